@@ -1,0 +1,66 @@
+# tendond: set-up, checks and shortcuts. `make` alone lists the targets.
+
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
+
+.DEFAULT_GOAL := help
+.PHONY: help venv venv-dev demo test check format bench clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
+
+venv: .venv/.runtime ## set up .venv to run tendond
+
+venv-dev: .venv/.dev ## set up .venv with the test tools as well
+
+demo: .venv/.runtime ## run the demo, results in out/demo
+	@$(BIN)/tendond demo --out out/demo
+
+test: .venv/.dev ## run all checks, then the tests
+	@$(MAKE) --no-print-directory check
+	$(BIN)/python -m pytest
+
+check: .venv/.dev ## lint, formatting, types, layers
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+format: .venv/.dev ## format the code and fix what ruff can fix
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+bench: .venv/.runtime ## time the rod model
+	@$(BIN)/tendond bench rod
+
+clean: ## remove out, caches and build leftovers, not .venv
+	rm -rf out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -path ./.venv -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
+
+# A set-up that was interrupted leaves .unfinished, or no .runtime at all: either way the next one starts from nothing.
+define install
+@if [ ! -e .venv/.runtime ] || [ -e .venv/.unfinished ]; then \
+	command -v $(PYTHON) >/dev/null || \
+		{ echo "tendond: no '$(PYTHON)' found: install Python 3.11 or newer, or name one: make PYTHON=..." >&2; exit 1; }; \
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "tendond: '$(PYTHON)' is older than Python 3.11: name a newer one: make PYTHON=python3.11" >&2; exit 1; }; \
+	$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
+		{ echo "tendond: '$(PYTHON)' cannot make a virtual environment: apt install python3-venv" >&2; exit 1; }; \
+	$(PYTHON) -m venv --clear .venv || exit 1; \
+fi
+@touch .venv/.unfinished
+@$(PIP) install -r $(1)
+@$(PIP) install --no-deps --no-build-isolation -e .
+@rm .venv/.unfinished
+@touch .venv/.runtime
+endef
+
+.venv/.runtime: requirements.txt
+	@echo "Setting up .venv from requirements.txt (once, takes about a minute)"
+	$(call install,requirements.txt)
+
+.venv/.dev: requirements-dev.txt .venv/.runtime
+	@echo "Adding the test tools to .venv from requirements-dev.txt (once, takes about a minute)"
+	$(call install,requirements-dev.txt)
+	@touch $@

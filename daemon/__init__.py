@@ -1,0 +1,1 @@
+"""The controller: laws, reference, cycle, loop, bus, recorder, replay and analysis."""

@@ -1,0 +1,1 @@
+"""Processes at the edge: each speaks only schemas over Zenoh."""

@@ -1,0 +1,352 @@
+"""A tendon-driven Cosserat rod: statics, time steps, tip, tendons, shape and sensitivities.
+
+    rod = Rod(RodParameters())
+    state = rod.solve_static(tensions=[1.0, 0.0, 0.0, 0.0])
+    for _ in range(100):
+        state = rod.step(state, tensions=[5.0, 0.0, 0.0, 0.0])
+    print(rod.tip(state).position, rod.displacements(state))
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendond.model.errors import ConvergenceError, ParameterError
+from tendond.model.march import HISTORY, STATE
+from tendond.model.parameters import RodParameters
+from tendond.model.schemes import Scheme, scheme
+from tendond.model.sensitivity import Sensitivity, tip_sensitivity
+from tendond.model.shooting import LANES, SOLVED, RodData, Work
+from tendond.model.timestep import advance, relax
+from tendond.model.tip import Tip, tip_quantities
+
+Array = NDArray[np.float64]
+
+ZERO = (0.0, 0.0, 0.0)
+RESIDUAL_TOLERANCE = 1e-6
+MARCH_BUDGET = 60
+STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
+STATIC_FORCE_PER_PART = 1.0  # [N]
+
+
+@dataclass
+class RodState:
+    """Everything that the next step of a rod depends on. Arrays with a leading ring axis are indexed by `count`.
+
+    Attributes:
+        count: steps since the static solution that it started from.
+        time: [s] since then.
+        displacement_driven: tendons are given by commanded displacement [m] rather than tension [N].
+        levels: v, u, q, w, v_s, u_s at every stage, shape (3, stages, 18).
+        histories: y_h of the same, shape (2, stages, 18).
+        geometries: p [m] and R at every node, shape (2, nodes, 12).
+        unknowns: n(0) [N], m(0) [N m], tensions [N], shape (4, 6 + n).
+        loads: tendon commands, tip force, tip moment, distributed force and moment of the last step, shape (n + 12,).
+        lengths: tendon path lengths [m], shape (n,).
+        jacobian: carried by the solver, shape (6 + n, 6 + n).
+        residual: norm of force and moment missing at the tip [N, N m].
+        marches: along the rod that the last solution took.
+    """
+
+    count: int
+    time: float
+    displacement_driven: bool
+    levels: Array
+    histories: Array
+    geometries: Array
+    unknowns: Array
+    loads: Array
+    lengths: Array
+    jacobian: Array
+    residual: float
+    marches: int
+
+    def copy(self) -> "RodState":
+        """An independent copy."""
+        return replace(
+            self,
+            levels=self.levels.copy(),
+            histories=self.histories.copy(),
+            geometries=self.geometries.copy(),
+            unknowns=self.unknowns.copy(),
+            loads=self.loads.copy(),
+            lengths=self.lengths.copy(),
+            jacobian=self.jacobian.copy(),
+        )
+
+    @property
+    def tensions(self) -> Array:
+        """Of the tendons [N], shape (n,)."""
+        return self.unknowns[self.count % 4, 6:].copy()
+
+    @property
+    def shape(self) -> Array:
+        """Positions of the nodes from base to tip, world frame [m], shape (nodes, 3)."""
+        return self.geometries[self.count % 2, :, :3].copy()
+
+    @property
+    def rotations(self) -> Array:
+        """Orientations of the nodes, body to world, shape (nodes, 3, 3)."""
+        return self.geometries[self.count % 2, :, 3:].reshape(-1, 3, 3).copy()
+
+
+class Rod:
+    """A rod with its discretisation in space and time. Not for use by two threads at once: it has scratch memory.
+
+    Args:
+        parameters: of the rod.
+        space: name of the space scheme (see `schemes`), or a `Scheme`.
+        nodes: base and tip included; the scheme's own number by default.
+        time_step: [s].
+        alpha: of BDF-alpha, in (-0.5, 0]; 0 is BDF2, -0.5 the trapezoidal rule.
+        tolerance: residual norm at which a step counts as solved [N, N m].
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    def __init__(
+        self,
+        parameters: RodParameters,
+        space: str | Scheme = "rk4",
+        nodes: int | None = None,
+        time_step: float = 0.01,
+        alpha: float = -0.2,
+        tolerance: float = RESIDUAL_TOLERANCE,
+    ) -> None:
+        self.parameters = parameters
+        self.scheme = scheme(space) if isinstance(space, str) else space
+        self.nodes = self.scheme.nodes if nodes is None else nodes
+        self.time_step = time_step
+        if self.nodes < 2:
+            raise ParameterError(f"nodes = {self.nodes} must be 2 or more")
+        if not 0.0 < time_step < math.inf:
+            raise ParameterError(f"time_step = {time_step} must be above 0 s")
+        if not -0.5 <= alpha <= 0.0:
+            raise ParameterError(f"alpha = {alpha} must lie in [-0.5, 0]")
+        n, s = parameters.tendon_count, len(self.scheme.weights)
+        tableau, weights = self.scheme.arrays()
+        self._data = RodData(
+            one=(0,),
+            many=(0,) * LANES,
+            x=tuple(float(x) for x, _ in parameters.tendon_positions),
+            y=tuple(float(y) for _, y in parameters.tendon_positions),
+            constants=parameters.constants(),
+            tableau=tableau,
+            weights=weights,
+            flags=(self.scheme.trapezoidal, self.scheme.orthonormal),
+            steps=self.nodes - 1,
+            ds=parameters.length / (self.nodes - 1),
+            length=parameters.length,
+            stiffness=parameters.tendon_stiffness,
+            tolerance=tolerance,
+            budget=MARCH_BUDGET,
+        )
+        m = 6 + n
+        shapes = ((2 * STATE + 2 * n + STATE * s) * LANES, STATE * LANES, 6 * LANES, n * LANES, n * LANES, 6 * LANES)
+        self._work = Work(*(np.zeros(size) for size in shapes), *(np.zeros(m) for _ in range(4)), np.zeros((m, m)),
+                          np.zeros(m), np.zeros((STATE, m)), np.zeros(n + 12), np.zeros(m), np.zeros(m))  # fmt: skip
+        self._stages = (self.nodes - 1) * s + 1
+        dt = time_step
+        c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
+        self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
+        self._no_history = np.zeros((self._stages, HISTORY))
+        self._out = np.zeros(18 + 3 * n)
+
+    def solve_static(
+        self,
+        tensions: ArrayLike | None = None,
+        *,
+        displacements: ArrayLike | None = None,
+        tip_force: Sequence[float] = ZERO,
+        tip_moment: Sequence[float] = ZERO,
+        distributed_force: Sequence[float] = ZERO,
+        distributed_moment: Sequence[float] = ZERO,
+        start: RodState | None = None,
+    ) -> RodState:
+        """Equilibrium at rest, reached by continuation in the loads from `start`, or from the straight, unloaded rod.
+
+        Args:
+            tensions: [N], shape (n,); none of them negative. Give these or `displacements`.
+            displacements: commanded displacement of each tendon's end [m], shape (n,): the tendon is an elastic string,
+                T = max(0, k (commanded - d)).
+            tip_force, tip_moment: world frame [N], [N m].
+            distributed_force, distributed_moment: beside gravity, world frame [N/m], [N].
+            start: a neighbouring equilibrium of this rod, driven in the same way.
+
+        Raises:
+            ParameterError: loads of the wrong shape, not finite, or a negative tension.
+            ConvergenceError: no equilibrium was found.
+        """
+        actuation, displacement_driven = self._actuation(tensions, displacements)
+        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        n = self.parameters.tendon_count
+        m = 6 + n
+        unknown, past, jacobian = np.zeros(m), np.zeros(n + 12), np.zeros((m, m))
+        if start is not None and start.displacement_driven == displacement_driven:
+            unknown, past = start.unknowns[start.count % 4].copy(), start.loads
+        change = np.abs(loads - past)
+        tension_change = np.max(change[:n]) * (self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0)
+        parts = max(tension_change / STATIC_TENSION_PER_PART, np.max(change[n:]) / STATIC_FORCE_PER_PART, 1.0)
+        levels = np.zeros((3, self._stages, HISTORY))
+        geometries = np.zeros((2, self.nodes, 12))
+        status, error, marches = relax(
+            self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, loads, self._no_history,
+            levels[0], geometries[0], jacobian,
+        )  # fmt: skip
+        if status != SOLVED:
+            raise ConvergenceError("statics did not converge", 0.0, error, marches)
+        levels[1:] = levels[0]
+        geometries[1] = geometries[0]
+        jacobian[:] = 0.0
+        return RodState(
+            count=0,
+            time=0.0,
+            displacement_driven=displacement_driven,
+            levels=levels,
+            histories=np.stack([-self._bdf[0] * levels[0]] * 2),
+            geometries=geometries,
+            unknowns=np.stack([unknown] * 4),
+            loads=loads,
+            lengths=self._work.raw[6:].copy(),
+            jacobian=jacobian,
+            residual=error,
+            marches=marches,
+        )
+
+    def step(
+        self,
+        state: RodState,
+        tensions: ArrayLike | None = None,
+        *,
+        displacements: ArrayLike | None = None,
+        tip_force: Sequence[float] = ZERO,
+        tip_moment: Sequence[float] = ZERO,
+        distributed_force: Sequence[float] = ZERO,
+        distributed_moment: Sequence[float] = ZERO,
+    ) -> RodState:
+        """The state one time step later, under the given loads; `state` stays as it is.
+
+        Arguments as in `solve_static`.
+
+        Raises:
+            ParameterError: loads of the wrong shape, not finite, or a negative tension.
+            ConvergenceError: the step was not solved.
+        """
+        actuation, displacement_driven = self._actuation(tensions, displacements)
+        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        new = state.copy()
+        self.advance(new, loads, displacement_driven)
+        return new
+
+    def advance(self, state: RodState, loads: Array, displacement_driven: bool = False) -> None:
+        """Advance `state` in place, with nothing allocated: `step` for those who count microseconds.
+
+        Args:
+            state: of this rod; on failure it is as it was, but for the carried Jacobian.
+            loads: tensions [N] (or displacements [m]), tip force, tip moment, distributed force with gravity's share,
+                distributed moment; shape (n + 12,).
+            displacement_driven: see `solve_static`.
+
+        Raises:
+            ConvergenceError: the step was not solved.
+        """
+        status, error, marches = advance(
+            self._data, self._work, self._bdf, displacement_driven, state.count, state.levels, state.histories,
+            state.geometries, state.unknowns, state.loads, loads, state.lengths, state.jacobian,
+        )  # fmt: skip
+        if status != SOLVED:
+            state.jacobian[:] = 0.0
+            raise ConvergenceError("a time step did not converge", state.time + self.time_step, error, marches)
+        state.count += 1
+        state.time += self.time_step
+        state.loads[:] = loads
+        state.displacement_driven = displacement_driven
+        state.residual = error
+        state.marches = marches
+
+    def tip(self, state: RodState) -> Tip:
+        """The tip after the last step."""
+        tip_quantities(
+            self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
+            state.geometries[state.count % 2, -1], self._out,
+        )  # fmt: skip
+        out = self._out
+        return Tip(
+            position=out[:3].copy(),
+            rotation=out[3:12].reshape(3, 3).copy(),
+            velocity=out[12:15].copy(),
+            acceleration=out[15:18].copy(),
+            input_gain=out[18:].reshape(-1, 3).T.copy(),
+            tension=state.tensions,
+        )
+
+    def displacements(self, state: RodState, *, elastic: bool = False) -> Array:
+        """How far each tendon is pulled out of the base [m], shape (n,): rod length minus path length.
+
+        Args:
+            state: of this rod.
+            elastic: add the tendon's own stretch T/k.
+        """
+        shortening = self.parameters.length - state.lengths
+        return shortening + state.tensions / self.parameters.tendon_stiffness if elastic else shortening
+
+    def sensitivity(self, state: RodState) -> Sensitivity:
+        """Derivatives of the tip against the last step's tendon commands and tip force (of a static state: of statics).
+
+        Raises:
+            ConvergenceError: the equations are singular there.
+        """
+        n, m = self.parameters.tendon_count, 6 + self.parameters.tendon_count
+        history = state.histories[state.count % 2] if state.count else self._no_history
+        actuation, force = np.zeros((6, n)), np.zeros((6, 3))
+        solvable = tip_sensitivity(
+            self._data, self._work, self._bdf[0] if state.count else 0.0, state.displacement_driven,
+            state.unknowns[state.count % 4], state.loads, history, np.empty((self._stages, HISTORY)),
+            np.empty((self.nodes, 12)), np.zeros((m, m)), actuation, force,
+        )  # fmt: skip
+        if not solvable:
+            raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
+        return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
+
+    def loads(
+        self,
+        actuation: ArrayLike,
+        tip_force: Sequence[float] = ZERO,
+        tip_moment: Sequence[float] = ZERO,
+        distributed_force: Sequence[float] = ZERO,
+        distributed_moment: Sequence[float] = ZERO,
+    ) -> Array:
+        """The loads as `advance` takes them, gravity added, shape (n + 12,).
+
+        Raises:
+            ParameterError: loads of the wrong shape or not finite.
+        """
+        n = self.parameters.tendon_count
+        parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        arrays = [np.asarray(part, dtype=np.float64) for part in parts]
+        names = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment")
+        for name, array, size in zip(names, arrays, (n, 3, 3, 3, 3), strict=True):
+            if array.shape != (size,):
+                raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
+            if not np.all(np.isfinite(array)):
+                raise ParameterError(f"{name} = {array.tolist()} must be finite")
+        loads = np.concatenate(arrays)
+        loads[n + 6 : n + 9] += self.parameters.mass_per_length * np.asarray(self.parameters.gravity)
+        return loads
+
+    def _actuation(self, tensions: ArrayLike | None, displacements: ArrayLike | None) -> tuple[ArrayLike, bool]:
+        """The tendon commands, and whether they are displacements."""
+        if (tensions is None) == (displacements is None):
+            if tensions is not None:
+                raise ParameterError("give tensions or displacements, not both")
+            return np.zeros(self.parameters.tendon_count), False
+        if displacements is not None:
+            return displacements, True
+        assert tensions is not None
+        if np.any(np.asarray(tensions, dtype=np.float64) < 0.0):
+            raise ParameterError(f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push")
+        return tensions, False

@@ -1,0 +1,73 @@
+"""Space schemes by name: explicit Runge-Kutta tableaus as data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """An explicit Runge-Kutta method along the rod.
+
+    Attributes:
+        name: by which it is chosen.
+        tableau: Butcher's a, shape (s, s), strictly lower triangular.
+        weights: Butcher's b, shape (s,).
+        order: of convergence in the step length.
+        nodes: default number of nodes, base and tip included.
+        orthonormal: R is brought back to SO(3) after each step.
+        trapezoidal: tendon lengths are the trapezoidal sum over the nodes (the paper's) instead of the scheme's own sum.
+        source: where the coefficients come from.
+    """
+
+    name: str
+    tableau: tuple[tuple[float, ...], ...]
+    weights: tuple[float, ...]
+    order: int
+    nodes: int
+    orthonormal: bool
+    trapezoidal: bool
+    source: str
+
+    def arrays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Tableau, shape (s, s), and weights, shape (s,)."""
+        return np.array(self.tableau, dtype=np.float64), np.array(self.weights, dtype=np.float64)
+
+
+EULER = Scheme(
+    name="euler",
+    tableau=((0.0,),),
+    weights=(1.0,),
+    order=1,
+    nodes=200,
+    orthonormal=False,
+    trapezoidal=True,
+    source="Danesh & Janabi-Sharifi, section 3: forward Euler, N = 200",
+)
+
+RK4 = Scheme(
+    name="rk4",
+    tableau=((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0), (0.0, 0.5, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
+    weights=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
+    order=4,
+    nodes=11,
+    orthonormal=True,
+    trapezoidal=False,
+    source="Kutta 1901; Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, table II.1.2",
+)
+
+SCHEMES = {scheme.name: scheme for scheme in (EULER, RK4)}
+
+
+def scheme(name: str) -> Scheme:
+    """The scheme of that name.
+
+    Raises:
+        ParameterError: no such scheme.
+    """
+    if name not in SCHEMES:
+        raise ParameterError(f"space scheme {name!r} is unknown: choose one of {', '.join(SCHEMES)}")
+    return SCHEMES[name]

@@ -1,0 +1,87 @@
+"""How the tip answers to the tendons and to a force on it: from the solver's own Jacobian, not from more solves."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.compile import kernel
+from tendond.model.linear import solve_in_place
+from tendond.model.march import STATE
+from tendond.model.shooting import RodData, Work, differentiate, evaluate, newton_matrix
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of the tip, after the last step (in statics: of the equilibrium), world frame.
+
+    The actuation is the tendons' tension [N], or, in a displacement-driven rod, their commanded displacement [m].
+
+    Attributes:
+        position_actuation: d(position)/d(actuation) [m/N or -], shape (3, n).
+        velocity_actuation: d(velocity)/d(actuation) [m/s/N or 1/s], shape (3, n).
+        position_force: d(position)/d(tip force) [m/N], shape (3, 3).
+        velocity_force: d(velocity)/d(tip force) [m/s/N], shape (3, 3).
+    """
+
+    position_actuation: Array
+    velocity_actuation: Array
+    position_force: Array
+    velocity_force: Array
+
+
+@kernel
+def tip_sensitivity(
+    rod: RodData,
+    work: Work,
+    c0: float,
+    displacement_driven: bool,
+    unknown: Any,
+    loads: Any,
+    history: Any,
+    levels: Any,
+    geometry: Any,
+    jacobian: Any,
+    actuation: Any,
+    force: Any,
+) -> bool:
+    """Fill `actuation`, shape (6, n), and `force`, shape (6, 3): position then velocity against each.
+
+    `levels` and `geometry` are scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are
+    singular.
+    """
+    n = len(rod.x)
+    evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
+    differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
+    last, strain = geometry[geometry.shape[0] - 1], levels[levels.shape[0] - 1]
+    solvable = True
+    for column in range(n + 3):
+        m = newton_matrix(rod, work, displacement_driven, work.raw, loads, jacobian)
+        direct = -1
+        for j in range(m):
+            work.step[j] = 0.0
+        if column >= n:  # a force of 1 N on the tip along a world axis: R' of it is missing there
+            for j in range(3):
+                work.step[j] = last[3 + 3 * (column - n) + j]
+        elif displacement_driven:
+            work.step[6 + column] = rod.stiffness if unknown[6 + column] > 0.0 else 0.0
+        else:
+            direct = 6 + column
+            for j in range(6):
+                work.step[j] = -jacobian[j, direct]
+        solvable = solve_in_place(work.matrix, work.step, m) and solvable
+        for j in range(STATE):
+            work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
+            for k in range(m):
+                work.node[j] += work.tip[j, k] * work.step[k]
+        target, at = (actuation, column) if column < n else (force, column - n)
+        for j in range(3):
+            target[j, at] = work.node[j]
+            velocity = 0.0
+            for k in range(3):
+                velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
+            target[3 + j, at] = velocity
+    return solvable

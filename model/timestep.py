@@ -1,0 +1,149 @@
+"""Statics and one BDF-alpha step, each one compiled call: history, first guess, shooting, continuation."""
+
+from typing import Any
+
+from tendond.model.compile import inlined, kernel
+from tendond.model.march import HISTORY
+from tendond.model.shooting import DIVERGED, SOLVED, RodData, Work, solve
+
+SMALLEST_STEP = 1.0 / 1024.0  # of a continuation, as a part of the way
+
+
+@kernel
+def advance(
+    rod: RodData,
+    work: Work,
+    bdf: tuple[float, float, float, float],
+    displacement_driven: bool,
+    count: int,
+    levels: Any,
+    histories: Any,
+    geometries: Any,
+    unknowns: Any,
+    past_loads: Any,
+    loads: Any,
+    lengths: Any,
+    jacobian: Any,
+) -> tuple[int, float, int]:
+    """Advance a rod by one time step; on failure everything that belongs to the last state is as it was.
+
+    The arrays with a leading axis are rings: step `count` stands at `count` modulo their length.
+
+    Args:
+        rod, work: the rod and its scratch memory.
+        bdf: c0 [1/s], c1 [1/s], c2 [1/s], d1 [-] of BDF-alpha.
+        displacement_driven: see `shooting.solve`.
+        count: steps taken before this one.
+        levels: shape (3, stages, 18).
+        histories: y_h of each step, shape (2, stages, 18).
+        geometries: shape (2, nodes, 12).
+        unknowns: shape (4, 6 + n).
+        past_loads: loads of the last step, shape (n + 12,).
+        loads: of this step, shape (n + 12,).
+        lengths: tendon path lengths [m], written, shape (n,).
+        jacobian: carried from step to step, shape (6 + n, 6 + n).
+
+    Returns:
+        SOLVED or DIVERGED, the residual's norm, marches spent.
+    """
+    c0, c1, c2, d1 = bdf
+    new, old, older = levels[(count + 1) % 3], levels[count % 3], levels[(count + 2) % 3]
+    history, past = histories[(count + 1) % 2], histories[count % 2]
+    for row in range(history.shape[0]):
+        for j in range(HISTORY):
+            history[row, j] = (c1 + d1 * c0) * old[row, j] + c2 * older[row, j] + d1 * past[row, j]
+    geometry = geometries[(count + 1) % 2]
+    unknown = unknowns[(count + 1) % 4]
+    x1, x2, x3 = unknowns[count % 4], unknowns[(count + 3) % 4], unknowns[(count + 2) % 4]
+    for j in range(unknown.shape[0]):
+        unknown[j] = 3.0 * (x1[j] - x2[j]) + x3[j]
+    status, error, marches = solve(
+        rod, work, c0, displacement_driven, unknown, loads, history, new, geometry, jacobian
+    )
+    if status != SOLVED:
+        for j in range(unknown.shape[0]):
+            unknown[j] = x1[j]
+        jacobian[:] = 0.0
+        status, error, more = continue_to(
+            rod, work, c0, displacement_driven, unknown, past_loads, loads, 1.0, history, new, geometry, jacobian
+        )
+        marches += more
+    if status == SOLVED:
+        for i in range(len(rod.x)):
+            lengths[i] = work.raw[6 + i]
+    return status, error, marches
+
+
+@kernel
+def relax(
+    rod: RodData,
+    work: Work,
+    displacement_driven: bool,
+    first: float,
+    unknown: Any,
+    past_loads: Any,
+    loads: Any,
+    history: Any,
+    levels: Any,
+    geometry: Any,
+    jacobian: Any,
+) -> tuple[int, float, int]:
+    """Statics: follow the equilibrium from `past_loads`, whose solution `unknown` holds, to `loads`.
+
+    Args:
+        first: first part of the way to try, in (0, 1].
+        history: zeros, shape (stages, 18).
+        others: see `advance`.
+
+    Returns:
+        SOLVED or DIVERGED, the residual's norm, marches spent.
+    """
+    return continue_to(
+        rod, work, 0.0, displacement_driven, unknown, past_loads, loads, first, history, levels, geometry, jacobian
+    )
+
+
+@inlined
+def continue_to(
+    rod: RodData,
+    work: Work,
+    c0: float,
+    displacement_driven: bool,
+    unknown: Any,
+    start: Any,
+    end: Any,
+    first: float,
+    history: Any,
+    levels: Any,
+    geometry: Any,
+    jacobian: Any,
+) -> tuple[int, float, int]:
+    """Solve along the straight way from loads `start` to `end`, halving and doubling the part that one solve takes."""
+    size = unknown.shape[0]
+    part, stride, marches, error = 0.0, first, 0, 0.0
+    previous_stride = 0.0
+    work.last[:] = unknown
+    work.slope[:] = 0.0
+    while part < 1.0:
+        target = min(1.0, part + stride)
+        for j in range(end.shape[0]):
+            work.loads[j] = start[j] + target * (end[j] - start[j]) if target < 1.0 else end[j]
+        for j in range(size):
+            unknown[j] = work.last[j] + (target - part) * work.slope[j]
+        status, error, more = solve(
+            rod, work, c0, displacement_driven, unknown, work.loads, history, levels, geometry, jacobian
+        )
+        marches += more
+        if status == SOLVED:
+            previous_stride = target - part
+            for j in range(size):
+                work.slope[j] = (unknown[j] - work.last[j]) / previous_stride
+                work.last[j] = unknown[j]
+            part = target
+            stride = 2.0 * previous_stride
+        else:
+            stride *= 0.5
+            jacobian[:] = 0.0
+            if stride < SMALLEST_STEP:
+                return DIVERGED, error, marches
+    return SOLVED, error, marches

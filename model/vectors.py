@@ -1,0 +1,92 @@
+"""Vectors in space as tuples of three floats, for use inside kernels: they live in registers, not in memory."""
+
+from tendond.model.compile import inlined
+
+Vector = tuple[float, float, float]
+
+
+@inlined
+def add(a: Vector, b: Vector) -> Vector:
+    """a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@inlined
+def sub(a: Vector, b: Vector) -> Vector:
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inlined
+def scale(factor: float, a: Vector) -> Vector:
+    """factor * a."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+@inlined
+def times(a: Vector, b: Vector) -> Vector:
+    """Component by component; `times(k, a)` is a diagonal matrix times a vector."""
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+@inlined
+def dot(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b, that is hat(a) b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
+def rotate(rotation: tuple[float, ...], a: Vector) -> Vector:
+    """R a: body to world; R row by row, nine floats."""
+    r = rotation
+    return (
+        r[0] * a[0] + r[1] * a[1] + r[2] * a[2],
+        r[3] * a[0] + r[4] * a[1] + r[5] * a[2],
+        r[6] * a[0] + r[7] * a[1] + r[8] * a[2],
+    )
+
+
+@inlined
+def rotate_back(rotation: tuple[float, ...], a: Vector) -> Vector:
+    """R' a: world to body."""
+    r = rotation
+    return (
+        r[0] * a[0] + r[3] * a[1] + r[6] * a[2],
+        r[1] * a[0] + r[4] * a[1] + r[7] * a[2],
+        r[2] * a[0] + r[5] * a[1] + r[8] * a[2],
+    )
+
+
+@inlined
+def drag(coefficient: Vector, a: Vector) -> Vector:
+    """Square-law drag per component: C a |a|."""
+    return coefficient[0] * a[0] * abs(a[0]), coefficient[1] * a[1] * abs(a[1]), coefficient[2] * a[2] * abs(a[2])
+
+
+@inlined
+def symmetric_inverse(a: tuple[float, ...]) -> tuple[float, ...]:
+    """Inverse of a symmetric positive definite 3x3 matrix given and returned as (11, 12, 13, 22, 23, 33)."""
+    c11 = a[3] * a[5] - a[4] * a[4]
+    c12 = a[2] * a[4] - a[1] * a[5]
+    c13 = a[1] * a[4] - a[2] * a[3]
+    c22 = a[0] * a[5] - a[2] * a[2]
+    c23 = a[1] * a[2] - a[0] * a[4]
+    c33 = a[0] * a[3] - a[1] * a[1]
+    d = 1.0 / (a[0] * c11 + a[1] * c12 + a[2] * c13)
+    return c11 * d, c12 * d, c13 * d, c22 * d, c23 * d, c33 * d
+
+
+@inlined
+def symmetric_times(a: tuple[float, ...], b: Vector) -> Vector:
+    """A b with the symmetric A as (11, 12, 13, 22, 23, 33)."""
+    return (
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2],
+        a[1] * b[0] + a[3] * b[1] + a[4] * b[2],
+        a[2] * b[0] + a[4] * b[1] + a[5] * b[2],
+    )

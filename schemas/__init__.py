@@ -1,0 +1,1 @@
+"""What crosses a boundary: messages, key expressions, configuration. No I/O."""

@@ -97,7 +97,14 @@ def strain_gradients(
 ) -> tuple[Vector, Vector]:
     """Solve the symmetric positive definite 6x6 block for (v_s, u_s) by its Schur complement: two divisions in all."""
     s = sums
-    a = (stiffness_se[0] + s[0] - s[6], -s[7], -s[8], stiffness_se[1] + s[0] - s[9], -s[10], stiffness_se[2] + s[0] - s[11])
+    a = (
+        stiffness_se[0] + s[0] - s[6],
+        -s[7],
+        -s[8],
+        stiffness_se[1] + s[0] - s[9],
+        -s[10],
+        stiffness_se[2] + s[0] - s[11],
+    )
     g1 = (-s[12], -s[15], -s[18] + s[2])
     g2 = (-s[13], -s[16], -s[19] - s[1])
     g3 = (-s[14] - s[2], -s[17] + s[1], -s[20])
@@ -133,9 +140,9 @@ def rates(
 ) -> tuple[Vector, tuple[float, ...], Vector, Vector, Vector, Vector]:
     """Derivatives along the rod (p_s, R_s, v_s, u_s, q_s, w_s).
 
-    `constants` are Kse, Kbt, Bse, Bbt, rho A, rho J, C (diagonals); `load_force` and `load_moment` the distributed loads
-    in the world frame, gravity included [N/m, N]; `history` the parts y_h of v_t, u_t, q_t, w_t, v_st, u_st that the
-    past determines.
+    `constants` are Kse, Kbt, Bse, Bbt, rho A, rho J, C (diagonals); `load_force` and `load_moment` the distributed
+    loads in the world frame, gravity included [N/m, N]; `history` the parts y_h of v_t, u_t, q_t, w_t, v_st, u_st that
+    the past determines.
     """
     Kse, Kbt, Bse, Bbt, rhoA, rhoJ, C = constants
     v_t = add(scale(c0, v), history[0])

@@ -24,4 +24,6 @@ class ConvergenceError(ModelError):
         self.time = time
         self.residual = residual
         self.iterations = iterations
-        super().__init__(f"{what} at t = {time:.4g} s: residual {residual:.3g} N after {iterations} marches along the rod")
+        super().__init__(
+            f"{what} at t = {time:.4g} s: residual {residual:.3g} N after {iterations} marches along the rod"
+        )

@@ -62,9 +62,11 @@ def _orthonormalise(node: Any, lanes: int, lane: int) -> None:
         g13 = 0.5 * (R[0] * R[2] + R[3] * R[5] + R[6] * R[8])
         g23 = 0.5 * (R[1] * R[2] + R[4] * R[5] + R[7] * R[8])
         for j in (0, 3, 6):
-            row = (R[j] * (1.5 - g11) - R[j + 1] * g12 - R[j + 2] * g13,
-                   R[j + 1] * (1.5 - g22) - R[j] * g12 - R[j + 2] * g23,
-                   R[j + 2] * (1.5 - g33) - R[j] * g13 - R[j + 1] * g23)
+            row = (
+                R[j] * (1.5 - g11) - R[j + 1] * g12 - R[j + 2] * g13,
+                R[j + 1] * (1.5 - g22) - R[j] * g12 - R[j + 2] * g23,
+                R[j + 2] * (1.5 - g33) - R[j] * g13 - R[j + 1] * g23,
+            )
             _store(node, 3 + j, lanes, lane, row)
 
 
@@ -182,10 +184,9 @@ def march(
                     levels[row, j] = z[12 + j]
                 for j in range(6):
                     levels[row, 12 + j] = z[36 + j]
+            share = ds * weights[s] if step < steps else 0.0
             if trapezoid:
                 share = ds if 0 < step < steps else 0.5 * ds
-            else:
-                share = ds * weights[s] if step < steps else 0.0
             for j in range(tendons * width):
                 length[j] += share * z[speed_row * width + j]
             row += 1

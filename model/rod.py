@@ -1,10 +1,10 @@
 """A tendon-driven Cosserat rod: statics, time steps, tip, tendons, shape and sensitivities.
 
-    rod = Rod(RodParameters())
-    state = rod.solve_static(tensions=[1.0, 0.0, 0.0, 0.0])
-    for _ in range(100):
-        state = rod.step(state, tensions=[5.0, 0.0, 0.0, 0.0])
-    print(rod.tip(state).position, rod.displacements(state))
+rod = Rod(RodParameters())
+state = rod.solve_static(tensions=[1.0, 0.0, 0.0, 0.0])
+for _ in range(100):
+    state = rod.step(state, tensions=[5.0, 0.0, 0.0, 0.0])
+print(rod.tip(state).position, rod.displacements(state))
 """
 
 import math
@@ -145,10 +145,7 @@ class Rod:
             tolerance=tolerance,
             budget=MARCH_BUDGET,
         )
-        m = 6 + n
-        shapes = ((2 * STATE + 2 * n + STATE * s) * LANES, STATE * LANES, 6 * LANES, n * LANES, n * LANES, 6 * LANES)
-        self._work = Work(*(np.zeros(size) for size in shapes), *(np.zeros(m) for _ in range(4)), np.zeros((m, m)),
-                          np.zeros(m), np.zeros((STATE, m)), np.zeros(n + 12), np.zeros(m), np.zeros(m))  # fmt: skip
+        self._work = _work(n, s)
         self._stages = (self.nodes - 1) * s + 1
         dt = time_step
         c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
@@ -348,5 +345,29 @@ class Rod:
             return displacements, True
         assert tensions is not None
         if np.any(np.asarray(tensions, dtype=np.float64) < 0.0):
-            raise ParameterError(f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push")
+            raise ParameterError(
+                f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push"
+            )
         return tensions, False
+
+
+def _work(n: int, stages: int) -> Work:
+    """Scratch memory for a rod of n tendons and a scheme of that many stages."""
+    m = 6 + n
+    return Work(
+        march=np.zeros((2 * STATE + 2 * n + STATE * stages) * LANES),
+        node=np.zeros(STATE * LANES),
+        base=np.zeros(6 * LANES),
+        tension=np.zeros(n * LANES),
+        length=np.zeros(n * LANES),
+        residual=np.zeros(6 * LANES),
+        trial=np.zeros(m),
+        raw=np.zeros(m),
+        raw_trial=np.zeros(m),
+        matrix=np.zeros((m, m)),
+        step=np.zeros(m),
+        tip=np.zeros((STATE, m)),
+        loads=np.zeros(n + 12),
+        last=np.zeros(m),
+        slope=np.zeros(m),
+    )

@@ -19,7 +19,7 @@ class Scheme:
         order: of convergence in the step length.
         nodes: default number of nodes, base and tip included.
         orthonormal: R is brought back to SO(3) after each step.
-        trapezoidal: tendon lengths are the trapezoidal sum over the nodes (the paper's) instead of the scheme's own sum.
+        trapezoidal: tendon lengths are the trapezoidal sum over the nodes, as in the paper; else the scheme's own sum.
         source: where the coefficients come from.
     """
 

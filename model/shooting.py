@@ -48,7 +48,6 @@ class Work(NamedTuple):
     tension: Any  # (n * 8,)
     length: Any  # (n * 8,)
     residual: Any  # (6 * 8,)
-    unknown: Any  # (m,)
     trial: Any  # (m,)
     raw: Any  # (m,)
     raw_trial: Any  # (m,)
@@ -127,7 +126,7 @@ def differentiate(
 def _perturbation(unknown: Any, column: int) -> float:
     """Difference step: 1e-7 of the load, and of 1 N or 0.05 N m where it vanishes."""
     scale = MOMENT_SCALE if 3 <= column < 6 else 1.0
-    return 1e-7 * (scale + abs(unknown[column]))
+    return float(1e-7 * (scale + abs(unknown[column])))
 
 
 @inlined
@@ -140,19 +139,17 @@ def _error(rod: RodData, displacement_driven: bool, unknown: Any, raw: Any, load
         for i in range(len(rod.x)):
             missing = unknown[6 + i] - max(0.0, _pull(rod, raw, loads, i))
             total += missing * missing
-    return math.sqrt(total)
+    return float(math.sqrt(total))
 
 
 @inlined
 def _pull(rod: RodData, raw: Any, loads: Any, i: int) -> float:
     """k (d_commanded - d): tension of tendon i where it is positive [N]."""
-    return rod.stiffness * (loads[i] - rod.length + raw[6 + i])
+    return float(rod.stiffness * (loads[i] - rod.length + raw[6 + i]))
 
 
 @inlined
-def newton_matrix(
-    rod: RodData, work: Work, displacement_driven: bool, raw: Any, loads: Any, jacobian: Any
-) -> int:
+def newton_matrix(rod: RodData, work: Work, displacement_driven: bool, raw: Any, loads: Any, jacobian: Any) -> int:
     """Fill `work.matrix` with the equations' Jacobian and return their number; a slack tendon's equation is T = 0."""
     n = len(rod.x)
     m = 6 + n if displacement_driven else 6
@@ -177,7 +174,7 @@ def _newton_step(
         work.step[j] = -raw[j]
     for row in range(6, m):
         work.step[row] = max(0.0, _pull(rod, raw, loads, row - 6)) - unknown[row]
-    return solve_in_place(work.matrix, work.step, m)
+    return bool(solve_in_place(work.matrix, work.step, m))
 
 
 @inlined

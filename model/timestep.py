@@ -57,9 +57,7 @@ def advance(
     x1, x2, x3 = unknowns[count % 4], unknowns[(count + 3) % 4], unknowns[(count + 2) % 4]
     for j in range(unknown.shape[0]):
         unknown[j] = 3.0 * (x1[j] - x2[j]) + x3[j]
-    status, error, marches = solve(
-        rod, work, c0, displacement_driven, unknown, loads, history, new, geometry, jacobian
-    )
+    status, error, marches = solve(rod, work, c0, displacement_driven, unknown, loads, history, new, geometry, jacobian)
     if status != SOLVED:
         for j in range(unknown.shape[0]):
             unknown[j] = x1[j]
@@ -98,9 +96,10 @@ def relax(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
-    return continue_to(
+    status, error, marches = continue_to(
         rod, work, 0.0, displacement_driven, unknown, past_loads, loads, first, history, levels, geometry, jacobian
     )
+    return status, error, marches
 
 
 @inlined

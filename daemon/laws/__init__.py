@@ -1,1 +1,41 @@
-"""The control laws, one pure function per module."""
+"""Control laws: each a file of its own and a line in `LAWS`."""
+
+from collections.abc import Mapping
+
+from pydantic import ValidationError
+
+from tendond.daemon.errors import LawError
+from tendond.daemon.laws import backstepping, sliding_mode
+from tendond.daemon.laws.law import Law, LawParameters
+from tendond.schemas.explain import explain
+
+__all__ = ["LAWS", "Law", "LawParameters", "select_law"]
+
+LAWS: dict[str, Law] = {
+    backstepping.LAW.name: backstepping.LAW,
+    sliding_mode.LAW.name: sliding_mode.LAW,
+}
+
+
+def select_law(name: str, tables: Mapping[str, Mapping[str, float]]) -> tuple[Law, LawParameters]:
+    """The law of that name and its parameters; every table is checked, not only the selected law's.
+
+    Args:
+        name: of a law.
+        tables: `control.laws` of the configuration: parameters by law.
+
+    Raises:
+        LawError: no such law, an unknown parameter, or a value out of range.
+    """
+    for key in [name, *tables]:
+        if key not in LAWS:
+            where = "control.law" if key == name else "control.laws"
+            raise LawError(f"{where}: no law is called '{key}'; choose one of {', '.join(LAWS)}")
+    parameters = {}
+    for key in {name, *tables}:
+        try:
+            parameters[key] = LAWS[key].parameters.model_validate(tables.get(key, {}))
+        except ValidationError as error:
+            lines = [f"control.laws.{key}.{line}" for line in explain(error, LAWS[key].parameters)]
+            raise LawError("\n".join(lines)) from error
+    return LAWS[name], parameters[name]

@@ -1,0 +1,97 @@
+"""A run in a dozen numbers, beside the paper's."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from tendond.daemon.analysis.log import Log, LogError
+from tendond.daemon.analysis.metrics import metrics, tracking
+
+SOURCE = "Danesh & Janabi-Sharifi, simulation under normal conditions"
+
+
+@dataclass(frozen=True)
+class PaperRow:
+    """A column of the paper's table 'Comparison of backstepping and sliding mode control under normal conditions'.
+
+    Attributes:
+        displacement_mm: of the tendon at the end, from the text; it gives none for sliding mode.
+    """
+
+    tpl_mm: float
+    settling_iterations: int
+    overshoot_percent: float
+    rise_iterations: int
+    steady_state_error_mm: float
+    displacement_mm: float | None
+
+
+PAPER = {
+    "backstepping": PaperRow(407.79, 22, 9.1, 7, 0.0, 58.0),
+    "sliding_mode": PaperRow(1300.12, 43, 18.2, 7, 0.0, None),
+}
+"""By law, from SOURCE."""
+
+
+def summary(log: Log) -> dict[str, Any]:
+    """Metrics of the first stretch that tracks, and how the loop did over the whole log.
+
+    `cycle_ms_*` are from wake-up to command [ms], None without timings (a run in lockstep has none).
+
+    Raises:
+        LogError: nothing tracks, or the target's bending component is zero, which the metrics are relative to.
+    """
+    run = tracking(log)
+    if run.target[run.axis] == 0.0:
+        raise LogError(
+            f"{log.path}: reference.target is 0 in {'xy'[run.axis]}: its overshoot means nothing; only plot it"
+        )
+    work_ms = np.array([timing.work_us for timing in log.timings]) / 1000.0
+    ours = metrics(run.tip, run.target, run.displacement, run.axis)
+    return {
+        **asdict(ours),
+        "final_tip_m": list(ours.final_tip_m),
+        "cycles": len(log.records),
+        "missed_ticks": sum(timing.missed_ticks for timing in log.timings),
+        "cycle_ms_median": float(np.median(work_ms)) if work_ms.size else None,
+        "cycle_ms_p99": float(np.percentile(work_ms, 99)) if work_ms.size else None,
+    }
+
+
+def write_summary(log: Log, path: Path) -> dict[str, Any]:
+    """`summary` as JSON at `path`, whose folder is made; returned as well."""
+    values = summary(log)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+    return values
+
+
+def table(summary: dict[str, Any], law: str) -> Table:
+    """Ours, and the paper's where it has the law."""
+    paper = PAPER.get(law.replace("-", "_"))
+    rows = [
+        ("total path length of x", "mm", summary["tpl_mm"], ".1f", "tpl_mm"),
+        ("settling (5 %)", "iterations", summary["settling_iterations"], "d", "settling_iterations"),
+        ("overshoot", "%", summary["overshoot_percent"], ".1f", "overshoot_percent"),
+        ("rise (0-90 %)", "iterations", summary["rise_iterations"], "d", "rise_iterations"),
+        ("steady-state error", "mm", summary["steady_state_error_mm"], ".2f", "steady_state_error_mm"),
+        ("final displacement", "mm", 1000.0 * summary["final_displacement_m"], ".1f", "displacement_mm"),
+    ]
+    result = Table(title=law.replace("_", " "), caption=f"paper: {SOURCE}".replace(", ", ",\n") if paper else None)
+    result.add_column("")
+    result.add_column("unit", style="dim")
+    result.add_column("tendond", justify="right")
+    if paper:
+        result.add_column("paper", justify="right")
+    for name, unit, value, form, key in rows:
+        theirs = [_cell(getattr(paper, key), form)] if paper else []
+        result.add_row(name, unit, _cell(value, form, missing="never"), *theirs)
+    return result
+
+
+def _cell(value: float | None, form: str, missing: str = "-") -> str:
+    return missing if value is None else format(value, form)

@@ -1,0 +1,158 @@
+"""The controller's end of the bus: the Zenoh hub that drivers and operators connect to."""
+
+import json
+from dataclasses import dataclass, field
+from types import TracebackType
+
+import zenoh
+
+from tendond.daemon.errors import DaemonError
+from tendond.schemas.base import Schema
+from tendond.schemas.config import RigConfig
+from tendond.schemas.keys import CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.messages import (
+    ENCODING,
+    ControlReply,
+    ControlRequest,
+    SimulatorTruth,
+    Status,
+    TendonCommand,
+    TendonState,
+    TipPose,
+)
+from tendond.schemas.wire import S, UnreadableError, decode, encode
+
+QUEUE = 64
+"""Messages kept between two cycles; older ones are overwritten."""
+
+Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
+
+
+@dataclass
+class Arrivals:
+    """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason."""
+
+    pose: TipPose | None = None
+    tendon_state: TendonState | None = None
+    truth: SimulatorTruth | None = None
+    unreadable: dict[str, int] = field(default_factory=dict)
+
+    def update(self, later: "Arrivals") -> None:
+        """Add what has come in after this."""
+        self.pose = later.pose or self.pose
+        self.tendon_state = later.tendon_state or self.tendon_state
+        self.truth = later.truth or self.truth
+        for reason, count in later.unreadable.items():
+            self.unreadable[reason] = self.unreadable.get(reason, 0) + count
+
+
+@dataclass(frozen=True)
+class Question:
+    """An operator's request that waits for its answer."""
+
+    request: ControlRequest
+    query: zenoh.Query
+
+    def answer(self, reply: ControlReply) -> None:
+        """Send the answer; an operator who has gone away meanwhile is not missed."""
+        try:
+            self.query.reply(self.query.key_expr, encode(reply), encoding=ENCODING)
+        finally:
+            self.query.drop()  # type: ignore[no-untyped-call]
+
+
+class Hub:
+    """The listening session; the busy endpoint is the lock against a second controller.
+
+    Args:
+        config: of the rig.
+
+    Raises:
+        DaemonError: the endpoint is taken or cannot be listened on.
+    """
+
+    def __init__(self, config: RigConfig) -> None:
+        zenoh.init_log_from_env_or("off")
+        settings = zenoh.Config()
+        settings.insert_json5("mode", '"peer"')
+        settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
+        settings.insert_json5("scouting/multicast/enabled", "false")
+        name = config.rig.name
+        try:
+            self._session = zenoh.open(settings)
+        except zenoh.ZError as error:
+            raise DaemonError(
+                f"cannot listen on {config.bus.endpoint}: another controller of this rig may be running; "
+                f"stop it, or change bus.endpoint"
+            ) from error
+        self._poses = self._subscribe(key(name, TIP_POSE))
+        self._states = self._subscribe(key(name, TENDON_STATE))
+        self._truths = self._subscribe(key(name, SIMULATOR_TRUTH))
+        self._questions = self._session.declare_queryable(
+            key(name, f"{CONTROL}/*"), zenoh.handlers.RingChannel(QUEUE), complete=True
+        )
+        self._commands = self._session.declare_publisher(
+            key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
+        )
+        self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
+
+    def __enter__(self) -> "Hub":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def _subscribe(self, expression: str) -> Subscriber:
+        return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(QUEUE))
+
+    def receive(self) -> Arrivals:
+        """Everything that has come in since the last call; never blocks."""
+        arrivals = Arrivals()
+        arrivals.pose = self._newest(TipPose, self._poses, arrivals)
+        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals)
+        arrivals.truth = self._newest(SimulatorTruth, self._truths, arrivals)
+        return arrivals
+
+    def _newest(self, kind: type[S], subscriber: Subscriber, arrivals: Arrivals) -> S | None:
+        newest: S | None = None
+        while (sample := subscriber.try_recv()) is not None:
+            try:
+                newest = decode(kind, _payload(sample))
+            except UnreadableError as error:
+                arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
+        return newest
+
+    def question(self) -> Question | None:
+        """The next request of an operator, if there is one; an unreadable one is answered here."""
+        while (query := self._questions.try_recv()) is not None:
+            payload = b"" if query.payload is None else query.payload.to_bytes()
+            try:
+                return Question(decode(ControlRequest, payload), query)
+            except UnreadableError as error:
+                query.reply(
+                    query.key_expr,
+                    encode(ControlReply(done=False, message=f"the request is {error.reason}")),
+                    encoding=ENCODING,
+                )
+                query.drop()  # type: ignore[no-untyped-call]
+        return None
+
+    def publish_command(self, command: TendonCommand) -> None:
+        """To the servos or the simulator."""
+        self._put(self._commands, command)
+
+    def publish_status(self, status: Status) -> None:
+        """To whoever watches."""
+        self._put(self._status, status)
+
+    @staticmethod
+    def _put(publisher: zenoh.Publisher, message: Schema) -> None:
+        publisher.put(encode(message))
+
+
+def _payload(sample: zenoh.Sample) -> bytes:
+    if sample.kind != zenoh.SampleKind.PUT:
+        raise UnreadableError("deleted")
+    return sample.payload.to_bytes()

@@ -1,0 +1,131 @@
+"""The commands, their options and their help; what they do stands in the modules that they import."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond import TendondError, __version__
+
+app = typer.Typer(
+    name="tendond",
+    help="Controller for tendon-driven continuum robots: Cosserat rod model, Zenoh bus, MCAP log of every cycle.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+
+Config = Annotated[
+    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
+]
+Lockstep = Annotated[
+    bool, typer.Option("--lockstep", help="With the simulator: one cycle per pose instead of the clock.")
+]
+Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="End after so many cycles.")]
+
+
+@app.callback(invoke_without_command=True)
+def options(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+    """Options of the program itself."""
+    if version:
+        print(f"tendond {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    config: Config = None,
+    log: Annotated[Path | None, typer.Option("--log", help="MCAP file to write. Left out: log/RIG-TIME.mcap.")] = None,
+    lockstep: Lockstep = False,
+    cycles: Cycles = None,
+    arm_at: Annotated[
+        int | None, typer.Option("--arm-at", min=0, help="Cycle to arm at; with --lockstep only.")
+    ] = None,
+) -> None:
+    """Run the controller until Ctrl-C or SIGTERM; it starts disarmed.
+
+    Example: tendond run --config rig.toml
+    """
+    from tendond.daemon.cli.run import run_controller
+
+    if arm_at is not None and not lockstep:
+        raise typer.BadParameter("only with --lockstep: a controller on a clock is armed by 'tendond arm'")
+    run_controller(config, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
+
+
+@app.command()
+def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles = None) -> None:
+    """Run the simulated robot: it publishes poses and obeys tendon commands.
+
+    Example: tendond simulate --config rig.toml
+    """
+    from tendond.daemon.cli.simulate import run_simulator
+
+    run_simulator(config, lockstep=lockstep, cycles=cycles)
+
+
+@app.command()
+def arm(config: Config = None) -> None:
+    """Arm: pretension, then track the reference."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("arm", config)
+
+
+@app.command()
+def stop(config: Config = None) -> None:
+    """Stop tracking and release the tendons."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("stop", config)
+
+
+@app.command()
+def reset(config: Config = None) -> None:
+    """Leave the fault mode, once its cause is gone."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("reset", config)
+
+
+@app.command()
+def status(
+    config: Config = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the status message as JSON.")] = False,
+) -> None:
+    """Print what the controller is doing."""
+    from tendond.daemon.cli.operator import show_status
+
+    show_status(config, as_json=json)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/demo"),
+) -> None:
+    """Simulate the paper's experiment: two processes on Zenoh, in real time, with log and figures."""
+    from tendond.daemon.cli.demo import run_demo
+
+    run_demo(out)
+
+
+def main() -> None:
+    """Run the command line; what a user can mend is one line each and no traceback."""
+    try:
+        app()
+    except TendondError as error:
+        for line in str(error).splitlines():
+            print(f"tendond: {line}", file=sys.stderr)
+        raise SystemExit(_exit_code(error)) from None
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
+
+
+def _exit_code(error: TendondError) -> int:
+    from tendond.schemas.config import ConfigError
+
+    return EXIT_USAGE if isinstance(error, ConfigError) else EXIT_FAILED

@@ -1,0 +1,130 @@
+"""`tendond demo`: the paper's experiment, with real processes on a real bus, in real time."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import zenoh
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from tendond.daemon.cli.common import say
+from tendond.daemon.errors import DaemonError
+from tendond.drivers.operator import ask
+from tendond.drivers.session import open_client
+from tendond.model.announce import announce_compilation
+from tendond.model.warm import warm_up
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
+
+START_SECONDS = 120.0
+HOLD_SECONDS = 3.0
+POLL_SECONDS = 0.1
+END_SECONDS = 10.0
+RIG = "demo"
+
+
+def run_demo(out: Path) -> None:
+    """Run it; log, figures and summary are in `out` afterwards.
+
+    Raises:
+        TendondError: a process could not be started or did not end as it should.
+    """
+    announce_compilation(say)
+    warm_up()
+    out.mkdir(parents=True, exist_ok=True)
+    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    config_file, log_file = out / "rig.toml", out / "demo.mcap"
+    config_file.write_text(f'[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+    console = Console()
+    console.print("Simulator and controller are two processes on Zenoh, in real time at 100 Hz; rig.toml is theirs.")
+    processes: list[subprocess.Popen[bytes]] = []
+    try:
+        processes.append(_start("run", "--config", str(config_file), "--log", str(log_file)))
+        processes.append(_start("simulate", "--config", str(config_file)))
+        with open_client(endpoint, START_SECONDS) as session:
+            _drive(session, console)
+        for process in processes:
+            process.send_signal(signal.SIGTERM)
+        codes = [process.wait(END_SECONDS) for process in processes]
+    except subprocess.TimeoutExpired as error:
+        raise DaemonError(f"a process of the demo did not end within {END_SECONDS:g} s") from error
+    finally:
+        for process in processes:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+    if any(codes):
+        raise DaemonError(f"controller and simulator ended with {codes[0]} and {codes[1]}; what they said stands above")
+    _report(out, log_file, console)
+
+
+def _drive(session: zenoh.Session, console: Console) -> None:
+    """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
+    columns = (
+        TextColumn("{task.description:<12}"),
+        BarColumn(),
+        TextColumn("{task.fields[seen]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, refresh_per_second=10) as progress:
+        task = progress.add_task("arming", total=HOLD_SECONDS, seen="")
+        deadline = time.monotonic() + START_SECONDS
+        while not (reply := ask(session, RIG, ControlAction.ARM)).done:
+            progress.update(task, seen=reply.message)
+            if time.monotonic() > deadline:
+                raise DaemonError(f"the demo could not be armed: {reply.message}")
+            time.sleep(POLL_SECONDS)
+        started = time.monotonic()
+        while (elapsed := time.monotonic() - started) < HOLD_SECONDS:
+            status = _status(ask(session, RIG, ControlAction.STATUS))
+            progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
+            time.sleep(POLL_SECONDS)
+        progress.update(task, completed=HOLD_SECONDS)
+        ask(session, RIG, ControlAction.STOP)
+        while (status := _status(ask(session, RIG, ControlAction.STATUS))).mode is Mode.RELEASING:
+            progress.update(task, description=status.mode.value, seen=_seen(status))
+            time.sleep(POLL_SECONDS)
+        progress.update(task, description=status.mode.value, seen=_seen(status))
+
+
+def _report(out: Path, log_file: Path, console: Console) -> None:
+    """Figures, summary and table, from the log alone."""
+    from tendond.daemon.analysis.figures import draw
+    from tendond.daemon.analysis.log import load
+    from tendond.daemon.analysis.summary import summary, table, write_summary
+
+    log = load(log_file)
+    with console.status("drawing the figures from the log"):
+        figures = draw(log, out)
+    write_summary(log, out / "summary.json")
+    console.print(table(summary(log), RigConfig().control.law))
+    console.print(
+        f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
+    )
+
+
+def _status(reply: ControlReply) -> Status:
+    if reply.status is None:
+        raise DaemonError(f"the controller gave no status: {reply.message}")
+    return reply.status
+
+
+def _seen(status: Status) -> str:
+    if status.tip is None:
+        return ""
+    x, _, z = status.tip
+    return f"tip x {x * 1e3:6.1f} mm, z {z * 1e3:6.1f} mm, tendon {max(status.displacement) * 1e3:5.1f} mm"
+
+
+def _start(*arguments: str) -> "subprocess.Popen[bytes]":
+    return subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

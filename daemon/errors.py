@@ -1,0 +1,11 @@
+"""What the daemon raises."""
+
+from tendond import TendondError
+
+
+class DaemonError(TendondError):
+    """Base of the daemon's errors: one line that says what, where, and what to do."""
+
+
+class LawError(DaemonError):
+    """A law that does not exist, or parameters that it cannot take."""

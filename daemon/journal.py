@@ -1,0 +1,120 @@
+"""What goes into the log, and when: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
+
+import platform
+import subprocess
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Self
+
+from tendond import __version__
+from tendond.daemon import foxglove
+from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, STATUS, TIMING, TIP_MEASURED, TIP_MODEL, TRUTH
+from tendond.daemon.recorder import CONFIG, Counts, Recorder
+from tendond.model.rod import RodState
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import Mode, SimulatorTruth, Status
+from tendond.schemas.record import CycleRecord, LoopTiming
+
+LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
+
+
+class Journal:
+    """The log of one run of the controller.
+
+    Args:
+        path: of the MCAP file.
+        config: of the rig; attached to the file.
+    """
+
+    def __init__(self, path: Path, config: RigConfig) -> None:
+        self.path = path
+        self._shape_period = config.log.shape_period
+        # Wall time once, at the start: what happens to that clock later does not reach the log.
+        self._epoch_ns = time.time_ns() - time.monotonic_ns()
+        self._recorder = Recorder(path, _metadata(config), {CONFIG: config.model_dump_json()}, config.log.queue)
+        self._counts = Counts(0, 0, 0)
+
+    def __enter__(self) -> Self:
+        self._recorder.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._counts = self._recorder.close()
+
+    @property
+    def dropped(self) -> int:
+        """Entries that are not in the file and will not be."""
+        return self._recorder.dropped
+
+    @property
+    def error(self) -> str:
+        """What ended the file before its time; empty while all is well."""
+        return self._recorder.error
+
+    @property
+    def summary(self) -> str:
+        """After the end: what was written, and what was not."""
+        put, written, dropped = self._counts
+        lost = f", {dropped} dropped" if dropped else ""
+        return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
+
+    def cycle(self, record: CycleRecord, timing: LoopTiming, rod: RodState, truth: SimulatorTruth | None) -> None:
+        """A cycle, with the rod as the model has it."""
+        now = self._now()
+        put = self._recorder.put
+        put(CYCLE, now, record)
+        put(TIMING, now, timing)
+        pose = record.inputs.pose
+        if pose is not None:
+            put(TIP_MEASURED, now, foxglove.pose_in_frame(now, pose.position, pose.orientation))
+        put(TIP_MODEL, now, foxglove.pose_in_frame(now, record.model.position, record.model.orientation))
+        if truth is not None:
+            put(TRUTH, now, truth)
+        if record.tick % self._shape_period == 0:
+            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, rod.shape, record.reference.position))
+
+    def status(self, status: Status, *, changed: bool) -> None:
+        """A status; a change of mode is a line for people as well."""
+        now = self._now()
+        self._recorder.put(STATUS, now, status)
+        if changed:
+            level = foxglove.LogLevel.ERROR if status.mode is Mode.FAULT else foxglove.LogLevel.INFO
+            self._recorder.put(LOG, now, foxglove.log_line(now, level, f"{status.mode.value}: {status.reason}"))
+
+    def _now(self) -> int:
+        return self._epoch_ns + time.monotonic_ns()
+
+
+def _metadata(config: RigConfig) -> dict[str, str]:
+    """Whose log this is, and of which code: revision and versions."""
+    versions = {}
+    for name in LIBRARIES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "unknown"
+    return {
+        "rig": config.rig.name,
+        "tendond": __version__,
+        "revision": _revision(),
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        **versions,
+    }
+
+
+def _revision() -> str:
+    """Of the working copy that runs, if it is one."""
+    try:
+        result = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=Path(__file__).resolve().parent,
+            capture_output=True,
+            text=True,
+            timeout=2.0,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return result.stdout.strip()

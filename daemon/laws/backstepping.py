@@ -1,0 +1,46 @@
+"""Backstepping (Danesh & Janabi-Sharifi, section 4.2, eq. Back8).
+
+With z1 = Xd - X1 and z2 = X2 - Xd' - alpha1 z1,
+
+    U = b_c^+ ( -a_c + z1 - alpha1 z2 - alpha1^2 z1 - alpha2 z2 + Xd'' )
+
+The Lyapunov function V = (z1'z1 + z2'z2)/2 then falls as -alpha1 z1'z1 - alpha2 z2'z2, in continuous time and along the
+directions that b_c reaches.
+"""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
+from tendond.daemon.laws.planar import in_plane, net_tension, share
+
+Gain = Annotated[float, Field(gt=0.0, le=1e5)]
+
+
+class Parameters(LawParameters):
+    """alpha1, alpha2 [1/s]; the paper's values by default."""
+
+    alpha1: Gain = 1500.0
+    alpha2: Gain = 12.5
+
+
+def decide(parameters: Parameters, observation: Observation) -> Decision:
+    """The tensions that the law wants, and its terms z1 [m], z2 [m/s], lyapunov, net_tension [N]."""
+    a1, a2 = parameters.alpha1, parameters.alpha2
+    z1 = in_plane(observation, observation.target - observation.position)
+    z2 = in_plane(observation, observation.velocity - observation.target_velocity) - a1 * z1
+    acceleration = in_plane(observation, observation.target_acceleration) + z1 - a1 * z2 - a1**2 * z1 - a2 * z2
+    net = net_tension(observation, acceleration)
+    return Decision(
+        share(observation, net),
+        {
+            "z1": (float(z1[0]), float(z1[1])),
+            "z2": (float(z2[0]), float(z2[1])),
+            "lyapunov": float(z1 @ z1 + z2 @ z2) / 2.0,
+            "net_tension": net,
+        },
+    )
+
+
+LAW = Law("backstepping", Parameters, decide)

@@ -1,0 +1,63 @@
+"""What a control law is: a pure function of what is known of the tip, to the tensions that it wants."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+Array = NDArray[np.float64]
+Terms = dict[str, float | tuple[float, ...]]
+
+
+class LawParameters(BaseModel):
+    """Base of a law's parameters; the configuration's table `control.laws.<law>` fills them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a law knows in one cycle; vectors in the world frame.
+
+    Attributes:
+        position: X1 [m], shape (3,).
+        velocity: X2 [m/s], shape (3,).
+        acceleration: of the tip at the tensions now applied [m/s^2], shape (3,).
+        input_gain: b_c [m/s^2/N], shape (3, n).
+        tension: now applied [N], shape (n,).
+        target, target_velocity, target_acceleration: of the reference [m, m/s, m/s^2], shape (3,).
+        axes: the two world axes of the bending plane, e.g. (0, 2).
+        agonist: index of the tendon that bends towards the first axis; antagonist: of the opposing one, if it is used.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    input_gain: Array
+    tension: Array
+    target: Array
+    target_velocity: Array
+    target_acceleration: Array
+    axes: tuple[int, int]
+    agonist: int
+    antagonist: int | None
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a law wants: tensions before any limit [N], shape (n,), and its terms for the record and for plots."""
+
+    tension: Array
+    terms: Terms
+
+
+@dataclass(frozen=True)
+class Law:
+    """A registered law: its name, its parameters' type, and the function."""
+
+    name: str
+    parameters: type[LawParameters]
+    decide: Callable[[Any, Observation], Decision]

@@ -1,0 +1,53 @@
+"""Sliding mode with the exponential reaching law (Danesh & Janabi-Sharifi, section 4.1, eq. Sdot3).
+
+With e = Xd - X1 and S = e' + c e,
+
+    U = b_c^+ ( c e' + Xd'' - a_c + epsilon sgn(S) + k S )
+
+The Lyapunov function V = S'S/2 then falls as -k S'S - epsilon |S|, in continuous time and along the directions that b_c
+reaches.
+"""
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
+from tendond.daemon.laws.planar import in_plane, net_tension, share
+
+Gain = Annotated[float, Field(gt=0.0, le=1e5)]
+
+
+class Parameters(LawParameters):
+    """c, k [1/s], epsilon [m/s^2]; the paper's values by default."""
+
+    c: Gain = 2100.0
+    k: Gain = 12.0
+    epsilon: Annotated[float, Field(ge=0.0, le=1e3)] = 0.005
+
+
+def decide(parameters: Parameters, observation: Observation) -> Decision:
+    """The tensions that the law wants, and its terms error [m], surface [m/s], lyapunov, net_tension [N]."""
+    error = in_plane(observation, observation.target - observation.position)
+    error_rate = in_plane(observation, observation.target_velocity - observation.velocity)
+    surface = error_rate + parameters.c * error
+    acceleration = (
+        in_plane(observation, observation.target_acceleration)
+        + parameters.c * error_rate
+        + parameters.epsilon * np.sign(surface)
+        + parameters.k * surface
+    )
+    net = net_tension(observation, acceleration)
+    return Decision(
+        share(observation, net),
+        {
+            "error": (float(error[0]), float(error[1])),
+            "surface": (float(surface[0]), float(surface[1])),
+            "lyapunov": float(surface @ surface) / 2.0,
+            "net_tension": net,
+        },
+    )
+
+
+LAW = Law("sliding_mode", Parameters, decide)

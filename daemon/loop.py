@@ -1,0 +1,159 @@
+"""The loop: the only clock. It wakes, lets `cycle.step` decide, publishes, and hands the record to the recorder."""
+
+import gc
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from tendond.daemon.bus import Hub, Question
+from tendond.daemon.cycle import step
+from tendond.daemon.health import Health
+from tendond.daemon.journal import Journal
+from tendond.daemon.modes import ACTIVE
+from tendond.daemon.pacing import Pacer
+from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
+from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
+
+STATUS_SECONDS = 1.0
+RELEASE_SECONDS = 4.0
+"""For the release after SIGTERM, before the loop ends all the same."""
+
+COLLECT_EVERY = 100
+"""Cycles between two collections of the youngest garbage."""
+
+
+class Loop:
+    """The controller's loop over a hub.
+
+    Args:
+        setup: of the cycle.
+        hub: open.
+        journal: where the records go.
+        stopped: true when the process is to end: the tendons are released first.
+        arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
+    """
+
+    def __init__(
+        self,
+        setup: CycleSetup,
+        hub: Hub,
+        journal: Journal,
+        stopped: Callable[[], bool],
+        arm_at: int | None = None,
+    ) -> None:
+        self._setup = setup
+        self._hub = hub
+        self._journal = journal
+        self._stopped = stopped
+        self._arm_at = arm_at
+        self._health = Health()
+        self._status_seq = 0
+
+    def warm(self) -> CycleState:
+        """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
+        state = initial_state(self._setup)
+        practice = state
+        for tick in range(3):
+            practice, _, _ = step(self._setup, practice, CycleInputs())
+            if tick == 0:
+                practice = replace(practice, mode=Mode.TRACKING, pose_age=0)
+        return state
+
+    def run(self, state: CycleState, pacer: Pacer, cycles: int | None = None) -> None:
+        """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last."""
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        try:
+            self._run(state, pacer, cycles)
+        finally:
+            gc.enable()
+            self._hub.publish_command(_slack(self._setup, self._health.cycles))
+
+    def _run(self, state: CycleState, pacer: Pacer, cycles: int | None) -> None:
+        mode: Mode | None = None
+        next_status = 0.0
+        give_up: float | None = None
+        question: Question | None = None
+        while cycles is None or self._health.cycles < cycles:
+            stopping = self._stopped()
+            if stopping:
+                give_up = give_up or time.monotonic() + RELEASE_SECONDS
+                if not _holding(state) or time.monotonic() > give_up:
+                    break
+            wake = pacer.wait()
+            if wake is None:
+                break
+            started = time.monotonic()
+            question = question or self._hub.question()
+            requested = None if question is None else question.request.action
+            if stopping and state.mode in ACTIVE:
+                requested = ControlAction.STOP
+            elif state.tick == self._arm_at:
+                requested = ControlAction.ARM
+            inputs = CycleInputs(
+                pose=wake.arrivals.pose,
+                tendon_state=wake.arrivals.tendon_state,
+                request=requested,
+                unreadable=wake.arrivals.unreadable,
+                missed_ticks=wake.missed_ticks,
+            )
+            state, command, record = step(self._setup, state, inputs)
+            self._hub.publish_command(command.model_copy(update={"stamp_ns": time.monotonic_ns()}))
+            work_us = (time.monotonic() - started) * 1e6
+            self._health.add(work_us, wake.missed_ticks)
+            if question is not None and question.request.action is requested:
+                question.answer(
+                    ControlReply(done=record.accepted, message=record.reply, status=self._status(state, record))
+                )
+                question = None
+            timing = LoopTiming(
+                tick=record.tick,
+                lateness_us=wake.lateness * 1e6,
+                work_us=work_us,
+                missed_ticks=wake.missed_ticks,
+            )
+            self._journal.cycle(record, timing, state.rod, wake.arrivals.truth)
+            if record.mode is not mode or time.monotonic() >= next_status:
+                status = self._status(state, record)
+                self._hub.publish_status(status)
+                self._journal.status(status, changed=record.mode is not mode)
+                mode, next_status = record.mode, time.monotonic() + STATUS_SECONDS
+            if record.tick % COLLECT_EVERY == 0:
+                gc.collect(0)
+
+    def _status(self, state: CycleState, record: CycleRecord) -> Status:
+        self._status_seq += 1
+        control = self._setup.config.control
+        return Status(
+            seq=self._status_seq,
+            stamp_ns=time.monotonic_ns(),
+            rig=self._setup.config.rig.name,
+            mode=record.mode,
+            reason=record.reason,
+            tick=record.tick,
+            law=control.law,
+            feedback=control.feedback,
+            tip=record.measured,
+            target=self._setup.config.reference.target,
+            tension=record.tension,
+            displacement=record.command.displacement,
+            rejected=state.rejected,
+            loop=self._health.report(self._journal.dropped, self._journal.error),
+        )
+
+
+def _holding(state: CycleState) -> bool:
+    """Whether any tendon may still be taut."""
+    return state.mode in (*ACTIVE, Mode.RELEASING) or bool(np.any(state.tension > 0.0))
+
+
+def _slack(setup: CycleSetup, tick: int) -> TendonCommand:
+    """The command that is safe whatever has happened."""
+    zeros = (0.0,) * setup.rod.parameters.tendon_count
+    return TendonCommand(
+        seq=tick, stamp_ns=time.monotonic_ns(), pose_seq=None, displacement=zeros, tension=zeros, armed=False
+    )

@@ -1,0 +1,102 @@
+"""The mode machine: what an operator may ask for when, and what ends tracking.
+
+idle -> (arm) -> pretension -> tracking -> (stop) -> releasing -> idle
+any but idle and releasing -> fault, until reset
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendond.daemon.state import CycleSetup, CycleState, Runs
+from tendond.schemas.messages import ControlAction, Mode
+
+ACTIVE = (Mode.PRETENSION, Mode.TRACKING)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """To an operator's request: whether it was carried out, and what was done or why not."""
+
+    accepted: bool
+    text: str
+
+
+def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
+    """`state` in another mode."""
+    return replace(state, mode=mode, reason=reason, since=state.tick)
+
+
+def handle_request(setup: CycleSetup, state: CycleState, action: ControlAction) -> tuple[CycleState, Answer]:
+    """Carry out a request, or say why not."""
+    if action is ControlAction.ARM:
+        refusal = _arming_refused(setup, state)
+        if refusal:
+            return state, Answer(False, f"not armed: {refusal}")
+        return enter(replace(state, runs=Runs()), Mode.PRETENSION, "armed by the operator"), Answer(True, "armed")
+    if action is ControlAction.STOP:
+        if state.mode in ACTIVE:
+            return enter(state, Mode.RELEASING, "stopped by the operator"), Answer(
+                True, "stopped: releasing the tendons"
+            )
+        if state.mode is Mode.FAULT:
+            return state, Answer(True, "in fault: the tendons are released already")
+        return state, Answer(True, f"nothing to stop: {state.mode.value}")
+    if action is ControlAction.RESET:
+        if state.mode is not Mode.FAULT:
+            return state, Answer(False, f"nothing to reset: {state.mode.value}")
+        if np.any(state.tension > 0.0):
+            return state, Answer(False, "not reset: the tendons are still being released")
+        return enter(replace(state, runs=Runs()), Mode.IDLE, "reset by the operator"), Answer(True, "reset")
+    return state, Answer(True, state.mode.value)
+
+
+def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
+    if state.mode is Mode.FAULT:
+        return f"in fault ({state.reason}); reset first"
+    if state.mode is not Mode.IDLE:
+        return f"already {state.mode.value}"
+    if state.pose_age is None:
+        return "no pose of the tip has arrived yet"
+    if state.pose_age > setup.config.faults.pose_stale:
+        return f"the newest pose is {state.pose_age} cycles old"
+    if state.tendon_state is not None and state.tendon_state.fault:
+        return f"the tendon driver reports {state.tendon_state.fault}"
+    if state.runs.solver_failures:
+        return "the model has no solution"
+    return ""
+
+
+def find_fault(setup: CycleSetup, state: CycleState) -> str:
+    """What must end pretension or tracking now, in words; empty if nothing."""
+    limits, runs = setup.config.faults, state.runs
+    if state.pose_age is None or state.pose_age > limits.pose_stale:
+        return f"pose stale: none accepted for {state.pose_age} cycles" if state.pose_age else "no pose"
+    if runs.teleports >= limits.teleports:
+        return f"teleport: {runs.teleports} poses in a row beyond what the tip can do"
+    if runs.rejected >= limits.rejected_burst:
+        return f"bad poses: {runs.rejected} rejected in a row"
+    if runs.missed_ticks >= limits.missed_ticks:
+        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
+    if runs.solver_failures > limits.solver_failures:
+        return f"model: no solution for {runs.solver_failures} cycles"
+    if runs.limited >= setup.config.limits.sustained:
+        return f"limits: the command stood at one for {runs.limited} cycles"
+    if state.tendon_state is not None and state.tendon_state.fault:
+        return f"tendons: {state.tendon_state.fault}"
+    return ""
+
+
+def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Faults, and the changes of mode that happen by themselves."""
+    if state.mode in ACTIVE:
+        fault = find_fault(setup, state)
+        if fault:
+            return enter(state, Mode.FAULT, fault)
+    if state.mode is Mode.PRETENSION:
+        duration = setup.config.pretension.duration / setup.config.loop.period
+        if state.tick - state.since >= duration:
+            return enter(state, Mode.TRACKING, state.reason)
+    if state.mode is Mode.RELEASING and not np.any(state.tension > 0.0):
+        return enter(state, Mode.IDLE, f"released: {state.reason}")
+    return state

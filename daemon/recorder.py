@@ -1,0 +1,247 @@
+"""The log: one MCAP file per run, written by one thread behind a bounded queue.
+
+    with Recorder(path, metadata, {CONFIG: config.model_dump_json()}, queue_size=4000) as recorder:
+        recorder.put(CYCLE, time_ns, record)
+
+Of a process that is killed, `StreamReader` reads everything up to the last flush, at most a second before the end.
+"""
+
+import importlib.util
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import NamedTuple, Self
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+from pydantic import BaseModel
+
+from tendond.daemon.channels import CHANNELS, Channel, M
+from tendond.daemon.errors import DaemonError
+
+METADATA = "tendond"
+"""Name of the metadata record that makes an MCAP file one of our logs."""
+
+CONFIG = "rig.json"
+"""Name of the attachment that holds the configuration, so that the file replays on its own."""
+
+CHUNK_BYTES = 128 * 1024
+FLUSH_SECONDS = 0.5
+"""That an entry stays in memory at most; 1 s is what the design promises."""
+
+CLOSE_SECONDS = 5.0
+
+
+class RecorderError(DaemonError):
+    """A log that cannot be begun: file, reason, remedy."""
+
+
+class Counts(NamedTuple):
+    """What became of the messages: put = written + dropped."""
+
+    put: int
+    written: int
+    dropped: int
+
+
+class Recorder:
+    """Writes messages to an MCAP file from a thread of its own; whatever befalls the file, the caller goes on.
+
+    Args:
+        path: of the file; an existing one is replaced.
+        metadata: of the run, by name: revision, versions.
+        attachments: texts by name, `CONFIG` among them.
+        queue_size: messages that may wait for the disk; more are dropped.
+    """
+
+    def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str], queue_size: int) -> None:
+        self.path = path
+        self._metadata = metadata
+        self._attachments = attachments
+        self._queue_size = queue_size
+        self._queue: SimpleQueue[_Entry | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._lock = threading.Lock()  # of all below; held for a few instructions, never over I/O
+        self._accepting = False
+        self._put = self._refused = self._written = 0
+        self._error = ""
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def open(self) -> None:
+        """Begin the file: folder, metadata, attachments, channels.
+
+        Raises:
+            RecorderError: it cannot be written.
+        """
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = _File(self.path, self._metadata, self._attachments)
+        except OSError as error:
+            raise RecorderError(f"{self.path}: no log can be written: {_reason(error)}; choose another file") from error
+        self._accepting = True
+        self._thread.start()
+
+    def put(self, channel: Channel[M], log_time_ns: int, message: M) -> bool:
+        """Queue a message; never waits, never raises.
+
+        Args:
+            channel: one of `CHANNELS`.
+            log_time_ns: of the message [ns], since an epoch of the caller's choice.
+            message: is serialised later, so it must not change (all of ours are frozen).
+
+        Returns:
+            Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
+        """
+        with self._lock:
+            self._put += 1
+            if not self._accepting or self._queue.qsize() >= self._queue_size:
+                self._refused += 1
+                return False
+            self._queue.put(_Entry(channel.topic, log_time_ns, message))
+            return True
+
+    @property
+    def dropped(self) -> int:
+        """Messages that are not in the file and never will be."""
+        with self._lock:
+            return self._put - self._written if self._error else self._refused
+
+    @property
+    def error(self) -> str:
+        """What ended the file before its time, in one line; empty while all is well."""
+        return self._error
+
+    def close(self, timeout: float = CLOSE_SECONDS) -> Counts:
+        """Write what is queued, finish the file, stop. A second call changes nothing.
+
+        Args:
+            timeout: for the disk [s]; after that the file is left as it is, readable to its last flush.
+        """
+        with self._lock:
+            if self._accepting:
+                self._accepting = False
+                self._queue.put(None)
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+            if self._thread.is_alive():
+                self._end(f"not finished within {timeout:g} s")
+        with self._lock:
+            return Counts(self._put, self._written, self._put - self._written)
+
+    def _run(self) -> None:
+        """The writer thread."""
+        try:
+            self._write_until_closed()
+            self._file.finish()
+        except Exception as error:  # a full disk, as a rule: control goes on without a log, and says so
+            self._end(_reason(error))
+            self._file.abandon()
+
+    def _write_until_closed(self) -> None:
+        unflushed = 0
+        flush_at = 0.0
+        closing = False
+        while not closing:
+            try:
+                entry = self._queue.get(timeout=max(0.0, flush_at - time.monotonic()) if unflushed else None)
+            except Empty:
+                pass
+            else:
+                if not unflushed:
+                    flush_at = time.monotonic() + FLUSH_SECONDS
+                if entry is None:
+                    closing = True
+                elif self._write(entry):
+                    unflushed += 1
+            if unflushed and (closing or time.monotonic() >= flush_at):
+                self._file.flush()
+                with self._lock:
+                    self._written += unflushed
+                unflushed = 0
+
+    def _write(self, entry: "_Entry") -> bool:
+        try:
+            data = entry.message.model_dump_json().encode()
+        except ValueError:  # a text that is no Unicode, say: losing this message must not cost the others
+            with self._lock:
+                self._refused += 1
+            return False
+        self._file.write(entry.topic, entry.log_time_ns, data)
+        return True
+
+    def _end(self, reason: str) -> None:
+        with self._lock:
+            self._accepting = False
+            self._error = self._error or f"{self.path}: the log ended after {self._written} messages: {reason}"
+
+
+class _Entry(NamedTuple):
+    topic: str
+    log_time_ns: int
+    message: BaseModel
+
+
+class _File:
+    """The MCAP file. After the first error mcap's writer holds half a chunk and must not be used again."""
+
+    def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str]) -> None:
+        self._stream = path.open("wb")
+        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=_compression())
+        try:
+            self._begin(metadata, attachments)
+        except OSError:
+            self.abandon()
+            raise
+
+    def _begin(self, metadata: dict[str, str], attachments: dict[str, str]) -> None:
+        self._writer.start()
+        self._writer.add_metadata(METADATA, metadata)
+        now_ns = time.time_ns()
+        for name, text in attachments.items():
+            media_type = "application/json" if name.endswith(".json") else "text/plain"
+            self._writer.add_attachment(now_ns, now_ns, name, media_type, text.encode())
+        # Channels now: their schemas take milliseconds, which the control loop would feel later.
+        self._channels: dict[str, int] = {}
+        for channel in CHANNELS:
+            schema = self._writer.register_schema(channel.schema_name, SchemaEncoding.JSONSchema, channel.schema())
+            self._channels[channel.topic] = self._writer.register_channel(channel.topic, MessageEncoding.JSON, schema)
+        self.flush()
+
+    def write(self, topic: str, time_ns: int, data: bytes) -> None:
+        """Add a message to the chunk in progress, which goes to the disk when it is full."""
+        self._writer.add_message(self._channels[topic], time_ns, data, publish_time=time_ns)
+
+    def flush(self) -> None:
+        """Close the chunk in progress and hand everything to the kernel: a kill cannot undo it, a power cut can."""
+        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves out `-> None`
+
+    def finish(self) -> None:
+        """Summary and end."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._stream.close()
+
+    def abandon(self) -> None:
+        """Close as it is."""
+        with suppress(OSError):  # it tries to write what it still holds, which fails again, and closes all the same
+            self._stream.close()
+
+
+def _compression() -> CompressionType:
+    """The best that is installed."""
+    if importlib.util.find_spec("zstandard"):
+        return CompressionType.ZSTD
+    return CompressionType.LZ4 if importlib.util.find_spec("lz4") else CompressionType.NONE
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return f"{type(error).__name__}: {error}".splitlines()[0]

@@ -1,0 +1,48 @@
+"""A driver's end of the bus: a Zenoh client session to the controller, which is the hub."""
+
+import json
+import time
+from collections.abc import Callable
+
+import zenoh
+
+from tendond import TendondError
+
+RETRY_SECONDS = 0.2
+
+
+class BusError(TendondError):
+    """The controller cannot be reached."""
+
+
+def client_config(endpoint: str) -> zenoh.Config:
+    """A client of one endpoint; nothing is searched for on the network."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([endpoint]))
+    config.insert_json5("scouting/multicast/enabled", "false")
+    return config
+
+
+def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lambda: False) -> zenoh.Session:
+    """Open a client session, trying again until the controller is there.
+
+    Args:
+        endpoint: of the controller.
+        timeout: for how long to try [s].
+        stopped: asked between two tries; true gives up.
+
+    Raises:
+        BusError: the controller was not there in time.
+    """
+    zenoh.init_log_from_env_or("off")
+    deadline = time.monotonic() + timeout
+    while True:
+        try:
+            return zenoh.open(client_config(endpoint))
+        except zenoh.ZError as error:
+            if stopped() or time.monotonic() > deadline:
+                raise BusError(
+                    f"no controller at {endpoint}: start it with 'tendond run', or mend bus.endpoint"
+                ) from error
+        time.sleep(RETRY_SECONDS)

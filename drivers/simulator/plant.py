@@ -1,0 +1,58 @@
+"""The simulated robot: the same rod as the controller's model, with parameters of its own, driven by commands."""
+
+import numpy as np
+
+from tendond.model.rod import Rod, RodState
+from tendond.model.rotation import quaternion
+from tendond.model.tip import Tip
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
+
+
+class Plant:
+    """A tension-driven rod at rest, then wherever the commands take it.
+
+    Args:
+        config: of the rig; `simulator` describes the plant.
+        rod: built from `config.simulator.rod`, with the plant's time step.
+    """
+
+    def __init__(self, config: RigConfig, rod: Rod) -> None:
+        self._rod = rod
+        gravity = config.simulator.rod.gravity
+        mass = config.simulator.tip_mass
+        self._tip_force = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
+        self._tension = np.zeros(rod.parameters.tendon_count)
+        self._state: RodState = rod.solve_static(self._tension, tip_force=self._tip_force)
+        self.seq = 0
+
+    def step(self, command: TendonCommand | None) -> None:
+        """One period under a new command, or under the last one when none came: servos hold.
+
+        Raises:
+            ConvergenceError: the plant has no solution; it stays where it was.
+        """
+        if command is not None:
+            self._tension = np.maximum(np.array(command.tension), 0.0)
+        self._state = self._rod.step(self._state, self._tension, tip_force=self._tip_force)
+        self.seq += 1
+
+    def observe(self, stamp_ns: int) -> tuple[TipPose, TendonState, SimulatorTruth]:
+        """What a motion-capture system and servos would report now, and the truth; `stamp_ns` is their capture time."""
+        tip: Tip = self._rod.tip(self._state)
+        x, y, z = tip.position.tolist()
+        vx, vy, vz = tip.velocity.tolist()
+        displacement = tuple(self._rod.displacements(self._state).tolist())
+        tension = tuple(self._tension.tolist())
+        pose = TipPose(seq=self.seq, stamp_ns=stamp_ns, position=(x, y, z), orientation=quaternion(tip.rotation))
+        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension)
+        truth = SimulatorTruth(
+            seq=self.seq,
+            stamp_ns=stamp_ns,
+            position=(x, y, z),
+            velocity=(vx, vy, vz),
+            displacement=displacement,
+            tension=tension,
+            tip_force=self._tip_force,
+        )
+        return pose, state, truth

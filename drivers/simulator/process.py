@@ -1,0 +1,104 @@
+"""The simulator as a process: poses, tendon states and the truth on the bus, commands from it."""
+
+import time
+from collections.abc import Callable
+
+import zenoh
+
+from tendond.drivers.session import open_client
+from tendond.drivers.simulator.plant import Plant
+from tendond.schemas.config import RigConfig
+from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.messages import ENCODING, TendonCommand
+from tendond.schemas.wire import UnreadableError, decode, encode
+
+CONNECT_SECONDS = 120.0
+LOCKSTEP_POLL_SECONDS = 50e-6
+LOCKSTEP_PATIENCE_SECONDS = 0.5
+"""Without an answer for so long, the last pose is published again: the controller may have started later."""
+
+
+Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
+
+
+class Simulator:
+    """A plant on the bus.
+
+    Args:
+        config: of the rig.
+        plant: at rest.
+        stopped: true when the process is to end.
+    """
+
+    def __init__(self, config: RigConfig, plant: Plant, stopped: Callable[[], bool]) -> None:
+        self._config = config
+        self._plant = plant
+        self._stopped = stopped
+        self.unreadable = 0
+
+    def run(self, *, lockstep: bool, cycles: int | None = None) -> None:
+        """Simulate until stopped, or for so many cycles.
+
+        Args:
+            lockstep: wait for the command that answers each pose, instead of for the clock.
+            cycles: to simulate; none: no end.
+
+        Raises:
+            BusError: no controller.
+            ConvergenceError: the plant has no solution.
+        """
+        name = self._config.rig.name
+        with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
+            commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(8))
+            publishers = [
+                session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
+                for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
+            ]
+            period = self._config.simulator.period
+            deadline = time.monotonic()
+            while not self._stopped() and (cycles is None or self._plant.seq < cycles):
+                if lockstep:
+                    self._plant.step(self._answer(commands, publishers))
+                else:
+                    self._publish(publishers, time.monotonic_ns())
+                    deadline += period
+                    now = time.monotonic()
+                    if deadline < now:  # late by more than a period: poses are lost, never made up
+                        deadline = now
+                    time.sleep(max(0.0, deadline - now))
+                    received = self._received(commands)
+                    self._plant.step(received[-1] if received else None)
+
+    def _publish(self, publishers: list[zenoh.Publisher], stamp_ns: int) -> None:
+        """Truth and tendons first: a controller that waits for the pose then finds them there."""
+        pose, state, truth = self._plant.observe(stamp_ns)
+        for publisher, message in zip(publishers, (truth, state, pose), strict=True):
+            publisher.put(encode(message))
+
+    def _received(self, commands: Subscriber) -> list[TendonCommand]:
+        """Commands since the last call, oldest first."""
+        received = []
+        while (sample := commands.try_recv()) is not None:
+            if sample.kind == zenoh.SampleKind.PUT:
+                try:
+                    received.append(decode(TendonCommand, sample.payload.to_bytes()))
+                except UnreadableError:
+                    self.unreadable += 1
+        return received
+
+    def _answer(self, commands: Subscriber, publishers: list[zenoh.Publisher]) -> TendonCommand | None:
+        """Publish a pose and wait for the command that answers it; none when the process is to end.
+
+        Stamps are simulated time, so that a run repeats to the last byte.
+        """
+        stamp_ns = round(self._plant.seq * self._config.simulator.period * 1e9)
+        patience = 0.0
+        while not self._stopped():
+            for command in self._received(commands):
+                if command.pose_seq == self._plant.seq:
+                    return command
+            if time.monotonic() > patience:
+                self._publish(publishers, stamp_ns)
+                patience = time.monotonic() + LOCKSTEP_PATIENCE_SECONDS
+            time.sleep(LOCKSTEP_POLL_SECONDS)
+        return None

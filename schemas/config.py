@@ -1,0 +1,222 @@
+"""The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
+
+import tomllib
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from tendond import TendondError
+from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.explain import explain
+from tendond.schemas.keys import RIG_NAME
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Diagonal = tuple[NotNegative, NotNegative, NotNegative]
+
+
+class ConfigError(TendondError):
+    """A configuration that cannot be used: file, key, value, what is allowed; a line each."""
+
+
+class RigSection(Schema):
+    """[rig]"""
+
+    name: str = Field("paper", description="first part of every Zenoh key")
+
+    @field_validator("name")
+    @classmethod
+    def _plain(cls, value: str) -> str:
+        if not RIG_NAME.fullmatch(value):
+            raise ValueError("use 1 to 32 of a-z, 0-9, '-' and '_', starting with a letter or digit")
+        return value
+
+
+class BusSection(Schema):
+    """[bus]"""
+
+    endpoint: str = Field("tcp/127.0.0.1:7447", description="Zenoh endpoint on which the controller listens")
+
+    @field_validator("endpoint")
+    @classmethod
+    def _form(cls, value: str) -> str:
+        protocol, _, address = value.partition("/")
+        host, _, port = address.rpartition(":")
+        if protocol not in {"tcp", "tls", "quic"} or not host or not port.isdigit() or not 0 < int(port) < 65536:
+            raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7447")
+        return value
+
+
+class RodSection(Schema):
+    """[rod] and [simulator.rod]: parameters of the Cosserat rod; the defaults are the paper's robot."""
+
+    length: Annotated[float, Field(gt=0.0, le=10.0, description="[m]")] = 0.5
+    radius: Annotated[float, Field(gt=0.0, le=0.1, description="of the backbone [m]")] = 1e-3
+    youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="[Pa]")] = 190e9
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.5, description="[-]")] = 0.3
+    density: Annotated[float, Field(gt=0.0, le=1e6, description="with disks, glue, markers [kg/m^3]")] = 17189.0
+    shear_damping: Diagonal = Field((0.0, 0.0, 0.0), description="diagonal of Bse [N s]")
+    bending_damping: Diagonal = Field((0.008, 0.008, 0.008), description="diagonal of Bbt [N m^2 s]")
+    drag: Diagonal = Field((0.1, 0.1, 0.1), description="diagonal of C [kg/m^2]")
+    gravity: Vector3 = Field((-9.81, 0.0, 0.0), description="world frame, straight rod along +z [m/s^2]")
+    tendon_positions: Annotated[
+        tuple[tuple[float, float], ...],
+        Field(min_length=1, max_length=16, description="(x, y) of each tendon in the cross-section [m]"),
+    ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
+    tendon_stiffness: Positive | None = Field(None, description="[N/m]; left out: tendons do not stretch")
+    space: Literal["euler", "rk4"] = Field("euler", description="scheme along the rod; euler is the paper's")
+    nodes: (
+        Annotated[int, Field(ge=2, le=2000, description="along the rod; left out: the scheme's own number")] | None
+    ) = None
+    alpha: Annotated[float, Field(ge=-0.5, le=0.0, description="of BDF-alpha [-]")] = -0.2
+
+
+class LoopSection(Schema):
+    """[loop]"""
+
+    period: Annotated[float, Field(ge=0.001, le=0.1, description="of the cycle, and time step of the model [s]")] = 0.01
+
+
+class ControlSection(Schema):
+    """[control]: the law, what feeds it, and the laws' own parameters in tables of their names."""
+
+    law: str = Field("backstepping", description="name of a registered law")
+    feedback: Literal["observer", "direct"] = Field(
+        "observer",
+        description="observer: velocity and acceleration of the model; direct: differences of the measured tip",
+    )
+    plane: Literal["xz", "yz"] = Field("xz", description="in which the robot bends")
+    agonist: Annotated[int, Field(ge=0, le=15, description="index of the tendon that bends towards +x (or +y)")] = 0
+    antagonist: Annotated[int, Field(ge=0, le=15)] | None = Field(
+        None, description="index of the opposing tendon; left out: the law pulls one tendon only"
+    )
+    laws: dict[str, dict[str, float]] = Field(
+        {}, description="parameters of laws: [control.laws.backstepping] alpha1, alpha2 and so on"
+    )
+
+
+class ObserverSection(Schema):
+    """[observer]"""
+
+    gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of measured minus model tip, per cycle [-]")] = (
+        0.2
+    )
+    delay: Annotated[int, Field(ge=0, le=50, description="age of a pose when it arrives [cycles]")] = 0
+
+
+class ReferenceSection(Schema):
+    """[reference]: where the tip is to go once it tracks."""
+
+    kind: Literal["exponential", "step"] = Field("exponential", description="exponential: x (1 - exp(-rate t))")
+    target: Vector3 = Field((0.34, 0.0, 0.0398), description="tip position [m]; x (or y) and z count, by the plane")
+    rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
+
+
+class LimitsSection(Schema):
+    """[limits]: of every command; the servo driver checks its own again."""
+
+    tension_min: NotNegative = Field(0.0, description="[N]")
+    tension_max: Annotated[float, Field(gt=0.0, le=500.0, description="[N]")] = 60.0
+    tension_rate: Positive = Field(6000.0, description="[N/s]")
+    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.12
+    displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
+    displacement_rate: Positive = Field(5.0, description="[m/s]")
+    release_rate: Positive = Field(60.0, description="of the tension while it is released [N/s]")
+    sustained: Annotated[int, Field(ge=1, description="cycles at a displacement or rate limit that are a fault")] = 100
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "LimitsSection":
+        if self.tension_min >= self.tension_max:
+            raise ValueError("tension_min must be below tension_max")
+        return self
+
+
+class PretensionSection(Schema):
+    """[pretension]: what the agonist is brought to between arming and tracking."""
+
+    tension: NotNegative = Field(0.5, description="[N]; a straight rod gives the laws nothing to pull with")
+    duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
+
+
+class FaultsSection(Schema):
+    """[faults]: how much is borne before the arm is released."""
+
+    pose_stale: Annotated[int, Field(ge=1, description="cycles without a new pose that the observer bridges")] = 20
+    rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
+    tip_speed_max: Positive = Field(20.0, description="a pose that implies more is a teleport [m/s]")
+    teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
+    teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
+    solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
+    missed_ticks: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 10
+
+
+class SimulatorSection(Schema):
+    """[simulator]"""
+
+    period: Annotated[float, Field(ge=0.001, le=0.1, description="between poses, and time step of the plant [s]")] = (
+        0.01
+    )
+    rod: RodSection = Field(RodSection(), description="the plant's own parameters")
+    tip_mass: NotNegative = Field(0.0, description="weight hung on the tip [kg]")
+
+
+class LogSection(Schema):
+    """[log]"""
+
+    queue: Annotated[int, Field(ge=10, description="entries between the loop and the recorder")] = 4000
+    shape_period: Annotated[int, Field(ge=1, description="cycles between two rod shapes in the log")] = 5
+
+
+class RigConfig(Schema):
+    """A rig: everything that the controller and the simulator need to know."""
+
+    rig: RigSection = RigSection()
+    bus: BusSection = BusSection()
+    loop: LoopSection = LoopSection()
+    rod: RodSection = RodSection()
+    control: ControlSection = ControlSection()
+    observer: ObserverSection = ObserverSection()
+    reference: ReferenceSection = ReferenceSection()
+    limits: LimitsSection = LimitsSection()
+    pretension: PretensionSection = PretensionSection()
+    faults: FaultsSection = FaultsSection()
+    simulator: SimulatorSection = SimulatorSection()
+    log: LogSection = LogSection()
+
+    @model_validator(mode="after")
+    def _tendons_exist(self) -> "RigConfig":
+        count = len(self.rod.tendon_positions)
+        for name in ("agonist", "antagonist"):
+            index = getattr(self.control, name)
+            if index is not None and index >= count:
+                raise ValueError(f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}")
+        if self.control.agonist == self.control.antagonist:
+            raise ValueError("control.agonist and control.antagonist are the same tendon")
+        if len(self.simulator.rod.tendon_positions) != count:
+            raise ValueError("rod and simulator.rod differ in the number of tendon_positions")
+        return self
+
+
+def parse_config(text: str, source: str) -> RigConfig:
+    """The configuration in a TOML text.
+
+    Args:
+        text: TOML.
+        source: name of the file, for messages.
+
+    Raises:
+        ConfigError: no TOML, unknown keys, values out of range; every error at once, a line each.
+    """
+    try:
+        data: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{source}: is no TOML: {error}") from error
+    return check_config(data, source)
+
+
+def check_config(data: dict[str, Any], source: str) -> RigConfig:
+    """As `parse_config`, from the nested tables."""
+    try:
+        return RigConfig.model_validate(data)
+    except ValidationError as error:
+        raise ConfigError("\n".join(f"{source}: {line}" for line in explain(error, RigConfig))) from error

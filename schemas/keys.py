@@ -1,0 +1,28 @@
+"""Zenoh key expressions: all of them start with the rig's name."""
+
+import re
+
+RIG_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,31}")
+
+TIP_POSE = "tip/pose"
+TENDON_STATE = "tendon/state"
+TENDON_COMMAND = "tendon/command"
+STATUS = "status"
+SIMULATOR_TRUTH = "sim/truth"
+CONTROL = "control"
+
+
+def key(rig: str, name: str) -> str:
+    """`<rig>/<name>`.
+
+    Raises:
+        ValueError: the rig's name has characters that a key may not have.
+    """
+    if not RIG_NAME.fullmatch(rig):
+        raise ValueError(f"rig name {rig!r}: use 1 to 32 of a-z, 0-9, '-' and '_', starting with a letter or digit")
+    return f"{rig}/{name}"
+
+
+def control_key(rig: str, action: str) -> str:
+    """`<rig>/control/<action>`."""
+    return key(rig, f"{CONTROL}/{action}")

@@ -1,0 +1,192 @@
+"""What travels on Zenoh: JSON, SI units, one schema version, a sequence number and a capture time in every message."""
+
+import math
+from enum import StrEnum
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+
+ENCODING = "application/json"
+LARGEST_PAYLOAD = 65536
+"""Bytes; anything larger is dropped unread."""
+
+QUATERNION_TOLERANCE = 1e-3
+"""How far a quaternion's norm may be from 1."""
+
+
+class Mode(StrEnum):
+    """Of the controller; `fault` lasts until the operator resets it."""
+
+    STARTING = "starting"
+    IDLE = "idle"
+    PRETENSION = "pretension"
+    TRACKING = "tracking"
+    RELEASING = "releasing"
+    FAULT = "fault"
+
+
+class Message(Schema):
+    """Common to all that is published.
+
+    Attributes:
+        version: of the schema; another one is refused.
+        seq: counts up by one per message of a publisher.
+        stamp_ns: capture time [ns] on the publisher's monotonic clock; ages are taken on the receiver's.
+    """
+
+    version: Literal[1] = SCHEMA_VERSION
+    seq: Annotated[int, Field(ge=0)]
+    stamp_ns: Annotated[int, Field(ge=0)]
+
+
+class TipPose(Message):
+    """Pose of the tip in the base's frame, from a motion-capture driver or a simulator.
+
+    Attributes:
+        position: [m].
+        orientation: unit quaternion w, x, y, z, body to world.
+        valid: false while the tip is occluded; the pose is then the last one seen.
+    """
+
+    position: Vector3
+    orientation: Quaternion
+    valid: bool = True
+
+    @field_validator("orientation")
+    @classmethod
+    def _unit(cls, value: Quaternion) -> Quaternion:
+        norm = math.sqrt(sum(component * component for component in value))
+        if abs(norm - 1.0) > QUATERNION_TOLERANCE:
+            raise ValueError(f"is no unit quaternion (norm {norm:.6g})")
+        return value
+
+
+class TendonCommand(Message):
+    """What the servos (or the simulator) are to do.
+
+    Attributes:
+        pose_seq: sequence number of the newest pose that the controller had seen; none before the first.
+        displacement: of each tendon's end, from the straight robot, positive when pulled [m].
+        tension: that the model expects with it [N].
+        armed: false: torque off, tendons slack.
+    """
+
+    pose_seq: int | None
+    displacement: PerTendon
+    tension: PerTendon
+    armed: bool
+
+
+class TendonState(Message):
+    """What the servos (or the simulator) report.
+
+    Attributes:
+        displacement: of each tendon's end [m].
+        tension: measured or estimated [N].
+        fault: of a servo, in words; empty when there is none.
+    """
+
+    displacement: PerTendon
+    tension: PerTendon
+    fault: str = ""
+
+
+class SimulatorTruth(Message):
+    """What the simulated rod really does; nobody's input, only logged and plotted.
+
+    Attributes:
+        position: of the tip [m].
+        velocity: of the tip [m/s].
+        displacement: of each tendon [m].
+        tension: in each tendon [N].
+        tip_force: external, world frame [N].
+    """
+
+    position: Vector3
+    velocity: Vector3
+    displacement: PerTendon
+    tension: PerTendon
+    tip_force: Vector3
+
+
+class LoopHealth(Schema):
+    """Of the fixed-rate loop since its start.
+
+    Attributes:
+        cycles: done.
+        missed_ticks: deadlines that passed before the loop was ready for them; skipped, never made up.
+        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds.
+        log_dropped: log entries that did not fit the recorder's queue.
+        log_error: what ended the log, if anything did.
+    """
+
+    cycles: int
+    missed_ticks: int
+    cycle_ms_median: float
+    cycle_ms_p99: float
+    log_dropped: int
+    log_error: str = ""
+
+
+class Status(Message):
+    """The controller's state, each second and on change.
+
+    Attributes:
+        rig: name.
+        mode: see `Mode`.
+        reason: of a fault, a refusal, or of the last change of mode.
+        tick: of the cycle.
+        law, feedback: in use.
+        tip: as the controller sees it [m]; none before the first pose.
+        target: of the reference [m].
+        tension: commanded [N].
+        displacement: commanded [m].
+        rejected: inputs dropped since the start, by reason.
+        loop: timing and log.
+    """
+
+    rig: str
+    mode: Mode
+    reason: str
+    tick: int
+    law: str
+    feedback: str
+    tip: Vector3 | None
+    target: Vector3
+    tension: PerTendon
+    displacement: PerTendon
+    rejected: dict[str, int]
+    loop: LoopHealth
+
+
+class ControlAction(StrEnum):
+    """What an operator can ask for; each is a queryable of its own, `<rig>/control/<action>`."""
+
+    ARM = "arm"
+    STOP = "stop"
+    RESET = "reset"
+    STATUS = "status"
+
+
+class ControlRequest(Schema):
+    """A request by an operator."""
+
+    version: Literal[1] = SCHEMA_VERSION
+    action: ControlAction
+
+
+class ControlReply(Schema):
+    """The answer: done, or why not.
+
+    Attributes:
+        done: the request was carried out.
+        message: what was done, or why not, in one line.
+        status: of the controller after it.
+    """
+
+    version: Literal[1] = SCHEMA_VERSION
+    done: bool
+    message: str
+    status: Status | None = None

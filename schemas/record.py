@@ -1,0 +1,125 @@
+"""The record of one cycle: everything to run it again, and everything that a person would plot."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
+
+
+class CycleInputs(Schema):
+    """What a cycle sees of the world.
+
+    Attributes:
+        pose: the newest one that arrived since the last cycle, if any did.
+        tendon_state: likewise.
+        request: of the operator, if there is one.
+        unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
+        missed_ticks: deadlines skipped just before this cycle.
+    """
+
+    pose: TipPose | None = None
+    tendon_state: TendonState | None = None
+    request: ControlAction | None = None
+    unreadable: dict[str, int] = Field(default_factory=dict)
+    missed_ticks: Annotated[int, Field(ge=0)] = 0
+
+
+class ReferencePoint(Schema):
+    """Where the tip should be: position [m], velocity [m/s], acceleration [m/s^2], world frame."""
+
+    position: Vector3
+    velocity: Vector3
+    acceleration: Vector3
+
+
+class TipEstimate(Schema):
+    """What the law was fed.
+
+    Attributes:
+        position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. All world frame.
+        offset: of the observer, measured minus model [m].
+    """
+
+    position: Vector3
+    velocity: Vector3
+    acceleration: Vector3
+    offset: Vector3
+
+
+class ModelState(Schema):
+    """The controller's rod after the cycle.
+
+    Attributes:
+        position: of its tip [m], world frame. orientation: of its tip, w, x, y, z.
+        residual: norm of force and moment missing at the tip [N, N m].
+        marches: along the rod that the solution took.
+        error: why there is no new solution; empty when there is one.
+    """
+
+    position: Vector3
+    orientation: Quaternion
+    residual: float
+    marches: int
+    error: str = ""
+
+
+class CycleRecord(Schema):
+    """One cycle.
+
+    Attributes:
+        version: of the schema.
+        tick: index of the cycle.
+        time: nominal time since the first cycle [s].
+        mode: after the cycle. reason: of it.
+        reply: to the operator's request, if there was one; accepted: whether it was carried out.
+        inputs: what the cycle saw.
+        rejected: inputs that it did not use, and why.
+        pose_age: cycles since the pose in use arrived; none before the first.
+        measured: tip position in use [m]; none before the first.
+        reference: where the tip should be.
+        estimate: what the law was fed; none while no law runs.
+        terms: of the law, by name, for plots; SI.
+        wanted: tensions that the law asked for, before limits [N]; none while no law runs.
+        tension: applied to the model and commanded [N].
+        limited: limits that the command met.
+        model: the rod after the cycle.
+        command: what was published.
+    """
+
+    version: Literal[1] = SCHEMA_VERSION
+    tick: int
+    time: float
+    mode: Mode
+    reason: str
+    reply: str = ""
+    accepted: bool = False
+    inputs: CycleInputs
+    rejected: tuple[str, ...]
+    pose_age: int | None
+    measured: Vector3 | None
+    reference: ReferencePoint
+    estimate: TipEstimate | None
+    terms: dict[str, float | tuple[float, ...]]
+    wanted: PerTendon | None
+    tension: PerTendon
+    limited: tuple[str, ...]
+    model: ModelState
+    command: TendonCommand
+
+
+class LoopTiming(Schema):
+    """When a cycle really ran.
+
+    Attributes:
+        tick: of the cycle.
+        lateness_us: wake-up after the deadline [us].
+        work_us: from wake-up to the command handed to Zenoh [us].
+        missed_ticks: skipped before it.
+    """
+
+    tick: int
+    lateness_us: float
+    work_us: float
+    missed_ticks: int

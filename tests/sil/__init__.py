@@ -1,0 +1,1 @@
+"""Simulator in the loop: real processes on real Zenoh."""

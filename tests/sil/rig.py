@@ -1,0 +1,102 @@
+"""Real processes on real Zenoh over loopback, each ended by its own process id."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import zenoh
+
+from tendond.drivers.operator import ask
+from tendond.drivers.session import BusError, open_client
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
+
+PATIENCE_SECONDS = 120.0
+
+
+class Rig:
+    """A folder with a configuration on a free port, and the processes started in it."""
+
+    def __init__(self, folder: Path, extra: str = "") -> None:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+        self.folder = folder
+        self.name = "sil"
+        self.config = folder / "rig.toml"
+        self.config.write_text(f'[rig]\nname = "{self.name}"\n[bus]\nendpoint = "{self.endpoint}"\n{extra}')
+        self.processes: list[subprocess.Popen[str]] = []
+
+    def start(self, *arguments: str) -> subprocess.Popen[str]:
+        """A tendond process; what it says is kept."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", "tendond.daemon.cli", *arguments, "--config", str(self.config)],
+            cwd=self.folder,
+            stderr=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.processes.append(process)
+        return process
+
+    def controller(self, *arguments: str) -> subprocess.Popen[str]:
+        """The controller, logging to run.mcap."""
+        return self.start("run", "--log", str(self.folder / "run.mcap"), *arguments)
+
+    def session(self) -> zenoh.Session:
+        """A client session, once the controller is there."""
+        return open_client(self.endpoint, PATIENCE_SECONDS)
+
+    def ask(self, session: zenoh.Session, action: ControlAction) -> ControlReply:
+        """A request, once the controller answers."""
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while True:
+            try:
+                return ask(session, self.name, action)
+            except BusError:
+                if time.monotonic() > deadline:
+                    raise
+
+    def status(self, session: zenoh.Session) -> Status:
+        """The controller's status."""
+        reply = self.ask(session, ControlAction.STATUS)
+        assert reply.status is not None
+        return reply.status
+
+    def until(self, session: zenoh.Session, wanted: Callable[[Status], bool]) -> Status:
+        """Wait for a status."""
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not wanted(status := self.status(session)):
+            assert time.monotonic() < deadline, status
+            time.sleep(0.02)
+        return status
+
+    def arm(self, session: zenoh.Session) -> None:
+        """Arm, once there are poses, and wait until it tracks."""
+        self.until(session, lambda status: status.tip is not None)
+        reply = self.ask(session, ControlAction.ARM)
+        assert reply.done, reply.message
+        self.until(session, lambda status: status.mode is Mode.TRACKING)
+
+    def end(self, process: subprocess.Popen[str], number: int = signal.SIGTERM) -> tuple[int, str]:
+        """Signal a process and wait: its exit status and what it said."""
+        process.send_signal(number)
+        _, said = process.communicate(timeout=30.0)
+        return process.returncode, said
+
+
+@contextmanager
+def rig(folder: Path, extra: str = "") -> Iterator[Rig]:
+    """A rig whose processes do not outlive the test."""
+    one = Rig(folder, extra)
+    try:
+        yield one
+    finally:
+        for process in one.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()

@@ -1,0 +1,88 @@
+"""The laws are the paper's formulas, and their parameters are checked."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tendond.daemon.errors import LawError
+from tendond.daemon.laws import LAWS, backstepping, select_law, sliding_mode
+from tendond.daemon.laws.law import Observation
+
+RNG = np.random.default_rng(7)
+
+
+def observation() -> Observation:
+    """Random but definite: nothing is zero by luck."""
+    return Observation(
+        position=RNG.normal(size=3),
+        velocity=RNG.normal(size=3),
+        acceleration=RNG.normal(size=3),
+        input_gain=20.0 * RNG.normal(size=(3, 4)),
+        tension=RNG.uniform(1.0, 10.0, size=4),
+        target=RNG.normal(size=3),
+        target_velocity=RNG.normal(size=3),
+        target_acceleration=RNG.normal(size=3),
+        axes=(0, 2),
+        agonist=0,
+        antagonist=None,
+    )
+
+
+def as_printed(o: Observation, wanted: np.ndarray) -> float:
+    """U = b^+ (-a_c + wanted), with a_c = acceleration - b U_applied and b^+ = b'/(b'b), in the plane."""
+    b = o.input_gain[[0, 2], 0]
+    a_c = o.acceleration[[0, 2]] - b * o.tension[0]
+    return float(b @ (wanted - a_c) / (b @ b))
+
+
+def test_backstepping_is_equation_back8() -> None:
+    o, p = observation(), backstepping.Parameters(alpha1=9.0, alpha2=4.0)
+    e, de = (o.target - o.position)[[0, 2]], (o.target_velocity - o.velocity)[[0, 2]]
+    kp, kd = 1 + 9.0 * 4.0, 9.0 + 4.0
+    expected = as_printed(o, o.target_acceleration[[0, 2]] + kd * de + kp * e)
+    assert backstepping.decide(p, o).tension[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_sliding_mode_is_equation_sdot3() -> None:
+    o, p = observation(), sliding_mode.Parameters(c=9.0, k=4.0, epsilon=0.3)
+    e, de = (o.target - o.position)[[0, 2]], (o.target_velocity - o.velocity)[[0, 2]]
+    surface = de + 9.0 * e
+    expected = as_printed(o, 9.0 * de + o.target_acceleration[[0, 2]] + 0.3 * np.sign(surface) + 4.0 * surface)
+    assert sliding_mode.decide(p, o).tension[0] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+def test_a_law_holds_the_tension_when_nothing_is_missing(name: str) -> None:
+    zero = np.zeros(3)
+    o = dataclasses.replace(
+        observation(), acceleration=zero, velocity=zero, target_velocity=zero, target_acceleration=zero
+    )
+    o = dataclasses.replace(o, target=o.position)
+    law, parameters = select_law(name, {})
+    assert law.decide(parameters, o).tension[0] == pytest.approx(o.tension[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+def test_a_straight_rod_does_not_make_the_tension_infinite(name: str) -> None:
+    o = dataclasses.replace(observation(), input_gain=np.zeros((3, 4)))
+    law, parameters = select_law(name, {})
+    assert np.all(np.isfinite(law.decide(parameters, o).tension))
+
+
+def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
+    o = dataclasses.replace(observation(), antagonist=2)
+    wanted = backstepping.decide(backstepping.Parameters(), o)
+    net = wanted.terms["net_tension"]
+    assert isinstance(net, float)
+    assert wanted.tension[0] - wanted.tension[2] == pytest.approx(net)
+    assert min(wanted.tension) >= 0.0
+
+
+def test_an_unknown_law_and_bad_parameters_are_refused_by_key() -> None:
+    with pytest.raises(LawError, match=r"control\.law: no law is called 'pid'; choose one of backstepping,"):
+        select_law("pid", {})
+    with pytest.raises(LawError, match=r"control\.laws\.backstepping\.alpha3: unknown key; did you mean 'alpha"):
+        select_law("backstepping", {"backstepping": {"alpha3": 1.0}})
+    with pytest.raises(LawError, match=r"control\.laws\.sliding_mode\.c = -1"):
+        select_law("backstepping", {"sliding_mode": {"c": -1.0}})

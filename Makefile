@@ -52,6 +52,7 @@ fi
 @touch .venv/.unfinished
 @$(PIP) install -r $(1)
 @$(PIP) install --no-deps --no-build-isolation -e .
+@$(BIN)/python -m tendond.model.warm
 @rm .venv/.unfinished
 @touch .venv/.runtime
 endef

@@ -225,7 +225,7 @@ class _File:
 
     def finish(self) -> None:
         """Summary and end."""
-        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._writer.finish()  # type: ignore[no-untyped-call]  # the same
         self._stream.close()
 
     def abandon(self) -> None:

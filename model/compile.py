@@ -4,6 +4,8 @@
 Kernels release the GIL, are cached on disk, and follow IEEE on division by zero instead of raising.
 """
 
+import hashlib
+from pathlib import Path
 from typing import Any
 
 from numba import njit
@@ -11,9 +13,23 @@ from numba import njit
 _FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
+def sources_digest() -> str:
+    """Of all source files of the model: a compiled kernel is out of date as soon as any of them has changed."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).resolve().parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+_SOURCES = sources_digest()
+
+
 def kernel(function: Any) -> Any:
     """Compile a kernel that Python calls: cached on disk, without the GIL."""
-    return njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True)
+    compiled = njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True)
+    # numba looks at the kernel's own file only, and would go on using code inlined from another one that has changed.
+    compiled._cache._cache_file._source_stamp = _SOURCES
+    return compiled
 
 
 def inlined(function: Any) -> Any:

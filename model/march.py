@@ -30,6 +30,11 @@ def _vector(a: Any, start: int) -> Any:
 
 
 @inlined
+def _row_vector(a: Any, row: int, start: int) -> Any:
+    return a[row, start], a[row, start + 1], a[row, start + 2]
+
+
+@inlined
 def _lane_vector(z: Any, row: int, lanes: int, lane: int) -> Any:
     return z[row * lanes + lane], z[(row + 1) * lanes + lane], z[(row + 2) * lanes + lane]
 
@@ -153,12 +158,12 @@ def march(
                     for j in range(STATE * width):
                         z[j] += ds * tableau[s, t] * z[stored + t * STATE * width + j]
             past = (
-                _vector(history[row], 0),
-                _vector(history[row], 3),
-                _vector(history[row], 6),
-                _vector(history[row], 9),
-                _vector(history[row], 12),
-                _vector(history[row], 15),
+                _row_vector(history, row, 0),
+                _row_vector(history, row, 3),
+                _row_vector(history, row, 6),
+                _row_vector(history, row, 9),
+                _row_vector(history, row, 12),
+                _row_vector(history, row, 15),
             )
             for lane in range(width):
                 R = _rotation(z, 3, width, lane)
@@ -207,9 +212,8 @@ def march(
         sums = NO_TENDON
         for i in range(tendons):
             sums, _ = add_tendon(sums, x[i], y[i], tension[i * width + lane], v, u)
-        last = history[row - 1]
-        v_t = add(scale(c0, v), _vector(last, 0))
-        u_t = add(scale(c0, u), _vector(last, 3))
+        v_t = add(scale(c0, v), _row_vector(history, row - 1, 0))
+        u_t = add(scale(c0, u), _row_vector(history, row - 1, 3))
         n = add(times(Kse, (v[0], v[1], v[2] - 1.0)), times(Bse, v_t))
         m = add(times(Kbt, u), times(Bbt, u_t))
         missing_n, missing_m = tip_residual(tendon_pulls(sums, v, u), n, m, R, _vector(loads, 0), _vector(loads, 3))

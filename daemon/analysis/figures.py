@@ -37,7 +37,7 @@ def draw(log: Log, folder: Path) -> list[Path]:
     """Draw the tracking part of a log into `folder`, which is made: PNG files, the overview last.
 
     Raises:
-        LogError: nothing in the log tracks.
+        LogError: as `tracking`.
     """
     run = _Run(log)
     panels: dict[str, Callable[[Axes], None]] = {

@@ -73,7 +73,7 @@ def tracking(log: Log) -> Tracking:
     """The first stretch of cycles in mode 'tracking'.
 
     Raises:
-        LogError: there is none.
+        LogError: there is none, or the target's bending component is zero, which the metrics are relative to.
     """
     start = next((i for i, record in enumerate(log.records) if record.mode is Mode.TRACKING), None)
     if start is None:
@@ -82,6 +82,10 @@ def tracking(log: Log) -> Tracking:
     records = log.records[start:end]
     axis = 0 if log.config.control.plane == "xz" else 1
     target = log.config.reference.target
+    if target[axis] == 0.0:
+        raise LogError(
+            f"{log.path}: reference.target is 0 in {'xy'[axis]}, which the metrics are relative to; use another log"
+        )
     tip = [record.measured for record in records]
     if None in tip:
         raise LogError(f"{log.path}: holds tracking cycles without a measured tip; use another log")

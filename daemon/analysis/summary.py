@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from tendond.daemon.analysis.log import Log, LogError
+from tendond.daemon.analysis.log import Log
 from tendond.daemon.analysis.metrics import metrics, tracking
 
 SOURCE = "Danesh & Janabi-Sharifi, simulation under normal conditions"
@@ -43,13 +43,9 @@ def summary(log: Log) -> dict[str, Any]:
     `cycle_ms_*` are from wake-up to command [ms], None without timings (a run in lockstep has none).
 
     Raises:
-        LogError: nothing tracks, or the target's bending component is zero, which the metrics are relative to.
+        LogError: as `tracking`.
     """
     run = tracking(log)
-    if run.target[run.axis] == 0.0:
-        raise LogError(
-            f"{log.path}: reference.target is 0 in {'xy'[run.axis]}: its overshoot means nothing; only plot it"
-        )
     work_ms = np.array([timing.work_us for timing in log.timings]) / 1000.0
     ours = metrics(run.tip, run.target, run.displacement, run.axis)
     return {

@@ -1,13 +1,21 @@
-"""Cycle records made by hand, for what reads and writes them."""
+"""Cycle records made by hand, and logs of them."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
+import numpy as np
+
+from tendond.daemon import foxglove
+from tendond.daemon.channels import CYCLE, ROD_SHAPE, TIMING
+from tendond.daemon.recorder import CONFIG, Recorder
 from tendond.schemas.base import Vector3
+from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, TendonCommand, TipPose
-from tendond.schemas.record import CycleInputs, CycleRecord, ModelState, ReferencePoint, TipEstimate
+from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming, ModelState, ReferencePoint, TipEstimate
 
 ZERO = (0.0, 0.0, 0.0)
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+TARGET = (0.34, 0.0, 0.0398)
 
 
 def cycle_record(
@@ -31,7 +39,7 @@ def cycle_record(
         rejected=(),
         pose_age=0,
         measured=measured,
-        reference=ReferencePoint(position=(0.34, 0.0, 0.0398), velocity=ZERO, acceleration=ZERO),
+        reference=ReferencePoint(position=TARGET, velocity=ZERO, acceleration=ZERO),
         estimate=TipEstimate(position=ZERO, velocity=ZERO, acceleration=ZERO, offset=ZERO),
         terms={"z1": tuple(terms)},
         wanted=tension,
@@ -40,3 +48,18 @@ def cycle_record(
         model=ModelState(position=ZERO, orientation=UPRIGHT, residual=1e-9, marches=2),
         command=TendonCommand(seq=tick, stamp_ns=tick, pose_seq=tick, displacement=pulled, tension=tension, armed=True),
     )
+
+
+def write_log(path: Path, records: Sequence[CycleRecord], config: RigConfig | None = None) -> Path:
+    """A log with those cycles, a timing each, and a rod shape every fifth."""
+    attached = (config or RigConfig()).model_dump_json()
+    with Recorder(path, {"revision": "abc"}, {CONFIG: attached}, queue_size=100_000) as log:
+        for record in records:
+            log.put(CYCLE, record.tick, record)
+            timing = LoopTiming(tick=record.tick, lateness_us=5.0, work_us=1000.0 + record.tick, missed_ticks=1)
+            log.put(TIMING, record.tick, timing)
+            if record.tick % 5 == 0:
+                points = np.linspace(ZERO, record.measured or ZERO, 200)
+                log.put(ROD_SHAPE, record.tick, foxglove.rod_shape(record.tick, record.tick, points, TARGET))
+    assert log.error == ""
+    return path

@@ -86,6 +86,13 @@ def table(summary: dict[str, Any], law: str) -> Table:
     for name, unit, value, form, key in rows:
         theirs = [_cell(getattr(paper, key), form)] if paper else []
         result.add_row(name, unit, _cell(value, form, missing="never"), *theirs)
+    result.add_section()
+    for name, unit, value, form in (
+        ("missed deadlines", f"of {summary['cycles']}", summary["missed_ticks"], "d"),
+        ("cycle time, median", "ms", summary["cycle_ms_median"], ".2f"),
+        ("cycle time, p99", "ms", summary["cycle_ms_p99"], ".2f"),
+    ):
+        result.add_row(name, unit, _cell(value, form), *([""] if paper else []))
     return result
 
 

@@ -47,16 +47,8 @@ def run_demo(out: Path) -> None:
         processes.append(_start("simulate", "--config", str(config_file)))
         with open_client(endpoint, START_SECONDS) as session:
             _drive(session, console)
-        for process in processes:
-            process.send_signal(signal.SIGTERM)
-        codes = [process.wait(END_SECONDS) for process in processes]
-    except subprocess.TimeoutExpired as error:
-        raise DaemonError(f"a process of the demo did not end within {END_SECONDS:g} s") from error
     finally:
-        for process in processes:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
+        codes = [_end(process) for process in processes]
     if any(codes):
         raise DaemonError(f"controller and simulator ended with {codes[0]} and {codes[1]}; what they said stands above")
     _report(out, log_file, console)
@@ -122,6 +114,17 @@ def _seen(status: Status) -> str:
 
 def _start(*arguments: str) -> "subprocess.Popen[bytes]":
     return subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
+
+
+def _end(process: "subprocess.Popen[bytes]") -> int:
+    """Ask a process to end, and make it when it does not; its exit status."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(END_SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    return process.wait()
 
 
 def _free_port() -> int:

@@ -11,7 +11,7 @@ from tendond import __version__
 from tendond.daemon import foxglove
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, STATUS, TIMING, TIP_MEASURED, TIP_MODEL, TRUTH
 from tendond.daemon.recorder import CONFIG, Counts, Recorder
-from tendond.model.rod import RodState
+from tendond.model.rod import Rod, RodState
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
@@ -25,10 +25,12 @@ class Journal:
     Args:
         path: of the MCAP file.
         config: of the rig; attached to the file.
+        rod: of the controller's model, to draw its states.
     """
 
-    def __init__(self, path: Path, config: RigConfig) -> None:
+    def __init__(self, path: Path, config: RigConfig, rod: Rod) -> None:
         self.path = path
+        self._rod = rod
         self._shape_period = config.log.shape_period
         # Wall time once, at the start: what happens to that clock later does not reach the log.
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
@@ -59,8 +61,8 @@ class Journal:
         lost = f", {dropped} dropped" if dropped else ""
         return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
 
-    def cycle(self, record: CycleRecord, timing: LoopTiming, rod: RodState, truth: SimulatorTruth | None) -> None:
-        """A cycle, with the rod as the model has it."""
+    def cycle(self, record: CycleRecord, timing: LoopTiming, state: RodState, truth: SimulatorTruth | None) -> None:
+        """A cycle, with the state of the model's rod."""
         now = self._now()
         put = self._recorder.put
         put(CYCLE, now, record)
@@ -72,7 +74,8 @@ class Journal:
         if truth is not None:
             put(TRUTH, now, truth)
         if record.tick % self._shape_period == 0:
-            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, rod.shape, record.reference.position))
+            points = self._rod.curve(state)
+            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, points, record.reference.position))
 
     def status(self, status: Status, *, changed: bool) -> None:
         """A status; a change of mode is a line for people as well."""

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.march import HISTORY, STATE
 from tendond.model.parameters import RodParameters
-from tendond.model.schemes import Scheme, scheme
+from tendond.model.predictor import PAST, RING
+from tendond.model.schemes import DEFAULT, Scheme, scheme
 from tendond.model.sensitivity import Sensitivity, tip_sensitivity
-from tendond.model.shooting import LANES, SOLVED, RodData, Work
+from tendond.model.shooting import LANES, MOMENT_SCALE, SOLVED, RodData, Work
 from tendond.model.timestep import advance, relax
 from tendond.model.tip import Tip, tip_quantities
 
@@ -43,7 +44,7 @@ class RodState:
         levels: v, u, q, w, v_s, u_s at every stage, shape (3, stages, 18).
         histories: y_h of the same, shape (2, stages, 18).
         geometries: p [m] and R at every node, shape (2, nodes, 12).
-        unknowns: n(0) [N], m(0) [N m], tensions [N], shape (4, 6 + n).
+        unknowns: n(0) [N], m(0) [N m], tensions [N], shape (8, 6 + n).
         loads: tendon commands, tip force, tip moment, distributed force and moment of the last step, shape (n + 12,).
         lengths: tendon path lengths [m], shape (n,).
         jacobian: carried by the solver, shape (6 + n, 6 + n).
@@ -80,7 +81,7 @@ class RodState:
     @property
     def tensions(self) -> Array:
         """Of the tendons [N], shape (n,)."""
-        return self.unknowns[self.count % 4, 6:].copy()
+        return self.unknowns[self.count % RING, 6:].copy()
 
     @property
     def shape(self) -> Array:
@@ -111,7 +112,7 @@ class Rod:
     def __init__(
         self,
         parameters: RodParameters,
-        space: str | Scheme = "rk4",
+        space: str | Scheme = DEFAULT,
         nodes: int | None = None,
         time_step: float = 0.01,
         alpha: float = -0.2,
@@ -184,7 +185,7 @@ class Rod:
         m = 6 + n
         unknown, past, jacobian = np.zeros(m), np.zeros(n + 12), np.zeros((m, m))
         if start is not None and start.displacement_driven == displacement_driven:
-            unknown, past = start.unknowns[start.count % 4].copy(), start.loads
+            unknown, past = start.unknowns[start.count % RING].copy(), start.loads
         change = np.abs(loads - past)
         tension_change = np.max(change[:n]) * (self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0)
         parts = max(tension_change / STATIC_TENSION_PER_PART, np.max(change[n:]) / STATIC_FORCE_PER_PART, 1.0)
@@ -206,7 +207,7 @@ class Rod:
             levels=levels,
             histories=np.stack([-self._bdf[0] * levels[0]] * 2),
             geometries=geometries,
-            unknowns=np.stack([unknown] * 4),
+            unknowns=np.stack([unknown] * RING),
             loads=loads,
             lengths=self._work.raw[6:].copy(),
             jacobian=jacobian,
@@ -281,6 +282,26 @@ class Rod:
             tension=state.tensions,
         )
 
+    def curve(self, state: RodState, points: int = 50) -> Array:
+        """The backbone from base to tip for the eye: equally spaced points, world frame [m], shape (points, 3).
+
+        Cubic Hermite interpolation of the nodes with their tangents R v; the error falls with the fourth power of the
+        nodes' distance.
+        """
+        place = state.geometries[state.count % 2]
+        strain = state.levels[state.count % 3, :: len(self.scheme.weights), :3]
+        tangent = np.einsum("kij,kj->ki", place[:, 3:].reshape(-1, 3, 3), strain) * self._data.ds
+        at = np.linspace(0.0, self.nodes - 1, points)
+        first = np.minimum(at.astype(np.intp), self.nodes - 2)
+        t = (at - first)[:, None]
+        start, end = place[first, :3], place[first + 1, :3]
+        return np.asarray(
+            (1.0 + 2.0 * t) * (1.0 - t) ** 2 * start
+            + t * (1.0 - t) ** 2 * tangent[first]
+            + t**2 * (3.0 - 2.0 * t) * end
+            + t**2 * (t - 1.0) * tangent[first + 1]
+        )
+
     def displacements(self, state: RodState, *, elastic: bool = False) -> Array:
         """How far each tendon is pulled out of the base [m], shape (n,): rod length minus path length.
 
@@ -302,7 +323,7 @@ class Rod:
         actuation, force = np.zeros((6, n)), np.zeros((6, 3))
         solvable = tip_sensitivity(
             self._data, self._work, self._bdf[0] if state.count else 0.0, state.displacement_driven,
-            state.unknowns[state.count % 4], state.loads, history, np.empty((self._stages, HISTORY)),
+            state.unknowns[state.count % RING], state.loads, history, np.empty((self._stages, HISTORY)),
             np.empty((self.nodes, 12)), np.zeros((m, m)), actuation, force,
         )  # fmt: skip
         if not solvable:
@@ -354,7 +375,11 @@ class Rod:
 def _work(n: int, stages: int) -> Work:
     """Scratch memory for a rod of n tendons and a scheme of that many stages."""
     m = 6 + n
+    scale = np.ones(m)
+    scale[3:6] = MOMENT_SCALE
     return Work(
+        scale=scale,
+        differences=np.zeros((PAST, m)),
         march=np.zeros((2 * STATE + 2 * n + STATE * stages) * LANES),
         node=np.zeros(STATE * LANES),
         base=np.zeros(6 * LANES),

@@ -53,13 +53,33 @@ RK4 = Scheme(
     tableau=((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0), (0.0, 0.5, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
     weights=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
     order=4,
-    nodes=11,
+    nodes=13,
     orthonormal=True,
     trapezoidal=False,
     source="Kutta 1901; Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, table II.1.2",
 )
 
-SCHEMES = {scheme.name: scheme for scheme in (EULER, RK4)}
+RK6 = Scheme(
+    name="rk6",
+    tableau=(
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1 / 3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, 2 / 3, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (1 / 12, 1 / 3, -1 / 12, 0.0, 0.0, 0.0, 0.0),
+        (25 / 48, -55 / 24, 35 / 48, 15 / 8, 0.0, 0.0, 0.0),
+        (3 / 20, -11 / 24, -1 / 8, 1 / 2, 1 / 10, 0.0, 0.0),
+        (-261 / 260, 33 / 13, 43 / 156, -118 / 39, 32 / 195, 80 / 39, 0.0),
+    ),
+    weights=(13 / 200, 0.0, 11 / 40, 11 / 40, 4 / 25, 4 / 25, 13 / 200),
+    order=6,
+    nodes=7,
+    orthonormal=True,
+    trapezoidal=False,
+    source="Butcher 1964, On Runge-Kutta processes of high order, J. Austral. Math. Soc. 4",
+)
+
+SCHEMES = {scheme.name: scheme for scheme in (EULER, RK4, RK6)}
+DEFAULT = RK6.name
 
 
 def scheme(name: str) -> Scheme:

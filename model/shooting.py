@@ -42,6 +42,8 @@ class RodData(NamedTuple):
 class Work(NamedTuple):
     """Scratch memory of a rod. `raw` is a step's result (residual 6, lengths n), `unknown` its argument, m = 6 + n."""
 
+    scale: Any  # (m,): of each unknown, 1 N or 0.05 N m
+    differences: Any  # (PAST, m): of past solutions, for the first guess
     march: Any  # ((48 + 2 n + 24 s) * 8,)
     node: Any  # (24 * 8,)
     base: Any  # (6 * 8,)
@@ -101,9 +103,9 @@ def differentiate(
         for lane in range(count):
             column = start + lane
             if column < 6:
-                work.base[column * LANES + lane] += _perturbation(unknown, column)
+                work.base[column * LANES + lane] += _perturbation(work, unknown, column)
             else:
-                work.tension[(column - 6) * LANES + lane] += _perturbation(unknown, column)
+                work.tension[(column - 6) * LANES + lane] += _perturbation(work, unknown, column)
         march(
             rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0,
             work.base, work.tension, loads[n:], history, levels, geometry, work.march, work.node, work.length,
@@ -111,7 +113,7 @@ def differentiate(
         )  # fmt: skip
         for lane in range(count):
             column = start + lane
-            inverse = 1.0 / _perturbation(unknown, column)
+            inverse = 1.0 / _perturbation(work, unknown, column)
             for j in range(6):
                 jacobian[j, column] = (work.residual[j * LANES + lane] - raw[j]) * inverse
             for i in range(n):
@@ -123,10 +125,9 @@ def differentiate(
 
 
 @inlined
-def _perturbation(unknown: Any, column: int) -> float:
+def _perturbation(work: Work, unknown: Any, column: int) -> float:
     """Difference step: 1e-7 of the load, and of 1 N or 0.05 N m where it vanishes."""
-    scale = MOMENT_SCALE if 3 <= column < 6 else 1.0
-    return float(1e-7 * (scale + abs(unknown[column])))
+    return float(1e-7 * (work.scale[column] + abs(unknown[column])))
 
 
 @inlined
@@ -182,8 +183,7 @@ def _broyden(work: Work, m: int, raw: Any, raw_trial: Any, jacobian: Any) -> Non
     """Broyden's rank-one update of the raw Jacobian, from the step taken and what it changed."""
     square = 0.0
     for column in range(m):
-        weight = 1.0 / (MOMENT_SCALE * MOMENT_SCALE) if 3 <= column < 6 else 1.0
-        square += weight * work.step[column] * work.step[column]
+        square += (work.step[column] / work.scale[column]) ** 2
     if square == 0.0:
         return
     for j in range(m):
@@ -192,8 +192,7 @@ def _broyden(work: Work, m: int, raw: Any, raw_trial: Any, jacobian: Any) -> Non
             defect -= jacobian[j, column] * work.step[column]
         defect /= square
         for column in range(m):
-            weight = 1.0 / (MOMENT_SCALE * MOMENT_SCALE) if 3 <= column < 6 else 1.0
-            jacobian[j, column] += defect * weight * work.step[column]
+            jacobian[j, column] += defect * work.step[column] / work.scale[column] ** 2
 
 
 @kernel
@@ -251,8 +250,7 @@ def solve(
         marches += 1
         trial_error = _error(rod, displacement_driven, work.trial, work.raw_trial, loads)
         if solvable and (trial_error <= rod.tolerance or trial_error < (1.0 - 0.1 * factor) * error):
-            if True:
-                _broyden(work, m, work.raw, work.raw_trial, jacobian)
+            _broyden(work, m, work.raw, work.raw_trial, jacobian)
             for column in range(6 + n):
                 unknown[column] = work.trial[column]
                 work.raw[column] = work.raw_trial[column]

@@ -4,6 +4,7 @@ from typing import Any
 
 from tendond.model.compile import inlined, kernel
 from tendond.model.march import HISTORY
+from tendond.model.predictor import RING, predict
 from tendond.model.shooting import DIVERGED, SOLVED, RodData, Work, solve
 
 SMALLEST_STEP = 1.0 / 1024.0  # of a continuation, as a part of the way
@@ -37,7 +38,7 @@ def advance(
         levels: shape (3, stages, 18).
         histories: y_h of each step, shape (2, stages, 18).
         geometries: shape (2, nodes, 12).
-        unknowns: shape (4, 6 + n).
+        unknowns: shape (8, 6 + n).
         past_loads: loads of the last step, shape (n + 12,).
         loads: of this step, shape (n + 12,).
         lengths: tendon path lengths [m], written, shape (n,).
@@ -53,14 +54,13 @@ def advance(
         for j in range(HISTORY):
             history[row, j] = (c1 + d1 * c0) * old[row, j] + c2 * older[row, j] + d1 * past[row, j]
     geometry = geometries[(count + 1) % 2]
-    unknown = unknowns[(count + 1) % 4]
-    x1, x2, x3 = unknowns[count % 4], unknowns[(count + 3) % 4], unknowns[(count + 2) % 4]
-    for j in range(unknown.shape[0]):
-        unknown[j] = 3.0 * (x1[j] - x2[j]) + x3[j]
+    unknown = unknowns[(count + 1) % RING]
+    compared = unknown.shape[0] if displacement_driven else 6
+    predict(unknowns, count, work.scale, work.differences, compared, unknown)
     status, error, marches = solve(rod, work, c0, displacement_driven, unknown, loads, history, new, geometry, jacobian)
     if status != SOLVED:
         for j in range(unknown.shape[0]):
-            unknown[j] = x1[j]
+            unknown[j] = unknowns[count % RING, j]
         jacobian[:] = 0.0
         status, error, more = continue_to(
             rod, work, c0, displacement_driven, unknown, past_loads, loads, 1.0, history, new, geometry, jacobian

@@ -64,7 +64,7 @@ class RodSection(Schema):
         Field(min_length=1, max_length=16, description="(x, y) of each tendon in the cross-section [m]"),
     ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
     tendon_stiffness: Positive | None = Field(None, description="[N/m]; left out: tendons do not stretch")
-    space: Literal["euler", "rk4"] = Field("euler", description="scheme along the rod; euler is the paper's")
+    space: Literal["euler", "rk4", "rk6"] = Field("rk6", description="scheme along the rod; euler is the paper's")
     nodes: (
         Annotated[int, Field(ge=2, le=2000, description="along the rod; left out: the scheme's own number")] | None
     ) = None
@@ -108,7 +108,7 @@ class ReferenceSection(Schema):
     """[reference]: where the tip is to go once it tracks."""
 
     kind: Literal["exponential", "step"] = Field("exponential", description="exponential: x (1 - exp(-rate t))")
-    target: Vector3 = Field((0.34, 0.0, 0.0398), description="tip position [m]; x (or y) and z count, by the plane")
+    target: Vector3 = Field((0.34, 0.0, 0.0475), description="tip position [m]; x (or y) and z count, by the plane")
     rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
 
 

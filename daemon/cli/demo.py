@@ -19,6 +19,7 @@ from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
+from tendond.schemas.presets import PAPER
 
 START_SECONDS = 120.0
 HOLD_SECONDS = 3.0
@@ -38,7 +39,7 @@ def run_demo(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     endpoint = f"tcp/127.0.0.1:{_free_port()}"
     config_file, log_file = out / "rig.toml", out / "demo.mcap"
-    config_file.write_text(f'[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+    config_file.write_text(f'{PAPER}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
     console = Console()
     console.print("Simulator and controller are two processes on Zenoh, in real time at 100 Hz; rig.toml is theirs.")
     processes: list[subprocess.Popen[bytes]] = []

@@ -31,7 +31,7 @@ def run_controller(
         raise ConfigError("\n".join(f"{config_file}: {line}" for line in str(error).splitlines())) from error
     if log_file is None:
         log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
-    with Hub(config) as hub, Journal(log_file, config) as journal:
+    with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
         loop = Loop(setup, hub, journal, stopped, arm_at)
         state = loop.warm()
         pacer = Lockstep(hub, stopped) if lockstep else Clock(hub, config.loop.period)

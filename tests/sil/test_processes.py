@@ -12,6 +12,7 @@ import pytest
 from tendond.daemon.analysis.log import load
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.presets import PAPER
 from tests.sil.rig import Rig, rig
 
 pytestmark = pytest.mark.sil
@@ -22,7 +23,7 @@ LANDING = np.array([0.3400, 0.0, 0.0398])
 def lockstep_run(folder: Path) -> bytes:
     """300 cycles in lockstep; the log's cycles as bytes."""
     folder.mkdir()
-    with rig(folder) as one:
+    with rig(folder, PAPER) as one:
         controller = one.controller("--lockstep", "--cycles", "300", "--arm-at", "5")
         simulator = one.start("simulate", "--lockstep", "--cycles", "300")
         assert controller.wait(120) == 0
@@ -40,7 +41,7 @@ def test_lockstep_lands_where_the_papers_robot_lands_and_repeats_exactly(tmp_pat
 
 
 def test_real_time_arm_track_stop_and_end(tmp_path: Path) -> None:
-    with rig(tmp_path) as one:
+    with rig(tmp_path, PAPER) as one:
         controller, simulator = one.controller(), one.start("simulate")
         with one.session() as session:
             one.arm(session)

@@ -15,7 +15,7 @@ from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming, ModelSt
 
 ZERO = (0.0, 0.0, 0.0)
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-TARGET = (0.34, 0.0, 0.0398)
+TARGET = RigConfig().reference.target
 
 
 def cycle_record(

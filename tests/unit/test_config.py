@@ -14,7 +14,7 @@ def refused(text: str) -> str:
 def test_an_empty_file_is_the_papers_robot() -> None:
     config = parse_config("", "rig.toml")
     assert config == RigConfig()
-    assert (config.rod.length, config.rod.density, config.rod.space) == (0.5, 17189.0, "euler")
+    assert (config.rod.length, config.rod.density, config.rod.space) == (0.5, 17189.0, "rk6")
 
 
 def test_an_unknown_key_is_refused_with_the_nearest_one() -> None:

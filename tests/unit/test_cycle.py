@@ -10,9 +10,10 @@ from tendond.daemon.lockstep import closed_loop
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tendond.schemas.presets import PAPER
 from tendond.schemas.record import CycleInputs, CycleRecord
 
-CONFIG = parse_config('[rod]\nspace = "rk4"\n[simulator.rod]\nspace = "rk4"\n', "test")
+CONFIG = RigConfig()
 SETUP = CycleSetup.from_config(CONFIG)
 START = initial_state(SETUP)
 REST = tuple(SETUP.rod.tip(START.rod).position.tolist())
@@ -53,11 +54,19 @@ def test_it_starts_disarmed_and_slack() -> None:
 
 def test_it_lands_where_the_papers_robot_lands() -> None:
     """(340.0, 39.8) mm with 58.57 mm of tendon: the paper's scheme and gains, reachable z."""
-    records = list(closed_loop(RigConfig(), 300, {5: ControlAction.ARM}))
+    records = list(closed_loop(parse_config(PAPER, "paper"), 300, {5: ControlAction.ARM}))
     tip, command = records[-1].measured, records[-1].command
     assert tip is not None
     assert np.allclose(np.array(tip) * 1e3, (340.0, 0.0, 39.8), atol=0.5)
     assert command.displacement[0] * 1e3 == pytest.approx(58.6, abs=0.1)
+
+
+def test_a_converged_rod_lands_where_its_own_statics_say() -> None:
+    """The paper's Euler scheme is 8 mm off in z at this bend; the default scheme rests at (340.0, 47.5), 57.6 mm."""
+    tip = list(closed_loop(CONFIG, 300, {5: ControlAction.ARM}))[-1]
+    assert tip.measured is not None
+    assert np.allclose(np.array(tip.measured) * 1e3, (340.0, 0.0, 47.5), atol=0.1)
+    assert tip.command.displacement[0] * 1e3 == pytest.approx(57.6, abs=0.1)
 
 
 def test_step_does_not_change_the_state_it_is_given() -> None:

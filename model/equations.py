@@ -37,6 +37,12 @@ NO_TENDON = (0.0,) * 27
 
 
 @inlined
+def stretch(e: Vector) -> Vector:
+    """v = v* + e, with v* = (0, 0, 1)."""
+    return e[0], e[1], 1.0 + e[2]
+
+
+@inlined
 def add_tendon(
     sums: tuple[float, ...], x: float, y: float, tension: float, v: Vector, u: Vector
 ) -> tuple[tuple[float, ...], float]:
@@ -133,31 +139,32 @@ def rates(
     history: tuple[Vector, Vector, Vector, Vector, Vector, Vector],
     sums: tuple[float, ...],
     R: tuple[float, ...],
-    v: Vector,
+    e: Vector,
     u: Vector,
     q: Vector,
     w: Vector,
 ) -> tuple[Vector, tuple[float, ...], Vector, Vector, Vector, Vector]:
-    """Derivatives along the rod (p_s, R_s, v_s, u_s, q_s, w_s).
+    """Derivatives along the rod (p_s, R_s, v_s, u_s, q_s, w_s) at strain e = v - v*.
 
     `constants` are Kse, Kbt, Bse, Bbt, rho A, rho J, C (diagonals); `load_force` and `load_moment` the distributed
     loads in the world frame, gravity included [N/m, N]; `history` the parts y_h of v_t, u_t, q_t, w_t, v_st, u_st that
     the past determines.
     """
     Kse, Kbt, Bse, Bbt, rhoA, rhoJ, C = constants
-    v_t = add(scale(c0, v), history[0])
+    v = stretch(e)
+    v_t = add(scale(c0, e), history[0])
     u_t = add(scale(c0, u), history[1])
     q_t = add(scale(c0, q), history[2])
     w_t = add(scale(c0, w), history[3])
-    n = add(times(Kse, (v[0], v[1], v[2] - 1.0)), times(Bse, v_t))
+    n = add(times(Kse, e), times(Bse, v_t))
     m = add(times(Kbt, u), times(Bbt, u_t))
 
     pull, pull_x, pull_y = tendon_pulls(sums, v, u)
-    a = cross(u, pull)
     b = sub(scale(pull_x[0] + pull_y[1], u), add(scale(u[0], pull_x), scale(u[1], pull_y)))
 
     right_n = add(scale(rhoA, add(cross(w, q), q_t)), drag(C, q))
-    right_n = sub(right_n, add(rotate_back(R, load_force), add(a, add(cross(u, n), times(Bse, history[4])))))
+    # a = u x pull and hat(u) n in one
+    right_n = sub(right_n, add(rotate_back(R, load_force), add(cross(u, add(n, pull)), times(Bse, history[4]))))
     right_m = add(cross(w, times(rhoJ, w)), times(rhoJ, w_t))
     right_m = sub(right_m, add(cross(v, n), rotate_back(R, load_moment)))
     right_m = sub(right_m, add(b, add(cross(u, m), times(Bbt, history[5]))))

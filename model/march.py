@@ -6,8 +6,10 @@ code. One lane is a shot; eight lanes are the seven shots of a difference Jacobi
 history belongs to a stage of a node: the method then is the same Runge-Kutta method applied to all time levels stacked,
 and keeps its order.
 
-Work memory `z`, in rows of one float per lane: stage state (24), rates (24), tensions, lengths per rod length.
-State of a lane: p 3, R 9, v 3, u 3, q 3, w 3.
+Work memory `z`, in rows of one float per lane: stage state (24), rates (24), tensions (n), lengths per rod length (n),
+node state (24), rates of all stages of a step (24 s).
+State of a lane: p 3, R 9, e = v - v* 3, u 3, q 3, w 3. Carrying the strain e instead of v makes the rounding of the
+force 1e5 times smaller.
 """
 
 from typing import Any
@@ -15,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from tendond.model.compile import inlined, kernel
-from tendond.model.equations import NO_TENDON, add_tendon, rates, tendon_pulls, tip_residual
+from tendond.model.equations import NO_TENDON, add_tendon, rates, tendon_pulls, tip_residual, stretch
 from tendond.model.vectors import add, scale, times
 
 STATE = 24
-HISTORY = 18  # v, u, q, w, v_s, u_s
+RATES = STATE  # row of the rates in the work memory, behind the stage's state
+HISTORY = 18  # e, u, q, w, e_s, u_s
 
 CONSTANTS = np.dtype([(name, "f8", (3,)) for name in ("Kse", "Kbt", "Bse", "Bbt", "rhoJ", "C")] + [("rhoA", "f8")])
 
@@ -53,6 +56,35 @@ def _rotation(z: Any, row: int, lanes: int, lane: int) -> Any:
         *_lane_vector(z, row + 3, lanes, lane),
         *_lane_vector(z, row + 6, lanes, lane),
     )
+
+
+@inlined
+def _advance(z: Any, row: int, lanes: int, lane: int, ahead: float, a: Any, a_s: Any) -> None:
+    """Keep a rate, and move the state ahead by it."""
+    _store(z, RATES + row, lanes, lane, a_s)
+    _store(z, row, lanes, lane, add(a, scale(ahead, a_s)))
+
+
+@inlined
+def _level(levels: Any, row: int, e: Any, u: Any, q: Any, w: Any, v_s: Any, u_s: Any) -> None:
+    levels[row, 0], levels[row, 1], levels[row, 2] = e
+    levels[row, 3], levels[row, 4], levels[row, 5] = u
+    levels[row, 6], levels[row, 7], levels[row, 8] = q
+    levels[row, 9], levels[row, 10], levels[row, 11] = w
+    levels[row, 12], levels[row, 13], levels[row, 14] = v_s
+    levels[row, 15], levels[row, 16], levels[row, 17] = u_s
+
+
+@inlined
+def _combine(z: Any, node: int, stored: int, size: int, ds: float, factors: Any, count: int) -> None:
+    """Stage state = node + ds * sum of the first `count` stored rates, each times its factor."""
+    for j in range(size):
+        z[j] = z[node + j]
+    for t in range(count):
+        factor = ds * factors[t]
+        if factor != 0.0:
+            for j in range(size):
+                z[j] += factor * z[stored + t * size + j]
 
 
 @inlined
@@ -112,10 +144,10 @@ def march(
         tension: [N], shape (n * lanes,).
         loads: tip force [N], tip moment [N m], distributed force (gravity included) [N/m] and moment [N], world frame,
             shape (12,).
-        history: y_h of v, u, q, w, v_s, u_s at every stage, shape (steps * s + 1, 18).
-        levels: written when there is one lane: v, u, q, w, v_s, u_s at every stage, shape as `history`.
+        history: y_h of e, u, q, w, e_s, u_s at every stage, shape (steps * s + 1, 18).
+        levels: written when there is one lane: e, u, q, w, e_s, u_s at every stage, shape as `history`.
         geometry: written when there is one lane: p, R at every node, shape (steps + 1, 12).
-        work: scratch, at least (48 + 2 n + 24 s) * lanes.
+        work: scratch, at least (72 + 2 n + 24 s) * lanes.
         node: state of the last node, written, shape (24 * lanes,).
         length: tendon path lengths [m], written, shape (n * lanes,).
         residual: force and moment missing at the tip, written, shape (6 * lanes,).
@@ -129,34 +161,37 @@ def march(
     material = (Kse, Kbt, Bse, Bbt, k.rhoA, _vector(k.rhoJ, 0), _vector(k.C, 0))
     force, moment = _vector(loads, 6), _vector(loads, 9)
     z = work
-    tension_row = 2 * STATE
+    tension_row = RATES + STATE
     speed_row = tension_row + tendons
-    stored = (speed_row + tendons) * width
+    node_row = speed_row + tendons
+    stored = (node_row + STATE) * width
 
     for lane in range(width):
         for row in range(STATE):
-            node[row * width + lane] = 0.0
+            z[row * width + lane] = 0.0
         for row in (3, 7, 11):
-            node[row * width + lane] = 1.0
+            z[row * width + lane] = 1.0
         for j in range(3):
-            node[(12 + j) * width + lane] = (base[j * width + lane] - Bse[j] * history[0, j]) / (Kse[j] + c0 * Bse[j])
-            node[(15 + j) * width + lane] = (base[(3 + j) * width + lane] - Bbt[j] * history[0, 3 + j]) / (
+            z[(12 + j) * width + lane] = (base[j * width + lane] - Bse[j] * history[0, j]) / (Kse[j] + c0 * Bse[j])
+            z[(15 + j) * width + lane] = (base[(3 + j) * width + lane] - Bbt[j] * history[0, 3 + j]) / (
                 Kbt[j] + c0 * Bbt[j]
             )
-        node[14 * width + lane] += Kse[2] / (Kse[2] + c0 * Bse[2])
     for j in range(tendons * width):
         z[tension_row * width + j] = tension[j]
         length[j] = 0.0
 
     row = 0
     for step in range(steps + 1):
-        for s in range(stages if step < steps else 1):
+        last = step == steps
+        if width == 1:
+            for j in range(12):
+                geometry[step, j] = z[j]
+        if stages > 1:
             for j in range(STATE * width):
-                z[j] = node[j]
-            for t in range(s):
-                if tableau[s, t] != 0.0:
-                    for j in range(STATE * width):
-                        z[j] += ds * tableau[s, t] * z[stored + t * STATE * width + j]
+                z[node_row * width + j] = z[j]
+        for s in range(1 if last else stages):
+            if s > 0:
+                _combine(z, node_row * width, stored, STATE * width, ds, tableau[s], s)
             past = (
                 _row_vector(history, row, 0),
                 _row_vector(history, row, 3),
@@ -165,56 +200,56 @@ def march(
                 _row_vector(history, row, 12),
                 _row_vector(history, row, 15),
             )
+            ahead = (
+                ds * weights[0] if stages == 1 and not last else 0.0
+            )  # a scheme of one stage needs no more than this
             for lane in range(width):
-                R = _rotation(z, 3, width, lane)
-                v, u = _lane_vector(z, 12, width, lane), _lane_vector(z, 15, width, lane)
+                p, R = _lane_vector(z, 0, width, lane), _rotation(z, 3, width, lane)
+                e, u = _lane_vector(z, 12, width, lane), _lane_vector(z, 15, width, lane)
                 q, w = _lane_vector(z, 18, width, lane), _lane_vector(z, 21, width, lane)
+                v = stretch(e)
                 sums = NO_TENDON
                 for i in range(tendons):
                     sums, speed = add_tendon(sums, x[i], y[i], z[(tension_row + i) * width + lane], v, u)
                     z[(speed_row + i) * width + lane] = speed
-                p_s, R_s, v_s, u_s, q_s, w_s = rates(material, c0, force, moment, past, sums, R, v, u, q, w)
-                _store(z, 24, width, lane, p_s)
-                _store(z, 27, width, lane, (R_s[0], R_s[1], R_s[2]))
-                _store(z, 30, width, lane, (R_s[3], R_s[4], R_s[5]))
-                _store(z, 33, width, lane, (R_s[6], R_s[7], R_s[8]))
-                _store(z, 36, width, lane, v_s)
-                _store(z, 39, width, lane, u_s)
-                _store(z, 42, width, lane, q_s)
-                _store(z, 45, width, lane, w_s)
-            for j in range(STATE * width):
-                z[stored + s * STATE * width + j] = z[STATE * width + j]
-            if width == 1:
-                for j in range(12):
-                    levels[row, j] = z[12 + j]
-                for j in range(6):
-                    levels[row, 12 + j] = z[36 + j]
+                p_s, R_s, v_s, u_s, q_s, w_s = rates(material, c0, force, moment, past, sums, R, e, u, q, w)
+                if width == 1:
+                    _level(levels, row, e, u, q, w, v_s, u_s)
+                _advance(z, 0, width, lane, ahead, p, p_s)
+                _advance(z, 3, width, lane, ahead, (R[0], R[1], R[2]), (R_s[0], R_s[1], R_s[2]))
+                _advance(z, 6, width, lane, ahead, (R[3], R[4], R[5]), (R_s[3], R_s[4], R_s[5]))
+                _advance(z, 9, width, lane, ahead, (R[6], R[7], R[8]), (R_s[6], R_s[7], R_s[8]))
+                _advance(z, 12, width, lane, ahead, e, v_s)
+                _advance(z, 15, width, lane, ahead, u, u_s)
+                _advance(z, 18, width, lane, ahead, q, q_s)
+                _advance(z, 21, width, lane, ahead, w, w_s)
+            if stages > 1:
+                for j in range(STATE * width):
+                    z[stored + s * STATE * width + j] = z[RATES * width + j]
             share = ds * weights[s] if step < steps else 0.0
             if trapezoid:
                 share = ds if 0 < step < steps else 0.5 * ds
             for j in range(tendons * width):
                 length[j] += share * z[speed_row * width + j]
             row += 1
-        if width == 1:
-            for j in range(12):
-                geometry[step, j] = node[j]
-        if step < steps:
-            for s in range(stages):
-                for j in range(STATE * width):
-                    node[j] += ds * weights[s] * z[stored + s * STATE * width + j]
-            if orthonormal:
-                for lane in range(width):
-                    _orthonormalise(node, width, lane)
+        if stages > 1 and not last:
+            _combine(z, node_row * width, stored, STATE * width, ds, weights, stages)
+        if orthonormal and not last:
+            for lane in range(width):
+                _orthonormalise(z, width, lane)
+    for j in range(STATE * width):
+        node[j] = z[j]
 
     for lane in range(width):
         R = _rotation(node, 3, width, lane)
-        v, u = _lane_vector(node, 12, width, lane), _lane_vector(node, 15, width, lane)
+        e, u = _lane_vector(node, 12, width, lane), _lane_vector(node, 15, width, lane)
+        v = stretch(e)
         sums = NO_TENDON
         for i in range(tendons):
             sums, _ = add_tendon(sums, x[i], y[i], tension[i * width + lane], v, u)
-        v_t = add(scale(c0, v), _row_vector(history, row - 1, 0))
+        v_t = add(scale(c0, e), _row_vector(history, row - 1, 0))
         u_t = add(scale(c0, u), _row_vector(history, row - 1, 3))
-        n = add(times(Kse, (v[0], v[1], v[2] - 1.0)), times(Bse, v_t))
+        n = add(times(Kse, e), times(Bse, v_t))
         m = add(times(Kbt, u), times(Bbt, u_t))
         missing_n, missing_m = tip_residual(tendon_pulls(sums, v, u), n, m, R, _vector(loads, 0), _vector(loads, 3))
         _store(residual, 0, width, lane, missing_n)

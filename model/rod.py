@@ -10,10 +10,12 @@ print(rod.tip(state).position, rod.displacements(state))
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tendond.model.compile import bind
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.march import HISTORY, STATE
 from tendond.model.parameters import RodParameters
@@ -41,7 +43,7 @@ class RodState:
         count: steps since the static solution that it started from.
         time: [s] since then.
         displacement_driven: tendons are given by commanded displacement [m] rather than tension [N].
-        levels: v, u, q, w, v_s, u_s at every stage, shape (3, stages, 18).
+        levels: strain e = v - v*, u, q, w, v_s, u_s at every stage, shape (3, stages, 18).
         histories: y_h of the same, shape (2, stages, 18).
         geometries: p [m] and R at every node, shape (2, nodes, 12).
         unknowns: n(0) [N], m(0) [N m], tensions [N], shape (8, 6 + n).
@@ -153,6 +155,9 @@ class Rod:
         self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
         self._no_history = np.zeros((self._stages, HISTORY))
         self._out = np.zeros(18 + 3 * n)
+        self._loads = np.zeros(n + 12)
+        self._advance: Any = None
+        self._tip: Any = None
 
     def solve_static(
         self,
@@ -252,26 +257,33 @@ class Rod:
         Raises:
             ConvergenceError: the step was not solved.
         """
-        status, error, marches = advance(
+        self._loads[:] = loads
+        arguments = (
             self._data, self._work, self._bdf, displacement_driven, state.count, state.levels, state.histories,
-            state.geometries, state.unknowns, state.loads, loads, state.lengths, state.jacobian,
+            state.geometries, state.unknowns, state.loads, self._loads, state.lengths, state.jacobian,
         )  # fmt: skip
+        if self._advance is None:
+            self._advance = bind(advance, *arguments)
+        status, error, marches = self._advance(*arguments)
         if status != SOLVED:
             state.jacobian[:] = 0.0
             raise ConvergenceError("a time step did not converge", state.time + self.time_step, error, marches)
         state.count += 1
         state.time += self.time_step
-        state.loads[:] = loads
+        state.loads[:] = self._loads
         state.displacement_driven = displacement_driven
         state.residual = error
         state.marches = marches
 
     def tip(self, state: RodState) -> Tip:
         """The tip after the last step."""
-        tip_quantities(
+        arguments = (
             self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
             state.geometries[state.count % 2, -1], self._out,
         )  # fmt: skip
+        if self._tip is None:
+            self._tip = bind(tip_quantities, *arguments)
+        self._tip(*arguments)
         out = self._out
         return Tip(
             position=out[:3].copy(),
@@ -289,7 +301,7 @@ class Rod:
         nodes' distance.
         """
         place = state.geometries[state.count % 2]
-        strain = state.levels[state.count % 3, :: len(self.scheme.weights), :3]
+        strain = state.levels[state.count % 3, :: len(self.scheme.weights), :3] + (0.0, 0.0, 1.0)
         tangent = np.einsum("kij,kj->ki", place[:, 3:].reshape(-1, 3, 3), strain) * self._data.ds
         at = np.linspace(0.0, self.nodes - 1, points)
         first = np.minimum(at.astype(np.intp), self.nodes - 2)
@@ -380,7 +392,7 @@ def _work(n: int, stages: int) -> Work:
     return Work(
         scale=scale,
         differences=np.zeros((PAST, m)),
-        march=np.zeros((2 * STATE + 2 * n + STATE * stages) * LANES),
+        march=np.zeros((3 * STATE + 2 * n + STATE * stages) * LANES),
         node=np.zeros(STATE * LANES),
         base=np.zeros(6 * LANES),
         tension=np.zeros(n * LANES),

@@ -72,7 +72,7 @@ RK6 = Scheme(
     ),
     weights=(13 / 200, 0.0, 11 / 40, 11 / 40, 4 / 25, 4 / 25, 13 / 200),
     order=6,
-    nodes=7,
+    nodes=6,
     orthonormal=True,
     trapezoidal=False,
     source="Butcher 1964, On Runge-Kutta processes of high order, J. Austral. Math. Soc. 4",

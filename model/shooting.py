@@ -264,4 +264,7 @@ def solve(
                 factor *= 0.3
     if not error <= rod.tolerance:  # NaN
         return DIVERGED, error, marches
+    if jacobian[0, 0] != 0.0 and _newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian):
+        for column in range(m):
+            unknown[column] += work.step[column]
     return SOLVED, error, marches

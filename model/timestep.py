@@ -3,7 +3,6 @@
 from typing import Any
 
 from tendond.model.compile import inlined, kernel
-from tendond.model.march import HISTORY
 from tendond.model.predictor import RING, predict
 from tendond.model.shooting import DIVERGED, SOLVED, RodData, Work, solve
 
@@ -50,9 +49,9 @@ def advance(
     c0, c1, c2, d1 = bdf
     new, old, older = levels[(count + 1) % 3], levels[count % 3], levels[(count + 2) % 3]
     history, past = histories[(count + 1) % 2], histories[count % 2]
-    for row in range(history.shape[0]):
-        for j in range(HISTORY):
-            history[row, j] = (c1 + d1 * c0) * old[row, j] + c2 * older[row, j] + d1 * past[row, j]
+    y_h, y1, y2, y_h1 = history.reshape(-1), old.reshape(-1), older.reshape(-1), past.reshape(-1)
+    for j in range(y_h.size):
+        y_h[j] = (c1 + d1 * c0) * y1[j] + c2 * y2[j] + d1 * y_h1[j]
     geometry = geometries[(count + 1) % 2]
     unknown = unknowns[(count + 1) % RING]
     compared = unknown.shape[0] if displacement_driven else 6

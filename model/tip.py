@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.compile import kernel
+from tendond.model.equations import stretch
 from tendond.model.march import _vector
 from tendond.model.shooting import RodData
 from tendond.model.vectors import add, cross, dot, rotate, scale, sub
@@ -46,10 +47,10 @@ class Tip:
 def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any, out: Any) -> None:
     """Position 3, rotation 9, velocity 3, acceleration 3, b_c 3 per tendon, written to `out`, shape (18 + 3 n,).
 
-    `level`, `history` are the tip's rows of v, u, q, w, v_s, u_s and of their y_h; `place` its p, R.
+    `level`, `history` are the tip's rows of e = v - v*, u, q, w, v_s, u_s and of their y_h; `place` its p, R.
     """
     R = (place[3], place[4], place[5], place[6], place[7], place[8], place[9], place[10], place[11])
-    v, u, q, w = _vector(level, 0), _vector(level, 3), _vector(level, 6), _vector(level, 9)
+    v, u, q, w = stretch(_vector(level, 0)), _vector(level, 3), _vector(level, 6), _vector(level, 9)
     v_s, u_s = _vector(level, 12), _vector(level, 15)
     q_t = add(scale(c0, q), _vector(history, 6))
     for j in range(12):

@@ -113,6 +113,24 @@ def demo(
     run_demo(out)
 
 
+bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True)
+app.add_typer(bench)
+
+
+@bench.command("rod")
+def bench_rod(
+    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+    against: Annotated[Path | None, typer.Option("--against", help="File of an earlier run, to compare with.")] = None,
+) -> None:
+    """Time the rod's solvers and their errors, all in one run.
+
+    Example: tendond bench rod --json now.json --against before.json
+    """
+    from tendond.daemon.cli.bench import run_bench_rod
+
+    run_bench_rod(json, against)
+
+
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
     try:

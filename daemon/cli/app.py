@@ -131,6 +131,14 @@ def bench_rod(
     run_bench_rod(json, against)
 
 
+@bench.command("schemes")
+def bench_schemes() -> None:
+    """Compare space schemes: error against time, as a Markdown table."""
+    from tendond.daemon.cli.bench import run_bench_schemes
+
+    run_bench_schemes()
+
+
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
     try:

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.daemon.bench.rod import Row, as_json, bench_rod
+from tendond.daemon.bench.schemes import compare_schemes, markdown
 from tendond.daemon.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.announce import announce_compilation
@@ -40,6 +41,14 @@ def run_bench_rod(json_file: Path | None, against: Path | None) -> None:
             json_file.write_text(json.dumps(as_json(rows), indent=2) + "\n", encoding="utf-8")
         except OSError as error:
             raise DaemonError(f"{json_file}: cannot be written: {error.strerror}") from error
+
+
+def run_bench_schemes() -> None:
+    """Compare the space schemes and print the table."""
+    announce_compilation(say)
+    with Console(stderr=True).status("") as status:
+        rows = compare_schemes(status.update)
+    print(markdown(rows))
 
 
 def _table(rows: list[Row], earlier: dict[str, float]) -> Table:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from tendond.model.compile import inlined, kernel
-from tendond.model.equations import NO_TENDON, add_tendon, rates, tendon_pulls, tip_residual, stretch
+from tendond.model.equations import NO_TENDON, add_tendon, rates, stretch, tendon_pulls, tip_residual
 from tendond.model.vectors import add, scale, times
 
 STATE = 24

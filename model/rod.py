@@ -17,14 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.compile import bind
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.march import HISTORY, STATE
+from tendond.model.march import HISTORY
 from tendond.model.parameters import RodParameters
-from tendond.model.predictor import PAST, RING
+from tendond.model.predictor import RING
 from tendond.model.schemes import DEFAULT, Scheme, scheme
 from tendond.model.sensitivity import Sensitivity, tip_sensitivity
-from tendond.model.shooting import LANES, MOMENT_SCALE, SOLVED, RodData, Work
+from tendond.model.shooting import SOLVED, RodData
 from tendond.model.timestep import advance, relax
 from tendond.model.tip import Tip, tip_quantities
+from tendond.model.work import LANES, new_work
 
 Array = NDArray[np.float64]
 
@@ -148,7 +149,7 @@ class Rod:
             tolerance=tolerance,
             budget=MARCH_BUDGET,
         )
-        self._work = _work(n, s)
+        self._work = new_work(n, s)
         self._stages = (self.nodes - 1) * s + 1
         dt = time_step
         c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
@@ -195,9 +196,9 @@ class Rod:
         tension_change = np.max(change[:n]) * (self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0)
         parts = max(tension_change / STATIC_TENSION_PER_PART, np.max(change[n:]) / STATIC_FORCE_PER_PART, 1.0)
         levels = np.zeros((3, self._stages, HISTORY))
-        geometries = np.zeros((2, self.nodes, 12))
+        geometries, lengths = np.zeros((2, self.nodes, 12)), np.zeros(n)
         status, error, marches = relax(
-            self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, loads, self._no_history,
+            self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, loads, lengths, self._no_history,
             levels[0], geometries[0], jacobian,
         )  # fmt: skip
         if status != SOLVED:
@@ -214,7 +215,7 @@ class Rod:
             geometries=geometries,
             unknowns=np.stack([unknown] * RING),
             loads=loads,
-            lengths=self._work.raw[6:].copy(),
+            lengths=lengths,
             jacobian=jacobian,
             residual=error,
             marches=marches,
@@ -382,29 +383,3 @@ class Rod:
                 f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push"
             )
         return tensions, False
-
-
-def _work(n: int, stages: int) -> Work:
-    """Scratch memory for a rod of n tendons and a scheme of that many stages."""
-    m = 6 + n
-    scale = np.ones(m)
-    scale[3:6] = MOMENT_SCALE
-    return Work(
-        scale=scale,
-        differences=np.zeros((PAST, m)),
-        march=np.zeros((3 * STATE + 2 * n + STATE * stages) * LANES),
-        node=np.zeros(STATE * LANES),
-        base=np.zeros(6 * LANES),
-        tension=np.zeros(n * LANES),
-        length=np.zeros(n * LANES),
-        residual=np.zeros(6 * LANES),
-        trial=np.zeros(m),
-        raw=np.zeros(m),
-        raw_trial=np.zeros(m),
-        matrix=np.zeros((m, m)),
-        step=np.zeros(m),
-        tip=np.zeros((STATE, m)),
-        loads=np.zeros(n + 12),
-        last=np.zeros(m),
-        slope=np.zeros(m),
-    )

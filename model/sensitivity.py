@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from tendond.model.compile import kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE
-from tendond.model.shooting import RodData, Work, differentiate, evaluate, newton_matrix
+from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix
+from tendond.model.work import open_work
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class Sensitivity:
 @kernel
 def tip_sensitivity(
     rod: RodData,
-    work: Work,
+    memory: Any,
     c0: float,
     displacement_driven: bool,
     unknown: Any,
@@ -54,6 +55,7 @@ def tip_sensitivity(
     singular.
     """
     n = len(rod.x)
+    work = open_work(memory, n)
     evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
     differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
     last, strain = geometry[geometry.shape[0] - 1], levels[levels.shape[0] - 1]

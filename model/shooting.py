@@ -12,12 +12,11 @@ from typing import Any, NamedTuple
 from tendond.model.compile import inlined, kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE, march
+from tendond.model.work import LANES, Work
 
-LANES = 8
 SOLVED, DIVERGED = 0, 1
 
 CONTRACTION_WANTED = 0.5  # of the residual in one iteration; a poorer one makes the Jacobian anew
-MOMENT_SCALE = 0.05  # [m] makes n(0) and m(0) comparable in Broyden's update: about the arm of the tip load
 
 
 class RodData(NamedTuple):
@@ -37,28 +36,6 @@ class RodData(NamedTuple):
     stiffness: float  # of a tendon [N/m]
     tolerance: float  # residual norm [N, N m]
     budget: int  # marches that one solve may spend
-
-
-class Work(NamedTuple):
-    """Scratch memory of a rod. `raw` is a step's result (residual 6, lengths n), `unknown` its argument, m = 6 + n."""
-
-    scale: Any  # (m,): of each unknown, 1 N or 0.05 N m
-    differences: Any  # (PAST, m): of past solutions, for the first guess
-    march: Any  # ((48 + 2 n + 24 s) * 8,)
-    node: Any  # (24 * 8,)
-    base: Any  # (6 * 8,)
-    tension: Any  # (n * 8,)
-    length: Any  # (n * 8,)
-    residual: Any  # (6 * 8,)
-    trial: Any  # (m,)
-    raw: Any  # (m,)
-    raw_trial: Any  # (m,)
-    matrix: Any  # (m, m)
-    step: Any  # (m,)
-    tip: Any  # (24, m): the last node's state against the unknowns, written by `differentiate`
-    loads: Any  # (n + 12,): of a continuation's current part
-    last: Any  # (m,): its last solution
-    slope: Any  # (m,): change of the solution per part of the way
 
 
 @inlined

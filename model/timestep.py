@@ -4,7 +4,8 @@ from typing import Any
 
 from tendond.model.compile import inlined, kernel
 from tendond.model.predictor import RING, predict
-from tendond.model.shooting import DIVERGED, SOLVED, RodData, Work, solve
+from tendond.model.shooting import DIVERGED, SOLVED, RodData, solve
+from tendond.model.work import Work, open_work
 
 SMALLEST_STEP = 1.0 / 1024.0  # of a continuation, as a part of the way
 
@@ -12,7 +13,7 @@ SMALLEST_STEP = 1.0 / 1024.0  # of a continuation, as a part of the way
 @kernel
 def advance(
     rod: RodData,
-    work: Work,
+    memory: Any,
     bdf: tuple[float, float, float, float],
     displacement_driven: bool,
     count: int,
@@ -30,7 +31,7 @@ def advance(
     The arrays with a leading axis are rings: step `count` stands at `count` modulo their length.
 
     Args:
-        rod, work: the rod and its scratch memory.
+        rod, memory: the rod and its scratch memory.
         bdf: c0 [1/s], c1 [1/s], c2 [1/s], d1 [-] of BDF-alpha.
         displacement_driven: see `shooting.solve`.
         count: steps taken before this one.
@@ -46,6 +47,7 @@ def advance(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
+    work = open_work(memory, len(rod.x))
     c0, c1, c2, d1 = bdf
     new, old, older = levels[(count + 1) % 3], levels[count % 3], levels[(count + 2) % 3]
     history, past = histories[(count + 1) % 2], histories[count % 2]
@@ -74,12 +76,13 @@ def advance(
 @kernel
 def relax(
     rod: RodData,
-    work: Work,
+    memory: Any,
     displacement_driven: bool,
     first: float,
     unknown: Any,
     past_loads: Any,
     loads: Any,
+    lengths: Any,
     history: Any,
     levels: Any,
     geometry: Any,
@@ -95,9 +98,12 @@ def relax(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
+    work = open_work(memory, len(rod.x))
     status, error, marches = continue_to(
         rod, work, 0.0, displacement_driven, unknown, past_loads, loads, first, history, levels, geometry, jacobian
     )
+    for i in range(len(rod.x)):
+        lengths[i] = work.raw[6 + i]
     return status, error, marches
 
 

@@ -57,7 +57,7 @@ class _Run:
 
 def tensions(step: int) -> Array:
     """Of the motion [N], shape (4,)."""
-    return 3.0 + 2.0 * np.sin(2.0 * np.pi * 0.5 * step * TIME_STEP + np.arange(4) * np.pi / 2.0)
+    return np.asarray(3.0 + 2.0 * np.sin(2.0 * np.pi * 0.5 * step * TIME_STEP + np.arange(4) * np.pi / 2.0))
 
 
 def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[Row]:

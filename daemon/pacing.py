@@ -67,7 +67,7 @@ class Lockstep:
         self._seq: int | None = None
 
     def wait(self) -> Wake | None:
-        """Wait for a pose with a new sequence number; a simulator that is not sure of it publishes the same one again."""
+        """Wait for a pose with a new sequence number; a simulator without an answer publishes the same one again."""
         arrivals = Arrivals()
         while not self._stopped():
             arrivals.update(self._hub.receive())

@@ -1,8 +1,8 @@
 """First guess of a step: extrapolation of past solutions, of the order that would have predicted the last one best.
 
-With backward differences, extrapolation of order p is the sum of the first p + 1 of them, and what it missed at the last
-step is the next one. A smooth motion is then followed so closely that a step often needs a single march; after a jump, or
-in noise, the guess falls back to the last solution.
+With backward differences, extrapolation of order p is the sum of the first p + 1 of them, and what it missed at the
+last step is the next one. A smooth motion is then followed so closely that a step often needs a single march; after a
+jump, or in noise, the guess falls back to the last solution.
 """
 
 from typing import Any

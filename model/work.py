@@ -1,4 +1,4 @@
-"""Scratch memory of a rod: one array, which the kernels open as many, so that a call from Python carries one argument."""
+"""Scratch memory of a rod: one array, which the kernels open as many; a call from Python carries one argument."""
 
 from typing import Any, NamedTuple
 

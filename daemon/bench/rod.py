@@ -1,8 +1,8 @@
 """How long the rod takes, and how far off it is: one motion, every solver, in one run.
 
-The motion: four tendons at 3 +- 2 N, sines of 0.5 Hz a quarter period apart, gravity across, 10 s of 10 ms steps. Times are
-of one call from Python. Each step's time is the least of several runs of the same motion: the work is the same every
-time, what differs is the machine.
+The motion: four tendons at 3 +- 2 N, sines of 0.5 Hz a quarter period apart, gravity across, 10 s of 10 ms steps.
+Times are of one call from Python. Each step's time is the least of several runs of the same motion: the work is the
+same every time, what differs is the machine.
 """
 
 import importlib

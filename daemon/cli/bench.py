@@ -1,6 +1,7 @@
 """`tendond bench`: tables of how long things take."""
 
 import json
+import math
 from pathlib import Path
 
 from rich.console import Console
@@ -14,11 +15,11 @@ from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
 
 MEANING = {
-    "euler_n200": "the paper's scheme, 200 nodes",
-    "default": "default scheme",
-    "default_displacement": "default scheme, displacement-driven",
-    "static": "default scheme, statics from the neighbour",
-    "reference": "plain NumPy and SciPy, 200 nodes",
+    "euler_n200": "paper's scheme",
+    "default": "rk6, 6 nodes",
+    "default_displacement": "elastic tendons",
+    "static": "from a neighbour",
+    "reference": "plain SciPy, euler",
 }
 
 
@@ -34,7 +35,11 @@ def run_bench_rod(json_file: Path | None, against: Path | None) -> None:
     console = Console()
     with console.status("") as status:
         rows = bench_rod(lambda name: status.update(f"timing {MEANING.get(name, name)}"))
-    console.print(_table(rows, earlier))
+    header, lines = _cells(rows, earlier)
+    if console.is_terminal:
+        console.print(_table(header, lines))
+    else:
+        print("\n".join("| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *lines)))
     if json_file is not None:
         try:
             json_file.parent.mkdir(parents=True, exist_ok=True)
@@ -51,24 +56,33 @@ def run_bench_schemes() -> None:
     print(markdown(rows))
 
 
-def _table(rows: list[Row], earlier: dict[str, float]) -> Table:
-    table = Table(title="one step of the rod, 10 ms, four tendons in motion")
-    table.add_column("")
-    for column in ("median", "p99", "max", "passes", "tip error", "to euler_n200"):
-        table.add_column(column, justify="right")
-    if earlier:
-        table.add_column("to earlier", justify="right")
+def _cells(rows: list[Row], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
+    """Header and lines of the table."""
+    header = ["one step, 10 ms", "median us", "p99 us", "max us", "passes", "tip error mm", "to euler_n200"]
     euler = next(row.median_us for row in rows if row.name == "euler_n200")
-    for row in rows:
-        cells = [
-            *(f"{value:,.1f} us" for value in (row.median_us, row.p99_us, row.max_us)),
-            "-" if row.passes_per_step != row.passes_per_step else f"{row.passes_per_step:.2f}",
-            f"{row.tip_error_mm:.4f} mm",
-            f"{row.median_us / euler:,.2f}",
+    lines = [
+        [
+            f"{row.name}: {MEANING[row.name]}",
+            *(f"{value:.0f}" for value in (row.median_us, row.p99_us, row.max_us)),
+            "-" if math.isnan(row.passes_per_step) else f"{row.passes_per_step:.2f}",
+            f"{row.tip_error_mm:.4f}",
+            f"{row.median_us / euler:.2f}",
         ]
-        if earlier:
-            cells.append(f"{row.median_us / earlier[row.name]:.2f}" if row.name in earlier else "-")
-        table.add_row(f"{row.name}: {MEANING[row.name]}", *cells)
+        for row in rows
+    ]
+    if earlier:
+        header.append("to earlier")
+        for row, line in zip(rows, lines, strict=True):
+            line.append(f"{row.median_us / earlier[row.name]:.2f}" if row.name in earlier else "-")
+    return header, lines
+
+
+def _table(header: list[str], lines: list[list[str]]) -> Table:
+    table = Table()
+    for name in header:
+        table.add_column(name, justify="left" if name == header[0] else "right")
+    for line in lines:
+        table.add_row(*line)
     return table
 
 

@@ -65,6 +65,7 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
 
     state, model_error = _advance_model(setup, state, tension)
     shape_displacement = setup.rod.displacements(state.rod, elastic=config.rod.tendon_stiffness is not None)
+    shape_displacement = np.where(tension > 0.0, shape_displacement, shape_displacement - config.limits.slack)
     displacement, met_displacement = limit_displacement(
         config.limits, config.loop.period, shape_displacement, state.displacement
     )

@@ -158,6 +158,7 @@ class Rod:
         self._out = np.zeros(18 + 3 * n)
         self._loads = np.zeros(n + 12)
         self._advance: Any = None
+        self._relax: Any = None
         self._tip: Any = None
 
     def solve_static(
@@ -197,10 +198,13 @@ class Rod:
         parts = max(tension_change / STATIC_TENSION_PER_PART, np.max(change[n:]) / STATIC_FORCE_PER_PART, 1.0)
         levels = np.zeros((3, self._stages, HISTORY))
         geometries, lengths = np.zeros((2, self.nodes, 12)), np.zeros(n)
-        status, error, marches = relax(
+        arguments = (
             self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, loads, lengths, self._no_history,
             levels[0], geometries[0], jacobian,
         )  # fmt: skip
+        if self._relax is None:
+            self._relax = bind(relax, *arguments)
+        status, error, marches = self._relax(*arguments)
         if status != SOLVED:
             raise ConvergenceError("statics did not converge", 0.0, error, marches)
         levels[1:] = levels[0]
@@ -259,6 +263,8 @@ class Rod:
             ConvergenceError: the step was not solved.
         """
         self._loads[:] = loads
+        if displacement_driven is not state.displacement_driven:
+            self._drive_by(state, displacement_driven)
         arguments = (
             self._data, self._work, self._bdf, displacement_driven, state.count, state.levels, state.histories,
             state.geometries, state.unknowns, state.loads, self._loads, state.lengths, state.jacobian,
@@ -272,9 +278,15 @@ class Rod:
         state.count += 1
         state.time += self.time_step
         state.loads[:] = self._loads
-        state.displacement_driven = displacement_driven
         state.residual = error
         state.marches = marches
+
+    def _drive_by(self, state: RodState, displacement_driven: bool) -> None:
+        """Express the tendons' last commands in the other way: the same state, reached by the other drive."""
+        n = self.parameters.tendon_count
+        state.loads[:n] = self.displacements(state, elastic=True) if displacement_driven else state.tensions
+        state.displacement_driven = displacement_driven
+        state.jacobian[:] = 0.0
 
     def tip(self, state: RodState) -> Tip:
         """The tip after the last step."""

@@ -121,6 +121,9 @@ class LimitsSection(Schema):
     displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.12
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
     displacement_rate: Positive = Field(5.0, description="[m/s]")
+    slack: Annotated[float, Field(ge=0.0, le=0.05)] = Field(
+        0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
+    )
     release_rate: Positive = Field(60.0, description="of the tension while it is released [N/s]")
     sustained: Annotated[int, Field(ge=1, description="cycles at a displacement or rate limit that are a fault")] = 100
 
@@ -157,6 +160,10 @@ class SimulatorSection(Schema):
         0.01
     )
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
+    drive: Literal["tension", "displacement"] = Field(
+        "tension",
+        description="tension: ideal, as in the paper; displacement: tendons are elastic strings wound by servos",
+    )
     tip_mass: NotNegative = Field(0.0, description="weight hung on the tip [kg]")
 
 

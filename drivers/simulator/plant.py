@@ -10,7 +10,9 @@ from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState,
 
 
 class Plant:
-    """A tension-driven rod at rest, then wherever the commands take it.
+    """A rod at rest, then wherever the commands take it: by tension, or by displacement through elastic tendons.
+
+    A disarmed command is a servo without torque: the tendons are slack.
 
     Args:
         config: of the rig; `simulator` describes the plant.
@@ -22,8 +24,10 @@ class Plant:
         gravity = config.simulator.rod.gravity
         mass = config.simulator.tip_mass
         self._tip_force = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
-        self._tension = np.zeros(rod.parameters.tendon_count)
-        self._state: RodState = rod.solve_static(self._tension, tip_force=self._tip_force)
+        self._drive = config.simulator.drive
+        self._wound = False  # servos hold the tendons' displacement; else their tension is as commanded
+        self._command = np.zeros(rod.parameters.tendon_count)
+        self._state: RodState = rod.solve_static(self._command, tip_force=self._tip_force)
         self.seq = 0
 
     def step(self, command: TendonCommand | None) -> None:
@@ -33,8 +37,12 @@ class Plant:
             ConvergenceError: the plant has no solution; it stays where it was.
         """
         if command is not None:
-            self._tension = np.maximum(np.array(command.tension), 0.0)
-        self._state = self._rod.step(self._state, self._tension, tip_force=self._tip_force)
+            self._wound = command.armed and self._drive == "displacement"
+            self._command = np.array(command.displacement) if self._wound else np.maximum(command.tension, 0.0)
+        if self._wound:
+            self._state = self._rod.step(self._state, displacements=self._command, tip_force=self._tip_force)
+        else:
+            self._state = self._rod.step(self._state, self._command, tip_force=self._tip_force)
         self.seq += 1
 
     def observe(self, stamp_ns: int) -> tuple[TipPose, TendonState, SimulatorTruth]:
@@ -43,7 +51,7 @@ class Plant:
         x, y, z = tip.position.tolist()
         vx, vy, vz = tip.velocity.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
-        tension = tuple(self._tension.tolist())
+        tension = tuple(self._state.tensions.tolist())
         pose = TipPose(seq=self.seq, stamp_ns=stamp_ns, position=(x, y, z), orientation=quaternion(tip.rotation))
         state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension)
         truth = SimulatorTruth(

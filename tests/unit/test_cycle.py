@@ -69,6 +69,22 @@ def test_a_converged_rod_lands_where_its_own_statics_say() -> None:
     assert tip.command.displacement[0] * 1e3 == pytest.approx(57.6, abs=0.1)
 
 
+def test_it_lands_when_servos_wind_elastic_tendons() -> None:
+    """The plant takes displacements; the controller knows the tendons' stretch and leaves slack ones 2 mm."""
+    elastic = "tendon_stiffness = 2.0e4\n"
+    config = parse_config(
+        f'[rod]\n{elastic}[limits]\nslack = 0.002\n[simulator]\ndrive = "displacement"\n[simulator.rod]\n{elastic}',
+        "test",
+    )
+    last = list(closed_loop(config, 300, {5: ControlAction.ARM}))[-1]
+    assert last.measured is not None
+    assert np.allclose(np.array(last.measured) * 1e3, (340.0, 0.0, 47.5), atol=0.1)
+    assert last.inputs.tendon_state is not None
+    pulled = np.array(last.inputs.tendon_state.tension)
+    assert pulled[0] == pytest.approx(last.tension[0], abs=0.01)
+    assert np.all(pulled[1:] == 0.0)
+
+
 def test_step_does_not_change_the_state_it_is_given() -> None:
     state = armed()
     inputs = CycleInputs(pose=follow(state))

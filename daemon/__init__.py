@@ -1,1 +1,1 @@
-"""The controller: laws, reference, cycle, loop, bus, recorder, replay and analysis."""
+"""The controller: laws, reference, cycle, loop, bus, recorder and analysis."""

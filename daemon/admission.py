@@ -1,12 +1,16 @@
 """Which inputs a cycle uses: each one that it does not use is named with its reason."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendond.daemon.state import CycleSetup, CycleState
-from tendond.schemas.messages import TipPose
+from tendond.schemas.messages import TendonState, TipPose
 from tendond.schemas.record import CycleInputs
+
+REACH = 1.5
+"""Rod lengths from the base beyond which no tip can be."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +40,31 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     )
     if fresh:
         earlier = None if state.pose is None else np.array(state.pose.position)
-        state = replace(state, pose=inputs.pose, pose_age=0, earlier=earlier)
+        interval = 1 + inputs.missed_ticks + (state.pose_age or 0)
+        state = replace(state, pose=inputs.pose, pose_age=0, earlier=earlier, interval=interval)
     elif state.pose_age is not None:
         state = replace(state, pose_age=state.pose_age + 1 + inputs.missed_ticks)
     if inputs.tendon_state is not None:
-        state = replace(state, tendon_state=inputs.tendon_state)
+        state = replace(state, tendon_state=_with_count_checked(setup, inputs.tendon_state))
     return Admission(replace(state, runs=runs, rejected=counts), fresh, tuple(rejected))
+
+
+def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
+    """As it came, or with a fault where the driver has another number of tendons than the configuration."""
+    count = setup.rod.parameters.tendon_count
+    if len(tendons.tension) == count == len(tendons.displacement):
+        return tendons
+    return tendons.model_copy(
+        update={"fault": f"{len(tendons.tension)} of them, where rod.tendon_positions has {count}"}
+    )
 
 
 def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | None:
     """Why a pose cannot be used, if so."""
     if not pose.valid:
         return "occluded"
+    if math.hypot(*pose.position) > REACH * setup.rod.parameters.length:
+        return "out of reach"
     if state.pose is None or state.pose_age is None or state.pose_age > setup.config.faults.pose_stale:
         return None
     if pose.seq <= state.pose.seq:

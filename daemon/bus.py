@@ -1,13 +1,13 @@
 """The controller's end of the bus: the Zenoh hub that drivers and operators connect to."""
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
 
 import zenoh
 
 from tendond.daemon.errors import DaemonError
-from tendond.schemas.base import Schema
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import (
@@ -54,11 +54,8 @@ class Question:
     query: zenoh.Query
 
     def answer(self, reply: ControlReply) -> None:
-        """Send the answer; an operator who has gone away meanwhile is not missed."""
-        try:
-            self.query.reply(self.query.key_expr, encode(reply), encoding=ENCODING)
-        finally:
-            self.query.drop()  # type: ignore[no-untyped-call]
+        """Send the answer."""
+        _answer(self.query, reply)
 
 
 class Hub:
@@ -81,10 +78,8 @@ class Hub:
         try:
             self._session = zenoh.open(settings)
         except zenoh.ZError as error:
-            raise DaemonError(
-                f"cannot listen on {config.bus.endpoint}: another controller of this rig may be running; "
-                f"stop it, or change bus.endpoint"
-            ) from error
+            cause = "another controller is running there; stop it" if "in use" in str(error) else _brief(error)
+            raise DaemonError(f"cannot listen on {config.bus.endpoint}: {cause}, or change bus.endpoint") from error
         self._poses = self._subscribe(key(name, TIP_POSE))
         self._states = self._subscribe(key(name, TENDON_STATE))
         self._truths = self._subscribe(key(name, SIMULATOR_TRUTH))
@@ -95,6 +90,7 @@ class Hub:
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
+        self._last: bytes | None = None
 
     def __enter__(self) -> "Hub":
         return self
@@ -117,7 +113,9 @@ class Hub:
 
     def _newest(self, kind: type[S], subscriber: Subscriber, arrivals: Arrivals) -> S | None:
         newest: S | None = None
-        while (sample := subscriber.try_recv()) is not None:
+        for _ in range(QUEUE):  # no flood keeps the loop here
+            if (sample := subscriber.try_recv()) is None:
+                break
             try:
                 newest = decode(kind, _payload(sample))
             except UnreadableError as error:
@@ -126,30 +124,54 @@ class Hub:
 
     def question(self) -> Question | None:
         """The next request of an operator, if there is one; an unreadable one is answered here."""
-        while (query := self._questions.try_recv()) is not None:
+        for _ in range(QUEUE):
+            if (query := self._questions.try_recv()) is None:
+                break
             payload = b"" if query.payload is None else query.payload.to_bytes()
             try:
-                return Question(decode(ControlRequest, payload), query)
+                request = decode(ControlRequest, payload)
             except UnreadableError as error:
-                query.reply(
-                    query.key_expr,
-                    encode(ControlReply(done=False, message=f"the request is {error.reason}")),
-                    encoding=ENCODING,
-                )
-                query.drop()  # type: ignore[no-untyped-call]
+                _answer(query, ControlReply(done=False, message=f"the request is {error.reason}"))
+                continue
+            if str(query.key_expr).rsplit("/", 1)[-1] == request.action.value:
+                return Question(request, query)
+            _answer(query, ControlReply(done=False, message="the request does not fit its key"))
         return None
 
     def publish_command(self, command: TendonCommand) -> None:
         """To the servos or the simulator."""
-        self._put(self._commands, command)
+        self._last = encode(command)
+        self._commands.put(self._last)
+
+    def repeat_command(self) -> None:
+        """The last command again, if there was one."""
+        if self._last is not None:
+            self._commands.put(self._last)
+
+    def publish_last(self, command: TendonCommand) -> None:
+        """A command that must not be lost: waits for the network, which the loop never does."""
+        self._session.put(
+            self._commands.key_expr,
+            encode(command),
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+        )
 
     def publish_status(self, status: Status) -> None:
         """To whoever watches."""
-        self._put(self._status, status)
+        self._status.put(encode(status))
 
-    @staticmethod
-    def _put(publisher: zenoh.Publisher, message: Schema) -> None:
-        publisher.put(encode(message))
+
+def _brief(error: zenoh.ZError) -> str:
+    """Zenoh's reason without its places in the source."""
+    return str(error).split(" at ", 1)[0].strip()
+
+
+def _answer(query: zenoh.Query, reply: ControlReply) -> None:
+    """Answer a query; an operator who has gone away meanwhile is not missed."""
+    with suppress(zenoh.ZError):
+        query.reply(query.key_expr, encode(reply), encoding=ENCODING)
+    query.drop()  # type: ignore[no-untyped-call]
 
 
 def _payload(sample: zenoh.Sample) -> bytes:

@@ -1,6 +1,6 @@
 """One cycle of the controller: a pure function of setup, state and inputs. No clock, no I/O, no randomness.
 
-The same `step` runs live, in lockstep with the simulator, and in replay.
+The same `step` runs live and in lockstep with the simulator; run on recorded inputs it gives the recorded outputs.
 """
 
 from dataclasses import replace
@@ -39,6 +39,8 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     tick, config = state.tick, setup.config
     admission = admit(setup, state, inputs)
     state = admission.state
+    if state.mode is Mode.STARTING:
+        state = enter(state, Mode.IDLE, "started")
     answer = Answer(False, "")
     if inputs.request is not None:
         state, answer = handle_request(setup, state, inputs.request)
@@ -63,18 +65,21 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     if state.mode not in ACTIVE:
         tension = np.maximum(state.tension - config.limits.release_rate * config.loop.period, 0.0)
 
-    state, model_error = _advance_model(setup, state, tension)
-    shape_displacement = setup.rod.displacements(state.rod, elastic=config.rod.tendon_stiffness is not None)
-    shape_displacement = np.where(tension > 0.0, shape_displacement, shape_displacement - config.limits.slack)
-    displacement, met_displacement = limit_displacement(
-        config.limits, config.loop.period, shape_displacement, state.displacement
-    )
+    before = state
+    state, model_error = _advance_model(setup, before, tension)
+    displacement, met_displacement = _displacement(setup, state, tension, model_error)
+    if met_displacement and state.mode in ACTIVE:  # what cannot be wound is not pulled: the tension stays where it was
+        tension = before.tension
+        state, model_error = _advance_model(setup, before, tension)
+        displacement, _ = _displacement(setup, state, tension, model_error)
     met = met_tension + met_displacement if state.mode in ACTIVE else ()
-    sustained = state.runs.limited + 1 if "displacement" in met or "displacement rate" in met else 0
     if not (np.all(np.isfinite(tension)) and np.all(np.isfinite(displacement))):
         state = enter(state, Mode.FAULT, "the command was not finite")
         tension, displacement = np.zeros_like(tension), np.zeros_like(displacement)
-    armed = state.mode in (*ACTIVE, Mode.RELEASING) or bool(np.any(tension > 0.0))
+    state = replace(state, lagging=bool(met_displacement) and state.mode not in ACTIVE)
+    armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
+        state.mode is Mode.FAULT and (bool(np.any(tension > 0.0)) or state.lagging)
+    )
     command = TendonCommand(
         seq=tick,
         stamp_ns=0,
@@ -110,7 +115,7 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         ),
         command=command,
     )
-    runs = replace(state.runs, limited=sustained)
+    runs = replace(state.runs, limited=state.runs.limited + 1 if met else 0)
     return replace(state, tick=tick + 1, tension=tension, displacement=displacement, runs=runs), command, record
 
 
@@ -122,7 +127,8 @@ def _estimate(
         position, velocity = tip.position + state.observer.offset, tip.velocity
     elif fresh and measured is not None:
         earlier = measured if state.earlier is None else state.earlier
-        position, velocity = measured, (measured - earlier) / setup.config.loop.period
+        position = measured
+        velocity = (measured - earlier) / (state.interval * setup.config.loop.period)
     else:
         return None
     return TipEstimate(
@@ -169,6 +175,25 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
         runs = replace(state.runs, solver_failures=state.runs.solver_failures + 1)
         return replace(state, runs=runs), str(error)
     return replace(state, rod=rod, runs=replace(state.runs, solver_failures=0)), ""
+
+
+def _displacement(
+    setup: CycleSetup, state: CycleState, tension: Array, model_error: str
+) -> tuple[Array, tuple[str, ...]]:
+    """Displacement of each tendon [m], shape (n,), within its limits, and the limits that it met.
+
+    It follows from the model's shape. Without one, it is held while the arm is active, and let out in proportion to the
+    tension while that is released.
+    """
+    config = setup.config
+    if model_error:
+        total = float(np.sum(state.tension))
+        left = 1.0 if state.mode in ACTIVE else float(np.sum(tension)) / total if total > 0.0 else 0.0
+        wanted = np.where(state.displacement > 0.0, left * state.displacement, state.displacement)
+    else:
+        wanted = setup.rod.displacements(state.rod, elastic=config.rod.tendon_stiffness is not None)
+        wanted = np.where(tension > 0.0, wanted, wanted - config.limits.slack)
+    return limit_displacement(config.limits, config.loop.period, wanted, state.displacement)
 
 
 def _wanted(decision: Decision | None) -> tuple[float, ...] | None:

@@ -85,6 +85,11 @@ class Journal:
             level = foxglove.LogLevel.ERROR if status.mode is Mode.FAULT else foxglove.LogLevel.INFO
             self._recorder.put(LOG, now, foxglove.log_line(now, level, f"{status.mode.value}: {status.reason}"))
 
+    def crash(self, trace: str) -> None:
+        """Why the controller ends before its time."""
+        now = self._now()
+        self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.FATAL, trace))
+
     def _now(self) -> int:
         return self._epoch_ns + time.monotonic_ns()
 

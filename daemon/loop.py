@@ -2,6 +2,7 @@
 
 import gc
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,9 +10,10 @@ import numpy as np
 
 from tendond.daemon.bus import Hub, Question
 from tendond.daemon.cycle import step
+from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
-from tendond.daemon.modes import ACTIVE
+from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
@@ -32,7 +34,6 @@ class Loop:
         setup: of the cycle.
         hub: open.
         journal: where the records go.
-        stopped: true when the process is to end: the tendons are released first.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
     """
 
@@ -41,13 +42,11 @@ class Loop:
         setup: CycleSetup,
         hub: Hub,
         journal: Journal,
-        stopped: Callable[[], bool],
         arm_at: int | None = None,
     ) -> None:
         self._setup = setup
         self._hub = hub
         self._journal = journal
-        self._stopped = stopped
         self._arm_at = arm_at
         self._health = Health()
         self._status_seq = 0
@@ -55,34 +54,67 @@ class Loop:
     def warm(self) -> CycleState:
         """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
         state = initial_state(self._setup)
-        practice = state
-        for tick in range(3):
+        practice = replace(state, mode=Mode.TRACKING, pose_age=0)
+        for _ in range(3):
             practice, _, _ = step(self._setup, practice, CycleInputs())
-            if tick == 0:
-                practice = replace(practice, mode=Mode.TRACKING, pose_age=0)
         return state
 
-    def run(self, state: CycleState, pacer: Pacer, cycles: int | None = None) -> None:
-        """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last."""
+    def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
+        """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last.
+
+        Args:
+            state: to begin with.
+            pacer: what a cycle waits for.
+            stopped: true when the process is to end: the tendons are released first.
+            cycles: to run; none: no end.
+
+        Raises:
+            DaemonError: a cycle failed as nobody foresaw; the tendons have been released, and the log says why.
+        """
         gc.collect()
         gc.freeze()
         gc.disable()
+        self._state = state
         try:
-            self._run(state, pacer, cycles)
+            self._run(pacer, stopped, cycles)
+        except Exception as error:
+            self._journal.crash(traceback.format_exc())
+            self._let_go()
+            raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
         finally:
             gc.enable()
-            self._hub.publish_command(_slack(self._setup, self._health.cycles))
+            self._hub.publish_last(_slack(self._setup, self._health.cycles))
 
-    def _run(self, state: CycleState, pacer: Pacer, cycles: int | None) -> None:
+    def _let_go(self) -> None:
+        """Release the tendons without the cycle, along a ramp, from what was commanded last."""
+        config, tension, displacement = self._setup.config, self._state.tension, self._state.displacement
+        while np.any(tension > 0.0):
+            less = np.maximum(tension - config.limits.release_rate * config.loop.period, 0.0)
+            left = float(np.sum(less) / np.sum(tension))
+            displacement = np.where(displacement > 0.0, left * displacement, displacement)
+            tension = less
+            self._hub.publish_command(
+                TendonCommand(
+                    seq=self._health.cycles,
+                    stamp_ns=time.monotonic_ns(),
+                    pose_seq=None,
+                    displacement=tuple(displacement.tolist()),
+                    tension=tuple(tension.tolist()),
+                    armed=True,
+                )
+            )
+            time.sleep(config.loop.period)
+
+    def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
         mode: Mode | None = None
         next_status = 0.0
         give_up: float | None = None
         question: Question | None = None
         while cycles is None or self._health.cycles < cycles:
-            stopping = self._stopped()
+            stopping = stopped()
             if stopping:
                 give_up = give_up or time.monotonic() + RELEASE_SECONDS
-                if not _holding(state) or time.monotonic() > give_up:
+                if not _holding(self._state) or time.monotonic() > give_up:
                     break
             wake = pacer.wait()
             if wake is None:
@@ -90,9 +122,9 @@ class Loop:
             started = time.monotonic()
             question = question or self._hub.question()
             requested = None if question is None else question.request.action
-            if stopping and state.mode in ACTIVE:
+            if stopping and self._state.mode in ACTIVE:
                 requested = ControlAction.STOP
-            elif state.tick == self._arm_at:
+            elif self._state.tick == self._arm_at:
                 requested = ControlAction.ARM
             inputs = CycleInputs(
                 pose=wake.arrivals.pose,
@@ -101,14 +133,12 @@ class Loop:
                 unreadable=wake.arrivals.unreadable,
                 missed_ticks=wake.missed_ticks,
             )
-            state, command, record = step(self._setup, state, inputs)
+            self._state, command, record = step(self._setup, self._state, inputs)
             self._hub.publish_command(command.model_copy(update={"stamp_ns": time.monotonic_ns()}))
             work_us = (time.monotonic() - started) * 1e6
             self._health.add(work_us, wake.missed_ticks)
             if question is not None and question.request.action is requested:
-                question.answer(
-                    ControlReply(done=record.accepted, message=record.reply, status=self._status(state, record))
-                )
+                question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
                 question = None
             timing = LoopTiming(
                 tick=record.tick,
@@ -116,16 +146,16 @@ class Loop:
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
             )
-            self._journal.cycle(record, timing, state.rod, wake.arrivals.truth)
+            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
             if record.mode is not mode or time.monotonic() >= next_status:
-                status = self._status(state, record)
+                status = self._status(record)
                 self._hub.publish_status(status)
                 self._journal.status(status, changed=record.mode is not mode)
                 mode, next_status = record.mode, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
 
-    def _status(self, state: CycleState, record: CycleRecord) -> Status:
+    def _status(self, record: CycleRecord) -> Status:
         self._status_seq += 1
         control = self._setup.config.control
         return Status(
@@ -141,14 +171,14 @@ class Loop:
             target=self._setup.config.reference.target,
             tension=record.tension,
             displacement=record.command.displacement,
-            rejected=state.rejected,
+            rejected=self._state.rejected,
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
 
 
 def _holding(state: CycleState) -> bool:
     """Whether any tendon may still be taut."""
-    return state.mode in (*ACTIVE, Mode.RELEASING) or bool(np.any(state.tension > 0.0))
+    return state.mode in (*ACTIVE, Mode.RELEASING) or is_taut(state)
 
 
 def _slack(setup: CycleSetup, tick: int) -> TendonCommand:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendond.daemon.state import CycleSetup, CycleState, Runs
+from tendond.model.observer import start_observer
 from tendond.schemas.messages import ControlAction, Mode
 
 ACTIVE = (Mode.PRETENSION, Mode.TRACKING)
@@ -27,6 +28,18 @@ def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
     return replace(state, mode=mode, reason=reason, since=state.tick)
 
 
+def is_taut(state: CycleState) -> bool:
+    """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
+    return bool(np.any(state.tension > 0.0)) or state.lagging
+
+
+def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
+    """With the model solved anew, slack and at rest, where it had no solution any more."""
+    rod = setup.rod.solve_static(np.zeros_like(state.tension))
+    observer = start_observer(setup.rod.tip(rod).position, setup.config.observer.delay)
+    return replace(state, rod=rod, observer=observer)
+
+
 def handle_request(setup: CycleSetup, state: CycleState, action: ControlAction) -> tuple[CycleState, Answer]:
     """Carry out a request, or say why not."""
     if action is ControlAction.ARM:
@@ -36,17 +49,17 @@ def handle_request(setup: CycleSetup, state: CycleState, action: ControlAction) 
         return enter(replace(state, runs=Runs()), Mode.PRETENSION, "armed by the operator"), Answer(True, "armed")
     if action is ControlAction.STOP:
         if state.mode in ACTIVE:
-            return enter(state, Mode.RELEASING, "stopped by the operator"), Answer(
-                True, "stopped: releasing the tendons"
-            )
+            return enter(state, Mode.RELEASING, "asked to stop"), Answer(True, "stopped: releasing the tendons")
         if state.mode is Mode.FAULT:
             return state, Answer(True, "in fault: the tendons are released already")
         return state, Answer(True, f"nothing to stop: {state.mode.value}")
     if action is ControlAction.RESET:
         if state.mode is not Mode.FAULT:
             return state, Answer(False, f"nothing to reset: {state.mode.value}")
-        if np.any(state.tension > 0.0):
+        if is_taut(state):
             return state, Answer(False, "not reset: the tendons are still being released")
+        if state.runs.solver_failures:
+            state = _with_model_at_rest(setup, state)
         return enter(replace(state, runs=Runs()), Mode.IDLE, "reset by the operator"), Answer(True, "reset")
     return state, Answer(True, state.mode.value)
 
@@ -97,6 +110,6 @@ def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
         duration = setup.config.pretension.duration / setup.config.loop.period
         if state.tick - state.since >= duration:
             return enter(state, Mode.TRACKING, state.reason)
-    if state.mode is Mode.RELEASING and not np.any(state.tension > 0.0):
+    if state.mode is Mode.RELEASING and not is_taut(state):
         return enter(state, Mode.IDLE, f"released: {state.reason}")
     return state

@@ -8,6 +8,8 @@ from typing import Protocol
 from tendond.daemon.bus import Arrivals, Hub
 
 LOCKSTEP_POLL_SECONDS = 50e-6
+LOCKSTEP_PATIENCE_SECONDS = 5.0
+"""That a simulator may take for a step before it counts as gone."""
 
 
 @dataclass(frozen=True)
@@ -56,23 +58,37 @@ class Clock:
 class Lockstep:
     """One cycle for each pose: for simulation, faster than real time and repeatable.
 
+    A simulator that has not had its answer publishes the same pose again, and gets the same command again. When no pose
+    comes for a while, cycles come all the same: faults, requests and the release need them.
+
     Args:
         hub: of the controller.
-        stopped: true when no cycle is wanted any more.
+        period: of the cycle [s].
+        stopped: true when the process is to end; asked while no pose has come yet.
     """
 
-    def __init__(self, hub: Hub, stopped: Callable[[], bool]) -> None:
+    def __init__(self, hub: Hub, period: float, stopped: Callable[[], bool]) -> None:
         self._hub = hub
+        self._period = period
         self._stopped = stopped
         self._seq: int | None = None
+        self._patience = LOCKSTEP_PATIENCE_SECONDS
 
     def wait(self) -> Wake | None:
-        """Wait for a pose with a new sequence number; a simulator without an answer publishes the same one again."""
+        """Wait for a pose with a new sequence number."""
         arrivals = Arrivals()
-        while not self._stopped():
+        started = time.monotonic()
+        while self._seq is not None or not self._stopped():
             arrivals.update(self._hub.receive())
-            if arrivals.pose is not None and arrivals.pose.seq != self._seq:
-                self._seq = arrivals.pose.seq
+            if arrivals.pose is not None:
+                self._patience = LOCKSTEP_PATIENCE_SECONDS
+                if arrivals.pose.seq != self._seq:
+                    self._seq = arrivals.pose.seq
+                    return Wake(arrivals, 0.0, 0)
+                arrivals.pose = None
+                self._hub.repeat_command()
+            elif self._seq is not None and time.monotonic() - started > self._patience:
+                self._patience = self._period
                 return Wake(arrivals, 0.0, 0)
             time.sleep(LOCKSTEP_POLL_SECONDS)
         return None

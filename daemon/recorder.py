@@ -50,7 +50,7 @@ class Recorder:
     """Writes messages to an MCAP file from a thread of its own; whatever befalls the file, the caller goes on.
 
     Args:
-        path: of the file; an existing one is replaced.
+        path: of the file; an existing one is refused: a log is never overwritten.
         metadata: of the run, by name: revision, versions.
         attachments: texts by name, `CONFIG` among them.
         queue_size: messages that may wait for the disk; more are dropped.
@@ -193,7 +193,7 @@ class _File:
     """The MCAP file. After the first error mcap's writer holds half a chunk and must not be used again."""
 
     def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str]) -> None:
-        self._stream = path.open("wb")
+        self._stream = path.open("xb")
         self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=_compression())
         try:
             self._begin(metadata, attachments)

@@ -65,9 +65,10 @@ class CycleState:
         rod: of the model.
         observer: of the tip.
         pose: the newest one admitted; pose_age: cycles since it arrived.
-        earlier: position of the pose before it [m], shape (3,).
+        earlier: position of the pose before it [m], shape (3,); interval: cycles between the two.
         tendon_state: the newest one.
         tension: commanded [N], displacement: commanded [m], shapes (n,).
+        lagging: the displacement is still on its way, held back by its rate.
         runs: of bad cycles.
         rejected: inputs dropped since the start, by reason.
     """
@@ -81,9 +82,11 @@ class CycleState:
     pose: TipPose | None
     pose_age: int | None
     earlier: Array | None
+    interval: int
     tendon_state: TendonState | None
     tension: Array
     displacement: Array
+    lagging: bool = False
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)
 
@@ -98,14 +101,15 @@ def initial_state(setup: CycleSetup) -> CycleState:
     rod = setup.rod.solve_static(np.zeros(n))
     return CycleState(
         tick=0,
-        mode=Mode.IDLE,
-        reason="started",
+        mode=Mode.STARTING,
+        reason="starting",
         since=0,
         rod=rod,
         observer=start_observer(setup.rod.tip(rod).position, setup.config.observer.delay),
         pose=None,
         pose_age=None,
         earlier=None,
+        interval=1,
         tendon_state=None,
         tension=np.zeros(n),
         displacement=np.zeros(n),

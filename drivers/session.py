@@ -15,6 +15,10 @@ class BusError(TendondError):
     """The controller cannot be reached."""
 
 
+class StoppedError(Exception):
+    """The process was asked to end while it waited."""
+
+
 def client_config(endpoint: str) -> zenoh.Config:
     """A client of one endpoint; nothing is searched for on the network."""
     config = zenoh.Config()
@@ -33,6 +37,7 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
         stopped: asked between two tries; true gives up.
 
     Raises:
+        StoppedError: it gave up because it was asked to.
         BusError: the controller was not there in time.
     """
     zenoh.init_log_from_env_or("off")
@@ -41,7 +46,9 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
         try:
             return zenoh.open(client_config(endpoint))
         except zenoh.ZError as error:
-            if stopped() or time.monotonic() > deadline:
+            if stopped():
+                raise StoppedError from error
+            if time.monotonic() > deadline:
                 raise BusError(
                     f"no controller at {endpoint}: start it with 'tendond run', or mend bus.endpoint"
                 ) from error

@@ -1,5 +1,6 @@
 """The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
 
+import math
 import tomllib
 from typing import Annotated, Any, Literal
 
@@ -144,7 +145,9 @@ class PretensionSection(Schema):
 class FaultsSection(Schema):
     """[faults]: how much is borne before the arm is released."""
 
-    pose_stale: Annotated[int, Field(ge=1, description="cycles without a new pose that the observer bridges")] = 20
+    pose_stale: Annotated[
+        int, Field(ge=1, le=1000, description="cycles without a new pose that the observer bridges")
+    ] = 20
     rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
     tip_speed_max: Positive = Field(20.0, description="a pose that implies more is a teleport [m/s]")
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
@@ -199,6 +202,21 @@ class RigConfig(Schema):
                 raise ValueError(f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}")
         if self.control.agonist == self.control.antagonist:
             raise ValueError("control.agonist and control.antagonist are the same tendon")
+        across = 0 if self.control.plane == "xz" else 1
+        arm = self.rod.tendon_positions[self.control.agonist][across]
+        if arm * self.reference.target[across] < 0.0 or arm == 0.0:
+            raise ValueError(
+                f"control.agonist = {self.control.agonist}: that tendon does not bend the rod towards reference.target"
+            )
+        if (
+            self.control.antagonist is not None
+            and self.rod.tendon_positions[self.control.antagonist][across] * arm >= 0.0
+        ):
+            raise ValueError(f"control.antagonist = {self.control.antagonist}: that tendon does not oppose the agonist")
+        if math.hypot(*self.reference.target) > self.rod.length:
+            raise ValueError(f"reference.target = {list(self.reference.target)} is farther than the rod is long")
+        if self.pretension.tension > self.limits.tension_max:
+            raise ValueError("pretension.tension is above limits.tension_max")
         if len(self.simulator.rod.tendon_positions) != count:
             raise ValueError("rod and simulator.rod differ in the number of tendon_positions")
         return self

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from tendond import TendondError, __version__
+from tendond.daemon.cli.signals import leave_on_signals
 
 app = typer.Typer(
     name="tendond",
@@ -23,7 +24,7 @@ Config = Annotated[
     Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
 ]
 Lockstep = Annotated[
-    bool, typer.Option("--lockstep", help="With the simulator: one cycle per pose instead of the clock.")
+    bool, typer.Option("--lockstep", help="One cycle per pose instead of the clock; give it to run and simulate both.")
 ]
 Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="End after so many cycles.")]
 
@@ -39,7 +40,9 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
 @app.command()
 def run(
     config: Config = None,
-    log: Annotated[Path | None, typer.Option("--log", help="MCAP file to write. Left out: log/RIG-TIME.mcap.")] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-TIME.mcap.")
+    ] = None,
     lockstep: Lockstep = False,
     cycles: Cycles = None,
     arm_at: Annotated[
@@ -50,6 +53,7 @@ def run(
 
     Example: tendond run --config rig.toml
     """
+    leave_on_signals()
     from tendond.daemon.cli.run import run_controller
 
     if arm_at is not None and not lockstep:
@@ -63,6 +67,7 @@ def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles =
 
     Example: tendond simulate --config rig.toml
     """
+    leave_on_signals()
     from tendond.daemon.cli.simulate import run_simulator
 
     run_simulator(config, lockstep=lockstep, cycles=cycles)
@@ -108,6 +113,7 @@ def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/demo"),
 ) -> None:
     """Simulate the paper's experiment: two processes on Zenoh, in real time, with log and figures."""
+    leave_on_signals(130)
     from tendond.daemon.cli.demo import run_demo
 
     run_demo(out)

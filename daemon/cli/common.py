@@ -18,7 +18,7 @@ def load_config(path: Path | None) -> RigConfig:
     if path is None:
         return RigConfig()
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -27,7 +27,7 @@ def load_config(path: Path | None) -> RigConfig:
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Catch SIGINT and SIGTERM; the function returned is true once one has come."""
+    """Catch SIGINT and SIGTERM, for a loop that can end by itself; the function returned is true once one has come."""
     came: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:

@@ -14,10 +14,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from tendond.daemon.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.operator import ask
-from tendond.drivers.session import open_client
+from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
-from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
 from tendond.schemas.presets import PAPER
 
@@ -36,52 +35,91 @@ def run_demo(out: Path) -> None:
     """
     announce_compilation(say)
     warm_up()
-    out.mkdir(parents=True, exist_ok=True)
     endpoint = f"tcp/127.0.0.1:{_free_port()}"
     config_file, log_file = out / "rig.toml", out / "demo.mcap"
-    config_file.write_text(f'{PAPER}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
-    console = Console()
-    console.print("Simulator and controller are two processes on Zenoh, in real time at 100 Hz; rig.toml is theirs.")
-    processes: list[subprocess.Popen[bytes]] = []
     try:
-        processes.append(_start("run", "--config", str(config_file), "--log", str(log_file)))
-        processes.append(_start("simulate", "--config", str(config_file)))
-        with open_client(endpoint, START_SECONDS) as session:
-            _drive(session, console)
-    finally:
-        codes = [_end(process) for process in processes]
-    if any(codes):
-        raise DaemonError(f"controller and simulator ended with {codes[0]} and {codes[1]}; what they said stands above")
-    _report(out, log_file, console)
+        out.mkdir(parents=True, exist_ok=True)
+        log_file.unlink(missing_ok=True)
+        config_file.write_text(f'{PAPER}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+        demo = _Demo(endpoint, config_file, log_file)
+        demo.run()
+        _report(out, log_file, demo.console)
+    except OSError as error:
+        raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
 
-def _drive(session: zenoh.Session, console: Console) -> None:
-    """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
-    columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(),
-        TextColumn("{task.fields[seen]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, refresh_per_second=10) as progress:
-        task = progress.add_task("arming", total=HOLD_SECONDS, seen="")
-        deadline = time.monotonic() + START_SECONDS
-        while not (reply := ask(session, RIG, ControlAction.ARM)).done:
-            progress.update(task, seen=reply.message)
-            if time.monotonic() > deadline:
-                raise DaemonError(f"the demo could not be armed: {reply.message}")
-            time.sleep(POLL_SECONDS)
-        started = time.monotonic()
-        while (elapsed := time.monotonic() - started) < HOLD_SECONDS:
-            status = _status(ask(session, RIG, ControlAction.STATUS))
-            progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
-            time.sleep(POLL_SECONDS)
-        progress.update(task, completed=HOLD_SECONDS)
-        ask(session, RIG, ControlAction.STOP)
-        while (status := _status(ask(session, RIG, ControlAction.STATUS))).mode is Mode.RELEASING:
+class _Demo:
+    """The two processes, and what an operator does with them."""
+
+    def __init__(self, endpoint: str, config_file: Path, log_file: Path) -> None:
+        self.console = Console()
+        self._endpoint = endpoint
+        self._commands = {
+            "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
+            "simulator": ("simulate", "--config", str(config_file)),
+        }
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+
+    def run(self) -> None:
+        """Start them, drive them, end them."""
+        self.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
+        try:
+            for name, arguments in self._commands.items():
+                self._processes[name] = subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
+            with open_client(self._endpoint, START_SECONDS, self._has_ended) as session:
+                self._drive(session)
+        except StoppedError:
+            self._watch()
+        finally:
+            codes = {name: _end(process) for name, process in self._processes.items()}
+        for name, code in codes.items():
+            if code:
+                raise DaemonError(f"the {name} ended with {code}; what it said stands above")
+
+    def _has_ended(self) -> bool:
+        return any(process.poll() is not None for process in self._processes.values())
+
+    def _watch(self) -> None:
+        """Both must be alive."""
+        for name, process in self._processes.items():
+            if process.poll() is not None:
+                raise DaemonError(f"the {name} ended with {process.returncode}; what it said stands above")
+
+    def _ask(self, session: zenoh.Session, action: ControlAction) -> ControlReply:
+        self._watch()
+        try:
+            return ask(session, RIG, action)
+        except BusError:
+            self._watch()
+            raise
+
+    def _drive(self, session: zenoh.Session) -> None:
+        """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
+        columns = (
+            TextColumn("{task.description:<12}"),
+            BarColumn(),
+            TextColumn("{task.fields[seen]}"),
+            TimeElapsedColumn(),
+        )
+        with Progress(*columns, console=self.console, refresh_per_second=10) as progress:
+            task = progress.add_task("arming", total=HOLD_SECONDS, seen="")
+            deadline = time.monotonic() + START_SECONDS
+            while not (reply := self._ask(session, ControlAction.ARM)).done:
+                progress.update(task, seen=reply.message)
+                if time.monotonic() > deadline:
+                    raise DaemonError(f"the demo could not be armed: {reply.message}")
+                time.sleep(POLL_SECONDS)
+            started = time.monotonic()
+            while (elapsed := time.monotonic() - started) < HOLD_SECONDS:
+                status = _status(self._ask(session, ControlAction.STATUS))
+                progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
+                time.sleep(POLL_SECONDS)
+            progress.update(task, completed=HOLD_SECONDS)
+            self._ask(session, ControlAction.STOP)
+            while (status := _status(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
+                progress.update(task, description=status.mode.value, seen=_seen(status))
+                time.sleep(POLL_SECONDS)
             progress.update(task, description=status.mode.value, seen=_seen(status))
-            time.sleep(POLL_SECONDS)
-        progress.update(task, description=status.mode.value, seen=_seen(status))
 
 
 def _report(out: Path, log_file: Path, console: Console) -> None:
@@ -94,7 +132,7 @@ def _report(out: Path, log_file: Path, console: Console) -> None:
     with console.status("drawing the figures from the log"):
         figures = draw(log, out)
     write_summary(log, out / "summary.json")
-    console.print(table(summary(log), RigConfig().control.law))
+    console.print(table(summary(log), log.config.control.law))
     console.print(
         f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
     )
@@ -111,10 +149,6 @@ def _seen(status: Status) -> str:
         return ""
     x, _, z = status.tip
     return f"tip x {x * 1e3:6.1f} mm, z {z * 1e3:6.1f} mm, tendon {max(status.displacement) * 1e3:5.1f} mm"
-
-
-def _start(*arguments: str) -> "subprocess.Popen[bytes]":
-    return subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
 
 
 def _end(process: "subprocess.Popen[bytes]") -> int:

@@ -10,6 +10,7 @@ from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep
 from tendond.daemon.state import CycleSetup
+from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
 from tendond.schemas.config import ConfigError
 
@@ -23,18 +24,27 @@ def run_controller(
         TendondError: the configuration cannot be used, or the endpoint is taken.
     """
     config = load_config(config_file)
-    stopped = stop_on_signals()
     announce_compilation(say)
-    try:
-        setup = CycleSetup.from_config(config)
-    except LawError as error:
-        raise ConfigError("\n".join(f"{config_file}: {line}" for line in str(error).splitlines())) from error
     if log_file is None:
         log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
+    try:
+        setup = CycleSetup.from_config(config)
+    except (LawError, ModelError) as error:
+        raise _refusal(config_file, error) from error
     with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
-        loop = Loop(setup, hub, journal, stopped, arm_at)
-        state = loop.warm()
-        pacer = Lockstep(hub, stopped) if lockstep else Clock(hub, config.loop.period)
+        loop = Loop(setup, hub, journal, arm_at)
+        try:
+            state = loop.warm()
+        except ModelError as error:
+            raise _refusal(config_file, error) from error
+        stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
+        pacer = Lockstep(hub, config.loop.period, stopped) if lockstep else Clock(hub, config.loop.period)
         say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
-        loop.run(state, pacer, cycles)
+        loop.run(state, pacer, stopped, cycles)
     say(f"ended: {journal.summary}")
+
+
+def _refusal(config_file: Path | None, error: Exception) -> ConfigError:
+    """The error as one of the configuration, whose file it names."""
+    source = config_file or "built-in configuration"
+    return ConfigError("\n".join(f"{source}: {line}" for line in str(error).splitlines()))

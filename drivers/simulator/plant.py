@@ -30,6 +30,16 @@ class Plant:
         self._state: RodState = rod.solve_static(self._command, tip_force=self._tip_force)
         self.seq = 0
 
+    @property
+    def tendon_count(self) -> int:
+        """Of the rod."""
+        return len(self._command)
+
+    def let_go(self) -> None:
+        """Torque off: the tendons are slack from the next step on."""
+        self._wound = False
+        self._command = np.zeros(self.tendon_count)
+
     def step(self, command: TendonCommand | None) -> None:
         """One period under a new command, or under the last one when none came: servos hold.
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import zenoh
 
-from tendond.drivers.session import open_client
+from tendond.drivers.session import StoppedError, open_client
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
@@ -13,6 +13,9 @@ from tendond.schemas.messages import ENCODING, TendonCommand
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 CONNECT_SECONDS = 120.0
+WATCHDOG_SECONDS = 0.5
+"""Without a command for so long, the simulated servos let go."""
+
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
 """Without an answer for so long, the last pose is published again: the controller may have started later."""
@@ -48,14 +51,18 @@ class Simulator:
             ConvergenceError: the plant has no solution.
         """
         name = self._config.rig.name
-        with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
+        try:
+            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+        except StoppedError:
+            return
+        with session:
             commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(8))
             publishers = [
                 session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
                 for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
             ]
             period = self._config.simulator.period
-            deadline = time.monotonic()
+            deadline, silent = time.monotonic(), 0.0
             while not self._stopped() and (cycles is None or self._plant.seq < cycles):
                 if lockstep:
                     self._plant.step(self._answer(commands, publishers))
@@ -67,6 +74,9 @@ class Simulator:
                         deadline = now
                     time.sleep(max(0.0, deadline - now))
                     received = self._received(commands)
+                    silent = 0.0 if received else silent + period
+                    if silent > WATCHDOG_SECONDS:
+                        self._plant.let_go()
                     self._plant.step(received[-1] if received else None)
 
     def _publish(self, publishers: list[zenoh.Publisher], stamp_ns: int) -> None:
@@ -81,8 +91,13 @@ class Simulator:
         while (sample := commands.try_recv()) is not None:
             if sample.kind == zenoh.SampleKind.PUT:
                 try:
-                    received.append(decode(TendonCommand, sample.payload.to_bytes()))
+                    command = decode(TendonCommand, sample.payload.to_bytes())
                 except UnreadableError:
+                    self.unreadable += 1
+                    continue
+                if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
+                    received.append(command)
+                else:
                     self.unreadable += 1
         return received
 

@@ -146,7 +146,9 @@ def test_figures_are_drawn(log: Log, tmp_path: Path) -> None:
 
 
 def test_figures_are_drawn_of_a_single_cycle_in_the_other_plane(tmp_path: Path) -> None:
-    config = RigConfig.model_validate({"control": {"plane": "yz"}, "reference": {"target": [0.0, -0.2, 0.3]}})
+    config = RigConfig.model_validate(
+        {"control": {"plane": "yz", "agonist": 3}, "reference": {"target": [0.0, -0.2, 0.3]}}
+    )
     log = load(write_log(tmp_path / "run.mcap", [cycle_record(0)], config))
     assert draw(log, tmp_path)[0].name == "tip_y.png"
 

@@ -143,7 +143,8 @@ def test_a_fault_stays_until_reset() -> None:
         (lambda s: pose(s.pose.seq, s.pose.position), "out of order"),
         (lambda s: pose(s.pose.seq - 2, s.pose.position), "out of order"),
         (lambda s: pose(s.pose.seq + 1, s.pose.position, valid=False), "occluded"),
-        (lambda s: pose(s.pose.seq + 1, (9.0, 0.0, 0.0)), "teleport"),
+        (lambda s: pose(s.pose.seq + 1, (0.0, 0.0, -0.74)), "teleport"),
+        (lambda s: pose(s.pose.seq + 1, (1e308, 0.0, 0.0)), "out of reach"),
     ],
 )
 def test_a_bad_pose_is_dropped_with_its_reason_and_counted(make: object, reason: str) -> None:
@@ -166,7 +167,7 @@ def test_teleports_in_a_row_are_a_fault() -> None:
     state = armed()
     for k in range(CONFIG.faults.teleports):
         assert state.mode is Mode.TRACKING
-        state, record = go(state, CycleInputs(pose=pose(1000 + k, (9.0, 0.0, 0.0))))
+        state, record = go(state, CycleInputs(pose=pose(1000 + k, (0.0, 0.0, -0.74))))
     assert record.mode is Mode.FAULT
     assert "teleport" in record.reason
 
@@ -202,11 +203,56 @@ def test_a_model_without_solution_holds_and_then_faults(monkeypatch: pytest.Monk
         assert "did not converge" in record.model.error
     state, record = go(state, *[CycleInputs(pose=follow(state))] * 2)
     assert record.mode is Mode.FAULT
-    _, record = go(state, *[CycleInputs()] * 120)
-    assert record.tension == (0.0,) * 4
+    state, record = go(state, *[CycleInputs()] * 120)
+    assert (record.tension, record.command.armed) == ((0.0,) * 4, False)
+    assert max(record.command.displacement) == 0.0  # let out, not only without tension
+    monkeypatch.undo()
+    state, record = go(state, CycleInputs(pose=pose(2000), request=ControlAction.RESET))
+    assert (record.accepted, record.model.error) == (True, "")
+    _, record = go(state, CycleInputs(pose=pose(2001), request=ControlAction.ARM))
+    assert record.accepted
 
 
-numbers = st.floats(-3.0, 3.0)
+def test_what_cannot_be_wound_is_not_pulled() -> None:
+    """A displacement limit holds the tension, so that the arm stops there, and is a fault when it lasts."""
+    config = parse_config("[limits]\ndisplacement_max = 0.03\n", "test")
+    records = list(closed_loop(config, 300, {5: ControlAction.ARM}))
+    assert max(record.command.displacement[0] for record in records) <= 0.03
+    assert max(record.inputs.tendon_state.displacement[0] for record in records if record.inputs.tendon_state) < 0.045
+    fault = next(record for record in records if record.mode is Mode.FAULT)
+    assert "limits" in fault.reason
+
+
+def test_a_driver_with_another_number_of_tendons_keeps_the_arm_disarmed() -> None:
+    three = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 3, tension=(0.0,) * 3)
+    _, record = go(START, CycleInputs(pose=pose(0), tendon_state=three, request=ControlAction.ARM))
+    assert not record.accepted
+    assert "rod.tendon_positions has 4" in record.reply
+
+
+def test_velocity_from_differences_knows_how_far_the_poses_are_apart() -> None:
+    """Poses every second cycle of a direct controller: the same motion, so the same velocity, not half of it."""
+    setup = CycleSetup.from_config(parse_config('[control]\nfeedback = "direct"\n', "test"))
+    state, seq = initial_state(setup), 0
+
+    def move(state: CycleState, x: float, request: ControlAction | None = None) -> tuple[CycleState, CycleRecord]:
+        nonlocal seq
+        seq += 1
+        state, _, record = step(setup, state, CycleInputs(pose=pose(seq, (x, 0.0, 0.49)), request=request))
+        return state, record
+
+    state, _ = move(state, 0.0, ControlAction.ARM)
+    for k in range(1, 25):
+        state, record = move(state, 0.001 * k)
+    assert record.estimate is not None
+    assert record.estimate.velocity[0] == pytest.approx(0.1)
+    state, _, _ = step(setup, state, CycleInputs())
+    _, record = move(state, 0.001 * 26)
+    assert record.estimate is not None
+    assert record.estimate.velocity[0] == pytest.approx(0.1)
+
+
+numbers = st.floats(-0.5, 0.5) | st.floats(allow_nan=False, allow_infinity=False)
 poses = st.builds(
     TipPose,
     seq=st.integers(0, 50),

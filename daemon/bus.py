@@ -90,7 +90,7 @@ class Hub:
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
-        self._last: bytes | None = None
+        self.last_command: TendonCommand | None = None
 
     def __enter__(self) -> "Hub":
         return self
@@ -140,13 +140,13 @@ class Hub:
 
     def publish_command(self, command: TendonCommand) -> None:
         """To the servos or the simulator."""
-        self._last = encode(command)
-        self._commands.put(self._last)
+        self.last_command = command
+        self._commands.put(encode(command))
 
     def repeat_command(self) -> None:
         """The last command again, if there was one."""
-        if self._last is not None:
-            self._commands.put(self._last)
+        if self.last_command is not None:
+            self._commands.put(encode(self.last_command))
 
     def publish_last(self, command: TendonCommand) -> None:
         """A command that must not be lost: waits for the network, which the loop never does."""

@@ -164,3 +164,66 @@ def test_help_imports_nothing_heavy() -> None:
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_a_simulator_that_dies_in_lockstep_is_a_fault_and_the_tendons_are_released(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller("--lockstep", "--arm-at", "5")
+        simulator = one.start("simulate", "--lockstep")
+        with one.session() as session:
+            one.until(session, lambda s: s.mode is Mode.TRACKING)
+            simulator.kill()
+            status = one.until(session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
+            assert "pose stale" in status.reason
+        assert one.end(controller)[0] == 0
+
+
+def test_a_signal_in_lockstep_releases_the_tendons_too(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller("--lockstep", "--arm-at", "5")
+        one.start("simulate", "--lockstep")
+        with one.session() as session:
+            one.until(session, lambda s: s.mode is Mode.TRACKING)
+        assert one.end(controller)[0] == 0
+    last = load(tmp_path / "run.mcap").records[-1]
+    assert (last.tension, last.command.armed) == ((0.0,) * 4, False)
+
+
+def test_a_killed_controller_lets_the_simulated_servos_go(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            time.sleep(1.5)
+            controller.kill()
+            controller.communicate()
+        (tmp_path / "run.mcap").rename(tmp_path / "killed.mcap")
+        assert len(load(tmp_path / "killed.mcap").records) > 20
+        time.sleep(1.0)
+        again = one.controller()
+        with one.session() as session:
+            status = one.until(session, lambda s: s.tip is not None)
+            assert status.mode is Mode.IDLE
+            assert status.tip is not None
+            assert status.tip[2] > 0.4
+        assert one.end(simulator)[0] == 0
+        assert one.end(again)[0] == 0
+
+
+def test_a_simulator_that_waits_for_its_controller_ends_at_a_signal(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        simulator = one.start("simulate")
+        time.sleep(4.0)
+        code, said = one.end(simulator)
+        assert code == 0
+        assert "Traceback" not in said
+
+
+def test_a_log_is_never_overwritten(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        (tmp_path / "run.mcap").write_text("precious")
+        controller = one.controller()
+        _, said = controller.communicate(timeout=60)
+        assert controller.returncode == 1
+        assert "run.mcap" in said
+    assert (tmp_path / "run.mcap").read_text() == "precious"

@@ -34,7 +34,7 @@ format: .venv/.dev ## format the code and fix what ruff can fix
 	$(BIN)/ruff format
 	$(BIN)/ruff check --fix
 
-bench: .venv/.runtime ## time the rod model
+bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
 
 clean: ## remove out, caches and build leftovers, not .venv

@@ -11,7 +11,8 @@ from tendond import __version__
 from tendond.daemon import foxglove
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, STATUS, TIMING, TIP_MEASURED, TIP_MODEL, TRUTH
 from tendond.daemon.recorder import CONFIG, Counts, Recorder
-from tendond.model.rod import Rod, RodState
+from tendond.model.rod import Rod
+from tendond.model.rod_state import RodState
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming

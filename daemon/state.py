@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from tendond.daemon.laws import Law, LawParameters, select_law
 from tendond.model.observer import ObserverState, start_observer
 from tendond.model.parameters import RodParameters
-from tendond.model.rod import Rod, RodState
+from tendond.model.rod import Rod
+from tendond.model.rod_state import RodState
 from tendond.schemas.config import RigConfig, RodSection
 from tendond.schemas.messages import Mode, TendonState, TipPose
 

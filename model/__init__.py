@@ -2,7 +2,8 @@
 
 from tendond.model.errors import ConvergenceError, ModelError, ParameterError
 from tendond.model.parameters import RodParameters
-from tendond.model.rod import Rod, RodState
+from tendond.model.rod import Rod
+from tendond.model.rod_state import RodState
 from tendond.model.sensitivity import Sensitivity
 from tendond.model.tip import Tip
 

@@ -9,7 +9,6 @@ print(rod.tip(state).position, rod.displacements(state))
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.march import HISTORY
 from tendond.model.parameters import RodParameters
 from tendond.model.predictor import RING
+from tendond.model.rod_state import RodState
 from tendond.model.schemes import DEFAULT, Scheme, scheme
 from tendond.model.sensitivity import Sensitivity, tip_sensitivity
 from tendond.model.shooting import SOLVED, RodData
@@ -34,67 +34,6 @@ RESIDUAL_TOLERANCE = 1e-6
 MARCH_BUDGET = 60
 STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
 STATIC_FORCE_PER_PART = 1.0  # [N]
-
-
-@dataclass
-class RodState:
-    """Everything that the next step of a rod depends on. Arrays with a leading ring axis are indexed by `count`.
-
-    Attributes:
-        count: steps since the static solution that it started from.
-        time: [s] since then.
-        displacement_driven: tendons are given by commanded displacement [m] rather than tension [N].
-        levels: strain e = v - v*, u, q, w, v_s, u_s at every stage, shape (3, stages, 18).
-        histories: y_h of the same, shape (2, stages, 18).
-        geometries: p [m] and R at every node, shape (2, nodes, 12).
-        unknowns: n(0) [N], m(0) [N m], tensions [N], shape (8, 6 + n).
-        loads: tendon commands, tip force, tip moment, distributed force and moment of the last step, shape (n + 12,).
-        lengths: tendon path lengths [m], shape (n,).
-        jacobian: carried by the solver, shape (6 + n, 6 + n).
-        residual: norm of force and moment missing at the tip [N, N m].
-        marches: along the rod that the last solution took.
-    """
-
-    count: int
-    time: float
-    displacement_driven: bool
-    levels: Array
-    histories: Array
-    geometries: Array
-    unknowns: Array
-    loads: Array
-    lengths: Array
-    jacobian: Array
-    residual: float
-    marches: int
-
-    def copy(self) -> "RodState":
-        """An independent copy."""
-        return replace(
-            self,
-            levels=self.levels.copy(),
-            histories=self.histories.copy(),
-            geometries=self.geometries.copy(),
-            unknowns=self.unknowns.copy(),
-            loads=self.loads.copy(),
-            lengths=self.lengths.copy(),
-            jacobian=self.jacobian.copy(),
-        )
-
-    @property
-    def tensions(self) -> Array:
-        """Of the tendons [N], shape (n,)."""
-        return self.unknowns[self.count % RING, 6:].copy()
-
-    @property
-    def shape(self) -> Array:
-        """Positions of the nodes from base to tip, world frame [m], shape (nodes, 3)."""
-        return self.geometries[self.count % 2, :, :3].copy()
-
-    @property
-    def rotations(self) -> Array:
-        """Orientations of the nodes, body to world, shape (nodes, 3, 3)."""
-        return self.geometries[self.count % 2, :, 3:].reshape(-1, 3, 3).copy()
 
 
 class Rod:

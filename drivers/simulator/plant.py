@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tendond.model.rod import Rod, RodState
+from tendond.model.rod import Rod
+from tendond.model.rod_state import RodState
 from tendond.model.rotation import quaternion
 from tendond.model.tip import Tip
 from tendond.schemas.config import RigConfig

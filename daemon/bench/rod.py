@@ -109,6 +109,7 @@ def _dynamic(rod: Rod, displacements: Array | None = None) -> _Run:
     loads = np.array([rod.loads(commands) for commands in actuation])
     start = {"displacements" if driven else "tensions": actuation[0]}
     state = rod.solve_static(**start)
+    rod.advance(state.copy(), loads[1], driven)  # for practice: a rod's first step loads its kernel
     times, marches, tips = np.zeros(STEPS), np.zeros(STEPS), np.zeros((STEPS, 3))
     for k in range(STEPS):
         begin = time.perf_counter()

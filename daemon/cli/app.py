@@ -13,6 +13,7 @@ app = typer.Typer(
     name="tendond",
     help="Controller for tendon-driven continuum robots: Cosserat rod model, Zenoh bus, MCAP log of every cycle.",
     no_args_is_help=True,
+    rich_markup_mode=None,  # the rich help page takes longer to import than all the rest of the program
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -63,7 +64,7 @@ def run(
 
 @app.command()
 def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles = None) -> None:
-    """Run the simulated robot: it publishes poses and obeys tendon commands.
+    """Run the simulated robot in place of camera and servos.
 
     Example: tendond simulate --config rig.toml
     """
@@ -112,14 +113,17 @@ def status(
 def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/demo"),
 ) -> None:
-    """Simulate the paper's experiment: two processes on Zenoh, in real time, with log and figures."""
+    """Simulate the paper's experiment, with log and figures.
+
+    Controller and simulator are two processes on Zenoh, in real time; takes about ten seconds.
+    """
     leave_on_signals(130)
     from tendond.daemon.cli.demo import run_demo
 
     run_demo(out)
 
 
-bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True)
+bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(bench)
 
 

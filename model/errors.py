@@ -16,7 +16,7 @@ class ConvergenceError(ModelError):
 
     Attributes:
         time: of the step that failed [s], from the state's start; 0 in statics.
-        residual: norm of force and moment missing at the tip [N, N m], the best found.
+        residual: norm of force and moment missing at the tip [N, N m], of the last attempt; NaN when it overflowed.
         iterations: marches along the rod that were spent.
     """
 

@@ -13,6 +13,16 @@ from tendond.model.march import CONSTANTS
 Triple = tuple[float, float, float]
 
 
+_SHAPES: dict[str, tuple[int | None, ...]] = {
+    "shear_damping": (3,),
+    "bending_damping": (3,),
+    "drag": (3,),
+    "gravity": (3,),
+    "tendon_positions": (None, 2),
+}
+_NAMES = {(): "a number", (3,): "three numbers", (None, 2): "pairs of numbers, one per tendon"}
+
+
 @dataclass(frozen=True)
 class RodParameters:
     """A straight rod of circular cross-section with tendons parallel to it.
@@ -47,7 +57,16 @@ class RodParameters:
     tendon_stiffness: float = 2.0e4
 
     def __post_init__(self) -> None:
+        if not self.tendon_positions:
+            raise ParameterError("tendon_positions is empty: a tendon-driven rod has at least one tendon")
         for field in fields(self):
+            wanted = _SHAPES.get(field.name, ())
+            try:
+                shape = np.shape(np.asarray(getattr(self, field.name), dtype=np.float64))
+            except (TypeError, ValueError) as error:
+                raise ParameterError(f"{field.name} = {getattr(self, field.name)!r} is no number or numbers") from error
+            if len(shape) != len(wanted) or any(w is not None and s != w for s, w in zip(shape, wanted, strict=True)):
+                raise ParameterError(f"{field.name} = {getattr(self, field.name)!r} must be {_NAMES[wanted]}")
             if not np.all(np.isfinite(np.asarray(getattr(self, field.name), dtype=np.float64))):
                 raise ParameterError(f"{field.name} is not finite")
         for name in ("length", "radius", "youngs_modulus", "density", "tendon_stiffness"):
@@ -58,8 +77,6 @@ class RodParameters:
         for name in ("shear_damping", "bending_damping", "drag"):
             if min(getattr(self, name)) < 0.0:
                 raise ParameterError(f"{name} = {getattr(self, name)} must not be negative")
-        if not self.tendon_positions:
-            raise ParameterError("tendon_positions is empty: a tendon-driven rod has at least one tendon")
 
     @property
     def area(self) -> float:

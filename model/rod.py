@@ -68,6 +68,8 @@ class Rod:
             raise ParameterError(f"nodes = {self.nodes} must be 2 or more")
         if not 0.0 < time_step < math.inf:
             raise ParameterError(f"time_step = {time_step} must be above 0 s")
+        if not 0.0 < tolerance < math.inf:
+            raise ParameterError(f"tolerance = {tolerance} must be above 0 N")
         if not -0.5 <= alpha <= 0.0:
             raise ParameterError(f"alpha = {alpha} must lie in [-0.5, 0]")
         n, s = parameters.tendon_count, len(self.scheme.weights)
@@ -122,28 +124,48 @@ class Rod:
             start: a neighbouring equilibrium of this rod, driven in the same way.
 
         Raises:
-            ParameterError: loads of the wrong shape, not finite, or a negative tension.
+            ParameterError: loads of the wrong shape, not finite, negative tensions; a `start` of another rod or drive.
             ConvergenceError: no equilibrium was found.
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment)
         n = self.parameters.tendon_count
         m = 6 + n
-        unknown, past, jacobian = np.zeros(m), np.zeros(n + 12), np.zeros((m, m))
-        if start is not None and start.displacement_driven == displacement_driven:
-            unknown, past = start.unknowns[start.count % RING].copy(), start.loads
-        change = np.abs(loads - past)
-        tension_change = np.max(change[:n]) * (self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0)
-        parts = max(tension_change / STATIC_TENSION_PER_PART, np.max(change[n:]) / STATIC_FORCE_PER_PART, 1.0)
-        levels = np.zeros((3, self._stages, HISTORY))
-        geometries, lengths = np.zeros((2, self.nodes, 12)), np.zeros(n)
-        arguments = (
-            self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, loads, lengths, self._no_history,
-            levels[0], geometries[0], jacobian,
-        )  # fmt: skip
-        if self._relax is None:
-            self._relax = bind(relax, *arguments)
-        status, error, marches = self._relax(*arguments)
+        jacobian, lengths = np.zeros((m, m)), np.zeros(n)
+        levels, geometries = np.zeros((3, self._stages, HISTORY)), np.zeros((2, self.nodes, 12))
+        if start is not None and start.displacement_driven is not displacement_driven:
+            raise ParameterError(
+                "start is driven in the other way: give an equilibrium under tensions or displacements"
+            )
+        # Straight to the loads first; where that leads into a fold, the tendons alone, or all but the tendons, before.
+        tendons_first, tendons_last = loads.copy(), loads.copy()
+        tendons_first[n : n + 6], tendons_last[:n] = 0.0, 0.0
+        ways = [[loads]] if start is not None else [[loads], [tendons_first, loads], [tendons_last, loads]]
+        marches = 0
+        for way in ways:
+            unknown, past = np.zeros(m), np.zeros(n + 12)
+            if start is not None:
+                self._check(start)
+                unknown, past = start.unknowns[start.count % RING].copy(), start.loads
+            for target in way:
+                change = np.abs(target - past)
+                unit = self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0
+                tension, force = np.max(change[:n]) * unit, np.max(change[n:])
+                parts = max(tension / STATIC_TENSION_PER_PART, force / STATIC_FORCE_PER_PART, 1.0)
+                arguments = (
+                    self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, target, lengths,
+                    self._no_history, levels[0], geometries[0], jacobian,
+                )  # fmt: skip
+                if self._relax is None:
+                    self._relax = bind(relax, *arguments)
+                status, error, more = self._relax(*arguments)
+                marches += more
+                past = target
+                if status != SOLVED:
+                    break
+            if status == SOLVED:
+                break
+            jacobian[:] = 0.0
         if status != SOLVED:
             raise ConvergenceError("statics did not converge", 0.0, error, marches)
         levels[1:] = levels[0]
@@ -180,7 +202,7 @@ class Rod:
         Arguments as in `solve_static`.
 
         Raises:
-            ParameterError: loads of the wrong shape, not finite, or a negative tension.
+            ParameterError: loads of the wrong shape, not finite, or a negative tension; a state of another rod.
             ConvergenceError: the step was not solved.
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
@@ -199,10 +221,14 @@ class Rod:
             displacement_driven: see `solve_static`.
 
         Raises:
+            ParameterError: a state of another rod.
             ConvergenceError: the step was not solved.
         """
+        self._check(state)
         self._loads[:] = loads
-        if displacement_driven is not state.displacement_driven:
+        drive = state.displacement_driven
+        if displacement_driven is not drive:
+            commands = state.loads.copy()
             self._drive_by(state, displacement_driven)
         arguments = (
             self._data, self._work, self._bdf, displacement_driven, state.count, state.levels, state.histories,
@@ -213,12 +239,19 @@ class Rod:
         status, error, marches = self._advance(*arguments)
         if status != SOLVED:
             state.jacobian[:] = 0.0
+            if displacement_driven is not drive:
+                state.displacement_driven, state.loads[:] = drive, commands
             raise ConvergenceError("a time step did not converge", state.time + self.time_step, error, marches)
         state.count += 1
         state.time += self.time_step
         state.loads[:] = self._loads
         state.residual = error
         state.marches = marches
+
+    def _check(self, state: RodState) -> None:
+        """Kernels do not check bounds: a state of another rod must not reach them."""
+        if state.levels.shape[1] != self._stages or state.unknowns.shape[1] != 6 + self.parameters.tendon_count:
+            raise ParameterError("the state is of another rod: its scheme, nodes or tendons differ")
 
     def _drive_by(self, state: RodState, displacement_driven: bool) -> None:
         """Express the tendons' last commands in the other way: the same state, reached by the other drive."""
@@ -228,7 +261,12 @@ class Rod:
         state.jacobian[:] = 0.0
 
     def tip(self, state: RodState) -> Tip:
-        """The tip after the last step."""
+        """The tip after the last step.
+
+        Raises:
+            ParameterError: a state of another rod.
+        """
+        self._check(state)
         arguments = (
             self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
             state.geometries[state.count % 2, -1], self._out,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tendond.model.compile import kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE
-from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix
+from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, pull
 from tendond.model.work import open_work
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def tip_sensitivity(
             for j in range(3):
                 work.step[j] = last[3 + 3 * (column - n) + j]
         elif displacement_driven:
-            work.step[6 + column] = rod.stiffness if unknown[6 + column] > 0.0 else 0.0
+            work.step[6 + column] = rod.stiffness if pull(rod, work.raw, loads, column) > 0.0 else 0.0
         else:
             direct = 6 + column
             for j in range(6):

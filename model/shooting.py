@@ -115,13 +115,13 @@ def _error(rod: RodData, displacement_driven: bool, unknown: Any, raw: Any, load
         total += raw[j] * raw[j]
     if displacement_driven:
         for i in range(len(rod.x)):
-            missing = unknown[6 + i] - max(0.0, _pull(rod, raw, loads, i))
+            missing = unknown[6 + i] - max(0.0, pull(rod, raw, loads, i))
             total += missing * missing
     return float(math.sqrt(total))
 
 
 @inlined
-def _pull(rod: RodData, raw: Any, loads: Any, i: int) -> float:
+def pull(rod: RodData, raw: Any, loads: Any, i: int) -> float:
     """k (d_commanded - d): tension of tendon i where it is positive [N]."""
     return float(rod.stiffness * (loads[i] - rod.length + raw[6 + i]))
 
@@ -135,7 +135,7 @@ def newton_matrix(rod: RodData, work: Work, displacement_driven: bool, raw: Any,
         for column in range(m):
             work.matrix[j, column] = jacobian[j, column]
     for row in range(6, m):
-        stiffness = rod.stiffness if _pull(rod, raw, loads, row - 6) > 0.0 else 0.0
+        stiffness = rod.stiffness if pull(rod, raw, loads, row - 6) > 0.0 else 0.0
         for column in range(m):
             work.matrix[row, column] = -stiffness * jacobian[row, column]
         work.matrix[row, row] += 1.0
@@ -151,7 +151,7 @@ def _newton_step(
     for j in range(6):
         work.step[j] = -raw[j]
     for row in range(6, m):
-        work.step[row] = max(0.0, _pull(rod, raw, loads, row - 6)) - unknown[row]
+        work.step[row] = max(0.0, pull(rod, raw, loads, row - 6)) - unknown[row]
     return bool(solve_in_place(work.matrix, work.step, m))
 
 

@@ -1,19 +1,14 @@
-"""What the rod is asked to do, it does or says that it cannot: large loads, jumps, small steps, states put aside."""
-
-import io
-import pickle
-from dataclasses import fields, replace
+"""The rod is solved under large loads and sudden ones, in every time step from 1 to 20 ms."""
 
 import numpy as np
 import pytest
 
 from tendond.model import ConvergenceError, Rod, RodState
 from tendond.model.schemes import SCHEMES
-from tests.unit.rods import PAPER, WEIGHTLESS, Array, identical, last_state, one_tendon
+from tests.unit.rods import PAPER, WEIGHTLESS, one_tendon
 
 GRAVITY = 9.81
 TIME_STEPS = [0.001, 0.002, 0.005, 0.01, 0.02]
-UNDAMPED = replace(PAPER, bending_damping=(0.0, 0.0, 0.0))
 
 each_space = pytest.mark.parametrize("space", list(SCHEMES))
 each_time_step = pytest.mark.parametrize("dt", TIME_STEPS)
@@ -49,11 +44,8 @@ def test_statics_carries_50_to_200_grams_at_the_tip(space: str, tendon: int) -> 
     rod = Rod(PAPER, space)
     for mass in (0.05, 0.1, 0.15, 0.2):
         for tension in (0.0, 5.0, 20.0, 43.0, 60.0):
-            state = None
-            if (mass, tendon, tension) == (0.2, 0, 43.0):  # see the next test
-                state = rod.solve_static(one_tendon(tension))
             load = (-GRAVITY * mass, 0.0, 0.0)
-            assert_in_reach(rod, rod.solve_static(one_tendon(tension, tendon), tip_force=load, start=state))
+            assert_in_reach(rod, rod.solve_static(one_tendon(tension, tendon), tip_force=load))
 
 
 @pytest.mark.parametrize("space", ["rk4", "rk6"])
@@ -73,6 +65,9 @@ def test_200_grams_against_the_tendon_snap_through_and_a_motion_follows(space: s
     for _ in range(200):
         state = rod.step(state, one_tendon(41.0), tip_force=load)
     beyond = rod.solve_static(one_tendon(41.0), tip_force=load, start=folded)
+    assert rod.tip(rod.solve_static(one_tendon(41.0), tip_force=load)).position == pytest.approx(
+        rod.tip(beyond).position
+    )
     assert rod.tip(state).position == pytest.approx(rod.tip(beyond).position, abs=1e-4)
 
 
@@ -147,101 +142,3 @@ def test_a_rod_goes_over_from_tension_to_displacement_as_if_it_had_been_pulled_s
     by_displacement = rod.solve_static(displacements=held)
     expected = rod.tip(rod.step(by_displacement, displacements=commands)).position
     assert rod.tip(rod.step(by_tension, displacements=commands)).position == pytest.approx(expected, abs=1e-6)
-
-
-def unsolvable(space: str) -> tuple[Rod, RodState, Array]:
-    """A rod that shooting cannot solve, a state of it, and a jump of the tension.
-
-    Undamped, with dt 0.1 ms: an error of the base load grows towards the tip by exp(L (c0^2 rho A / 4EI)^(1/4)), 1e15.
-    """
-    coarse = Rod(UNDAMPED, space, time_step=0.01)
-    rod = Rod(UNDAMPED, space, time_step=0.0001)
-    state = coarse.step(coarse.solve_static(one_tendon(5.0)), one_tendon(6.0))
-    return rod, state, one_tendon(60.0)
-
-
-@each_space
-def test_a_step_that_cannot_be_solved_says_so_and_leaves_the_state(space: str) -> None:
-    rod, state, jump = unsolvable(space)
-    untouched = pickle.loads(pickle.dumps(state))
-    with pytest.raises(ConvergenceError, match=r"a time step did not converge at t = 0\.0101 s: residual") as failure:
-        rod.step(state, jump)
-    assert failure.value.time == pytest.approx(state.time + rod.time_step)
-    assert not failure.value.residual <= 1e-6
-    assert failure.value.iterations > 0
-    assert all(np.array_equal(getattr(state, field.name), getattr(untouched, field.name)) for field in fields(state))
-    solvable = Rod(UNDAMPED, space, time_step=0.01)
-    assert identical(solvable.step(state, one_tendon(7.0)), solvable.step(untouched, one_tendon(7.0)))
-
-
-@each_space
-def test_an_advance_that_fails_leaves_all_but_the_carried_jacobian(space: str) -> None:
-    rod, state, jump = unsolvable(space)
-    untouched = state.copy()
-    with pytest.raises(ConvergenceError):
-        rod.advance(state, rod.loads(jump))
-    assert identical(state, untouched)
-    untouched.jacobian[:] = state.jacobian
-    solvable = Rod(UNDAMPED, space, time_step=0.01)
-    for tension in (7.0, 8.0, 9.0):
-        for each in (state, untouched):
-            solvable.advance(each, solvable.loads(one_tendon(tension)))
-    assert identical(state, untouched)
-
-
-def test_statics_that_cannot_be_solved_says_so() -> None:
-    with pytest.raises(ConvergenceError, match="statics did not converge at t = 0 s") as failure:
-        Rod(PAPER, tolerance=1e-16).solve_static(one_tendon(20.0))
-    assert failure.value.time == 0.0
-    assert failure.value.iterations > 0
-
-
-def moving(rod: Rod) -> RodState:
-    """A state in the middle of a motion."""
-    state = rod.solve_static()
-    for step in range(12):
-        state = rod.step(state, one_tendon(5.0 * step, step % 3))
-    return state
-
-
-def through_npz(state: RodState) -> RodState:
-    """Saved to a file of arrays and loaded from it."""
-    file = io.BytesIO()
-    np.savez(file, **{field.name: getattr(state, field.name) for field in fields(state)})
-    file.seek(0)
-    with np.load(file) as saved:
-        return RodState(**{name: value if value.ndim else value.item() for name, value in saved.items()})
-
-
-@each_space
-def test_a_state_that_was_put_aside_goes_on_bit_for_bit(space: str) -> None:
-    rod = Rod(PAPER, space)
-    state = moving(rod)
-    others = [state.copy(), pickle.loads(pickle.dumps(state)), through_npz(state)]
-    assert all(identical(other, state) for other in others)
-    for step in range(12):
-        state = rod.step(state, one_tendon(40.0 - step, step % 2))
-        others = [rod.step(other, one_tendon(40.0 - step, step % 2)) for other in others]
-        assert all(identical(other, state) for other in others)
-
-
-def test_a_rods_scratch_memory_does_not_leak_from_state_to_state() -> None:
-    alone, shared = Rod(PAPER), Rod(PAPER)
-    mine, others = alone.solve_static(), shared.solve_static()
-    disturbing = moving(shared)
-    for step in range(6):
-        mine, others = alone.step(mine, one_tendon(5.0 * step)), shared.step(others, one_tendon(5.0 * step))
-        disturbing = shared.step(disturbing, one_tendon(30.0, 3))
-        shared.sensitivity(disturbing)
-        shared.tip(disturbing)
-    assert identical(mine, others)
-
-
-def test_a_step_leaves_the_state_that_it_starts_from() -> None:
-    rod = Rod(PAPER)
-    state = moving(rod)
-    before = {name: array.copy() for name, array in last_state(state).items()}
-    rod.step(state, one_tendon(20.0))
-    rod.sensitivity(state)
-    rod.tip(state)
-    assert all(np.array_equal(array, before[name]) for name, array in last_state(state).items())

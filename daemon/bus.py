@@ -98,7 +98,7 @@ class Hub:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._session.close()  # type: ignore[no-untyped-call]
+        self._session.close()
 
     def _subscribe(self, expression: str) -> Subscriber:
         return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(QUEUE))
@@ -171,7 +171,7 @@ def _answer(query: zenoh.Query, reply: ControlReply) -> None:
     """Answer a query; an operator who has gone away meanwhile is not missed."""
     with suppress(zenoh.ZError):
         query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-    query.drop()  # type: ignore[no-untyped-call]
+    query.drop()
 
 
 def _payload(sample: zenoh.Sample) -> bytes:

@@ -221,11 +221,11 @@ class _File:
 
     def flush(self) -> None:
         """Close the chunk in progress and hand everything to the kernel: a kill cannot undo it, a power cut can."""
-        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves out `-> None`
+        self._writer.flush()
 
     def finish(self) -> None:
         """Summary and end."""
-        self._writer.finish()  # type: ignore[no-untyped-call]  # the same
+        self._writer.finish()
         self._stream.close()
 
     def abandon(self) -> None:

@@ -6,6 +6,7 @@ The candidates that are no registered schemes stand here, so that the comparison
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ LADDER: tuple[tuple[Scheme, tuple[int, ...]], ...] = (
     (RK6, (5, 6, 7, 8)),
 )
 
-STATIC_CASES: dict[str, dict[str, tuple[float, ...]]] = {
+STATIC_CASES: dict[str, dict[str, Any]] = {
     "10 N": {"tensions": (10.0, 0.0, 0.0, 0.0)},
     "43 N": {"tensions": (43.0, 0.0, 0.0, 0.0)},
     "[5, 4, 1, 1] N": {"tensions": (5.0, 4.0, 1.0, 1.0)},
@@ -114,7 +115,7 @@ def compare_schemes(progress: Callable[[str], None] = lambda name: None) -> list
 
 def _tips(rod: Rod) -> tuple[Array, Array]:
     """Of every static case, and along a step from rest to 43 N and on to three tendons."""
-    static = [rod.tip(rod.solve_static(**case)).position for case in STATIC_CASES.values()]  # type: ignore[arg-type]
+    static = [rod.tip(rod.solve_static(**case)).position for case in STATIC_CASES.values()]
     state = rod.solve_static()
     dynamic = []
     for step in range(60):

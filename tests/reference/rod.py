@@ -81,28 +81,28 @@ class ReferenceRod:
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
     @cached_property
-    def Kse(self) -> Array:  # noqa: N802
+    def Kse(self) -> Array:
         """Shear and extension stiffness diag(GA, GA, EA) [N], shape (3, 3)."""
         return np.diag([self.shear_modulus, self.shear_modulus, self.youngs_modulus]) * self.area
 
     @cached_property
-    def Kbt(self) -> Array:  # noqa: N802
+    def Kbt(self) -> Array:
         """Bending and torsion stiffness diag(EI, EI, GJ) [N m^2], shape (3, 3)."""
         EI = self.youngs_modulus * self.second_moment
         return np.diag([EI, EI, self.shear_modulus * 2.0 * self.second_moment])
 
     @cached_property
-    def Bse(self) -> Array:  # noqa: N802
+    def Bse(self) -> Array:
         """Shear and extension damping [N s], shape (3, 3)."""
         return np.diag(self.shear_damping)
 
     @cached_property
-    def Bbt(self) -> Array:  # noqa: N802
+    def Bbt(self) -> Array:
         """Bending and torsion damping [N m^2 s], shape (3, 3)."""
         return np.diag(self.bending_damping)
 
     @cached_property
-    def C(self) -> Array:  # noqa: N802
+    def C(self) -> Array:
         """Drag [kg/m^2], shape (3, 3)."""
         return np.diag(self.drag)
 
@@ -112,12 +112,12 @@ class ReferenceRod:
         return np.array([hat(r) for r in self.tendon_positions])
 
     @cached_property
-    def rhoA(self) -> float:  # noqa: N802
+    def rhoA(self) -> float:
         """Mass per length [kg/m]."""
         return self.density * self.area
 
     @cached_property
-    def rhoJ(self) -> Array:  # noqa: N802
+    def rhoJ(self) -> Array:
         """Rotational inertia per length, rho diag(I, I, 2 I) [kg m], shape (3, 3)."""
         return self.density * self.second_moment * np.diag([1.0, 1.0, 2.0])
 

@@ -213,7 +213,7 @@ def test_an_mcap_file_of_something_else_is_refused(tmp_path: Path) -> None:
         writer.start()
         channel = writer.register_channel("cycle", "json", writer.register_schema("Cycle", "jsonschema", b"{}"))
         writer.add_message(channel, 0, b"{}", 0)
-        writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves out `-> None`
+        writer.finish()
     fails(path, "is an MCAP file, but not of tendond")
 
 

@@ -19,7 +19,7 @@ CONVERGED = Rod(RodParameters(), "rk4", nodes=101)
 def test_statics_is_within_a_tenth_of_a_millimetre(case: str) -> None:
     loads = STATIC_CASES[case]
     rod = Rod(RodParameters())
-    ours, exact = rod.solve_static(**loads), CONVERGED.solve_static(**loads)  # type: ignore[arg-type]
+    ours, exact = rod.solve_static(**loads), CONVERGED.solve_static(**loads)
     assert np.linalg.norm(rod.tip(ours).position - CONVERGED.tip(exact).position) < ENOUGH
     assert np.max(np.abs(rod.displacements(ours) - CONVERGED.displacements(exact))) < ENOUGH
 

@@ -8,11 +8,13 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from tendond import TendondError
 from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.config_servo import ServoSection, servo_objections
+from tendond.schemas.config_simulator import Disturbances, SimulatedMocap, SimulatedServos
+from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.explain import explain
 from tendond.schemas.keys import RIG_NAME
+from tendond.schemas.ranges import NotNegative, Positive
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 
 
@@ -168,6 +170,10 @@ class SimulatorSection(Schema):
         description="tension: ideal, as in the paper; displacement: tendons are elastic strings wound by servos",
     )
     tip_mass: NotNegative = Field(0.0, description="weight hung on the tip [kg]")
+    seed: Annotated[int, Field(ge=0)] = Field(0, description="of everything random: the same seed, the same run")
+    servo: SimulatedServos = SimulatedServos()
+    mocap: SimulatedMocap = SimulatedMocap()
+    disturbance: Disturbances = Disturbances()
 
 
 class LogSection(Schema):
@@ -192,6 +198,8 @@ class RigConfig(Schema):
     faults: FaultsSection = FaultsSection()
     simulator: SimulatorSection = SimulatorSection()
     log: LogSection = LogSection()
+    vicon: ViconSection = ViconSection()
+    servo: ServoSection = ServoSection()
 
     @model_validator(mode="after")
     def _tendons_exist(self) -> "RigConfig":
@@ -219,6 +227,24 @@ class RigConfig(Schema):
             raise ValueError("pretension.tension is above limits.tension_max")
         if len(self.simulator.rod.tendon_positions) != count:
             raise ValueError("rod and simulator.rod differ in the number of tendon_positions")
+        return self
+
+    @model_validator(mode="after")
+    def _servos_can(self) -> "RigConfig":
+        """A rig with servos must not be asked for what they cannot do; without [servo] there are none."""
+        if "servo" not in self.model_fields_set:
+            return self
+        limits = self.limits
+        objections = servo_objections(
+            self.servo,
+            len(self.rod.tendon_positions),
+            limits.tension_max,
+            limits.displacement_rate,
+            limits.displacement_min,
+            limits.displacement_max,
+        )
+        if objections:
+            raise ValueError("; ".join(objections))
         return self
 
 

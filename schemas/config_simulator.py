@@ -1,0 +1,42 @@
+"""[simulator.servo], [simulator.mocap] and the rest of how a simulated rig differs from an ideal one."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.ranges import Fraction, NotNegative
+
+
+class SimulatedServos(Schema):
+    """[simulator.servo]: between the commanded displacement and the tendon's end; the defaults are ideal."""
+
+    rate: NotNegative = Field(0.0, description="[m/s]; 0: no limit")
+    acceleration: NotNegative = Field(0.0, description="[m/s^2]; 0: no limit")
+    lag: Annotated[float, Field(ge=0.0, le=1.0, description="[s]; time constant behind the profile")] = 0.0
+    backlash: Annotated[float, Field(ge=0.0, le=0.05, description="[m]; lost when the direction changes")] = 0.0
+    resolution: Annotated[float, Field(ge=0.0, le=0.01, description="[m]; smallest step; 0: none")] = 0.0
+    friction: Annotated[float, Field(ge=0.0, le=0.9, description="[-]; part of the tension lost on the way")] = 0.0
+
+
+class SimulatedMocap(Schema):
+    """[simulator.mocap]: between the tip and its published pose; the defaults are ideal."""
+
+    period: Annotated[float, Field(ge=0.0, le=0.1, description="[s]; between frames; 0: one each simulator.period")] = (
+        0.0
+    )
+    latency: Annotated[float, Field(ge=0.0, le=0.5, description="[s]; from exposure to publication")] = 0.0
+    jitter: Annotated[float, Field(ge=0.0, le=0.1, description="[s]; added to it, uniform from zero to this")] = 0.0
+    noise: Annotated[float, Field(ge=0.0, le=0.05, description="[m]; of each coordinate, standard deviation")] = 0.0
+    rotation_noise: Annotated[float, Field(ge=0.0, le=0.5, description="[rad]; about each axis, the same")] = 0.0
+    dropout: Fraction = Field(0.0, description="probability that a frame is lost [-]")
+    occlusion: Annotated[float, Field(ge=0.0, le=100.0, description="[1/s]; how often the tip is hidden")] = 0.0
+    occlusion_time: Annotated[float, Field(ge=0.0, le=10.0, description="[s]; how long, on average")] = 0.05
+
+
+class Disturbances(Schema):
+    """[simulator.disturbance]: pushes against the tip."""
+
+    times: tuple[NotNegative, ...] = Field((), description="of simulated time at which one begins [s]")
+    duration: Annotated[float, Field(ge=0.0, le=10.0, description="[s]; of each")] = 0.02
+    force: Vector3 = Field((0.0, 0.0, 0.0), description="world frame [N]")

@@ -168,7 +168,7 @@ class Loop:
             law=control.law,
             feedback=control.feedback,
             tip=record.measured,
-            target=self._setup.config.reference.target,
+            target=self._setup.reference.target,
             tension=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,

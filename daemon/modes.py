@@ -30,13 +30,13 @@ def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
 
 def is_taut(state: CycleState) -> bool:
     """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
-    return bool(np.any(state.tension > 0.0)) or state.lagging
+    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)) or state.lagging
 
 
 def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     """With the model solved anew, slack and at rest, where it had no solution any more."""
     rod = setup.rod.solve_static(np.zeros_like(state.tension))
-    observer = start_observer(setup.rod.tip(rod).position, setup.config.observer.delay)
+    observer = start_observer(setup.observer, setup.rod.tip(rod).position)
     return replace(state, rod=rod, observer=observer)
 
 

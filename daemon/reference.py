@@ -1,36 +1,218 @@
-"""Where the tip should be, as a function of the time since tracking began."""
+"""Where the tip should be, as a function of the time since tracking began; checked against what the rod can reach."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
-from tendond.schemas.config import ReferenceSection
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from tendond.daemon.errors import DaemonError
+from tendond.model.rod import Rod
+from tendond.model.static_curve import StaticCurve, static_curve
+from tendond.schemas.base import Vector3
+from tendond.schemas.config import RigConfig
+from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.record import ReferencePoint
+
+Array = NDArray[np.float64]
 
 PLANES = {"xz": (0, 2), "yz": (1, 2)}
 """World axes of a bending plane: across the straight rod, and along it."""
 
+REACHED = 1e-3
+"""[m] A target this near to the curve of resting tips is reachable."""
 
-def reference_at(section: ReferenceSection, plane: str, time: float) -> ReferencePoint:
-    """The reference's point.
+PAPER_ACROSS = 0.34
+"""[m] Target where the configuration names none: the paper's x."""
 
-    `exponential` is the paper's: the component across the rod goes as X (1 - exp(-rate t)) from zero, the one along
-    it is at its target at once (the paper asks for z = 0, which no shape with x = 340 mm has).
+SETTLED_COURSE = 0.999
+"""Part of the way from which on the along component of a target 'across' lets itself be moved by loads."""
+
+
+class TargetError(DaemonError):
+    """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A course in time.
+
+    Attributes:
+        target: where it ends [m].
+        arc: of the target along the curve of resting tips [m]; none for samples and for an unreachable target.
+        curve: of resting tips, of the rod without load.
+        yields: the along component is not part of what was asked, and may follow the tip under load.
+        course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each of shape (2,).
+        arrival: time from which on the reference rests at its target, or nearly [s].
+    """
+
+    target: Vector3
+    arc: float | None
+    curve: StaticCurve
+    yields: bool
+    course: Callable[[float], tuple[Array, Array, Array]]
+    arrival: float
+
+    def at(self, time: float, slip: float = 0.0) -> ReferencePoint:
+        """The point at `time` [s] since tracking began, its along component moved by `slip` [m]."""
+        position, velocity, acceleration = self.course(time)
+        across, along = self.curve.axes
+        vectors = np.zeros((3, 3))
+        vectors[:, across] = position[0], velocity[0], acceleration[0]
+        vectors[:, along] = position[1] + slip, velocity[1], acceleration[1]
+        rows = vectors.tolist()
+        return ReferencePoint(
+            position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
+        )
+
+
+def build_reference(config: RigConfig, rod: Rod) -> Reference:
+    """The reference that a configuration asks for.
 
     Args:
-        section: of the configuration.
-        plane: name in `PLANES`.
-        time: since tracking began [s].
+        config: of the rig.
+        rod: the controller's model.
+
+    Raises:
+        TargetError: the target cannot be reached; the message names the nearest that can.
+        ConvergenceError: the rod has no equilibrium.
     """
-    target = section.target
-    if section.kind == "step":
-        return ReferencePoint(position=target, velocity=(0.0, 0.0, 0.0), acceleration=(0.0, 0.0, 0.0))
-    across = PLANES[plane][0]
-    rest = math.exp(-section.rate * time)
-    position, velocity, acceleration = list(target), [0.0] * 3, [0.0] * 3
-    position[across] = target[across] * (1.0 - rest)
-    velocity[across] = target[across] * section.rate * rest
-    acceleration[across] = -target[across] * section.rate**2 * rest
-    return ReferencePoint(
-        position=(position[0], position[1], position[2]),
-        velocity=(velocity[0], velocity[1], velocity[2]),
-        acceleration=(acceleration[0], acceleration[1], acceleration[2]),
+    section, axes = config.reference, PLANES[config.control.plane]
+    curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
+    if section.kind == "samples":
+        return _sampled(section, curve)
+    point, arc = _resolve(section, curve)
+    progress, arrival = _progress(section)
+    if section.path == "direct" or arc is None:
+        start, end = np.array([0.0, point[1]]), point
+
+        def course(time: float) -> tuple[Array, Array, Array]:
+            f, f1, f2 = progress(time)
+            return start + f * (end - start), f1 * (end - start), f2 * (end - start)
+
+    else:
+        start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
+        way = arc - start_arc
+
+        def course(time: float) -> tuple[Array, Array, Array]:
+            f, f1, f2 = progress(time)
+            p, p1, p2 = curve.at(start_arc + f * way)
+            return p, p1 * (f1 * way), p2 * (f1 * way) ** 2 + p1 * (f2 * way)
+
+    return Reference(_target(point, axes), arc, curve, section.target_name == "across", course, arrival)
+
+
+def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, float | None]:
+    """The target's point in the plane [m], and its arc on the curve, if it has one."""
+    name = section.target_name
+    if name == "position":
+        assert section.position is not None
+        wanted = np.array([section.position[i] for i in curve.axes])
+        arc = float(curve.nearest(wanted)[0])
+        at = curve.at(arc)[0]
+        if float(np.linalg.norm(at - wanted)) <= REACHED:
+            return wanted, arc
+        return _unreachable(section, f"position = {list(section.position)}", wanted, at)
+    if name == "across":
+        value = PAPER_ACROSS if section.across is None else section.across
+        found = curve.where_across(value)
+        values, asked, unit = curve.spline(curve.arc)[:, 0], f"across = {value}", "m"
+    else:
+        value = _angle(section, curve)
+        found = curve.where_angle(value)
+        values, unit = curve.angle, "rad"
+        asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
+    if found.size:
+        arc = float(found[-1] if section.branch == "far" else found[0])
+        return curve.at(arc)[0], arc
+    nearest = int(np.argmin(np.abs(values - value)))
+    point = curve.spline(curve.arc[nearest])
+    wanted = np.array([value, point[1]]) if name == "across" else point
+    return _unreachable(section, asked, wanted, point, f"{values[nearest]:.4f} {unit}")
+
+
+def _unreachable(
+    section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = ""
+) -> tuple[Array, float | None]:
+    if section.unreachable == "track":
+        return wanted, None
+    at = f"(across, along) = ({nearest[0]:.4f}, {nearest[1]:.4f}) m"
+    raise TargetError(
+        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max; "
+        f"the nearest is {value + ', ' if value else ''}the tip at {at}"
     )
+
+
+def _angle(section: ReferenceSection, curve: StaticCurve) -> float:
+    """The bending angle asked for [rad]."""
+    if section.angle is not None:
+        return section.angle
+    assert section.direction is not None
+    inside = np.array([section.direction[i] for i in curve.axes])
+    size = float(np.linalg.norm(section.direction))
+    if size == 0.0 or float(np.linalg.norm(inside)) < 0.999 * size:
+        raise TargetError(
+            f"reference.direction = {list(section.direction)} must lie in the bending plane and not be zero"
+        )
+    angle = math.atan2(inside[0], inside[1])
+    # Directions repeat every turn: the one nearest to the angles that the rod passes is meant.
+    return angle + 2.0 * math.pi * round((0.5 * float(curve.angle[-1]) - angle) / (2.0 * math.pi))
+
+
+def _progress(section: ReferenceSection) -> tuple[Callable[[float], tuple[float, float, float]], float]:
+    """Part of the way against time, with two derivatives; and the time of arrival [s]."""
+    if section.kind == "step":
+        return lambda time: (1.0, 0.0, 0.0), 0.0
+    if section.kind == "exponential":
+        rate = section.rate
+
+        def exponential(time: float) -> tuple[float, float, float]:
+            rest = math.exp(-rate * time)
+            return 1.0 - rest, rate * rest, -(rate**2) * rest
+
+        return exponential, -math.log(1.0 - SETTLED_COURSE) / rate
+    duration = section.duration
+
+    def minimum_jerk(time: float) -> tuple[float, float, float]:
+        """Flash & Hogan 1985: 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
+        t = min(time / duration, 1.0)
+        return (
+            t**3 * (10.0 - 15.0 * t + 6.0 * t**2),
+            30.0 * t**2 * (1.0 - t) ** 2 / duration,
+            60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / duration**2,
+        )
+
+    return minimum_jerk, duration
+
+
+def _sampled(section: ReferenceSection, curve: StaticCurve) -> Reference:
+    """A reference through samples: a cubic spline, at rest at both ends, each sample checked against the curve."""
+    table = np.array(section.samples)
+    if section.unreachable == "refuse":
+        arcs = curve.nearest(table[:, 1:])
+        gaps = np.linalg.norm(curve.spline(arcs) - table[:, 1:], axis=1)
+        worst = int(np.argmax(gaps))
+        if gaps[worst] > REACHED:
+            near = curve.at(float(arcs[worst]))[0]
+            raise TargetError(
+                f"reference.samples[{worst}] = {table[worst].tolist()} is {gaps[worst] * 1e3:.1f} mm from where the "
+                f"tip can rest; the nearest is (across, along) = ({near[0]:.4f}, {near[1]:.4f}) m, or set "
+                "reference.unreachable = 'track'"
+            )
+    spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="clamped")
+    end = float(table[-1, 0])
+
+    def course(time: float) -> tuple[Array, Array, Array]:
+        if time >= end:
+            return table[-1, 1:], np.zeros(2), np.zeros(2)
+        return spline(time), spline(time, 1), spline(time, 2)
+
+    return Reference(_target(table[-1, 1:], curve.axes), None, curve, False, course, end)
+
+
+def _target(point: Array, axes: tuple[int, int]) -> Vector3:
+    target = [0.0, 0.0, 0.0]
+    target[axes[0]], target[axes[1]] = float(point[0]), float(point[1])
+    return target[0], target[1], target[2]

@@ -5,8 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.actuation import lag_share
 from tendond.daemon.laws import Law, LawParameters, select_law
-from tendond.model.observer import ObserverState, start_observer
+from tendond.daemon.reference import Reference, build_reference
+from tendond.model.observer import ObserverGains, ObserverState, start_observer
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
@@ -31,18 +33,59 @@ def rod_from_section(section: RodSection, time_step: float) -> Rod:
 
 @dataclass(frozen=True)
 class CycleSetup:
-    """What `cycle.step` is given beside state and inputs: the configuration, and what follows from it."""
+    """What `cycle.step` is given beside state and inputs: the configuration, and what follows from it.
+
+    Attributes:
+        config: of the rig.
+        rod: the model.
+        law, law_parameters: that control.law names.
+        reference: checked against what the rod can reach.
+        observer: its gains.
+        lagging: part of a step that the actuators lack after a cycle [-].
+    """
 
     config: RigConfig
     rod: Rod
     law: Law
     law_parameters: LawParameters
+    reference: Reference
+    observer: ObserverGains
+    lagging: float
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":
-        """Raises LawError for an unknown law or parameter, ParameterError for a rod that cannot be."""
+        """The setup of a configuration.
+
+        Raises:
+            LawError: an unknown law or parameter.
+            ParameterError: a rod that cannot be.
+            TargetError: a reference that the rod cannot reach.
+            ConvergenceError: the rod has no equilibrium.
+        """
         law, parameters = select_law(config.control.law, config.control.laws)
-        return CycleSetup(config, rod_from_section(config.rod, config.loop.period), law, parameters)
+        rod = rod_from_section(config.rod, config.loop.period)
+        section, period = config.observer, config.loop.period
+        return CycleSetup(
+            config=config,
+            rod=rod,
+            law=law,
+            law_parameters=parameters,
+            reference=build_reference(config, rod),
+            observer=ObserverGains(
+                kind=section.kind if config.control.feedback == "observer" else "offset",
+                period=period,
+                delay=section.delay,
+                integral=section.integral,
+                delay_scale=section.delay_scale,
+                proportional=section.proportional,
+                derivative=section.derivative,
+                quiet=section.quiet,
+                quiet_share=section.quiet_share,
+                force_max=section.force_max,
+                offset_gain=section.offset_gain,
+            ),
+            lagging=lag_share(section.lag, period),
+        )
 
 
 @dataclass(frozen=True)
@@ -68,7 +111,9 @@ class CycleState:
         pose: the newest one admitted; pose_age: cycles since it arrived.
         earlier: position of the pose before it [m], shape (3,); interval: cycles between the two.
         tendon_state: the newest one.
-        tension: commanded [N], displacement: commanded [m], shapes (n,).
+        tension: that the actuators are estimated to apply [N]; commanded: told to them [N]; shapes (n,).
+        wound: displacement that they are estimated to hold [m]; displacement: told to them [m]; shapes (n,).
+        slip: of the reference along the straight rod [m], where that is not part of the target.
         lagging: the displacement is still on its way, held back by its rate.
         runs: of bad cycles.
         rejected: inputs dropped since the start, by reason.
@@ -86,7 +131,10 @@ class CycleState:
     interval: int
     tendon_state: TendonState | None
     tension: Array
+    commanded: Array
+    wound: Array
     displacement: Array
+    slip: float = 0.0
     lagging: bool = False
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)
@@ -106,12 +154,14 @@ def initial_state(setup: CycleSetup) -> CycleState:
         reason="starting",
         since=0,
         rod=rod,
-        observer=start_observer(setup.rod.tip(rod).position, setup.config.observer.delay),
+        observer=start_observer(setup.observer, setup.rod.tip(rod).position),
         pose=None,
         pose_age=None,
         earlier=None,
         interval=1,
         tendon_state=None,
         tension=np.zeros(n),
+        commanded=np.zeros(n),
+        wound=np.zeros(n),
         displacement=np.zeros(n),
     )

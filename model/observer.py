@@ -1,41 +1,138 @@
-"""The output observer: the model runs on the commanded tension; what it misses of the tip is a slowly tracked offset.
+"""Holding the model to the measured tip.
 
-X1 = model tip + d, where d is the low-passed difference of the measured tip and the model's tip of the time at which
-the measurement was taken; X2 and the acceleration are the model's. Delays and actuator lags then reach the law only
-through d, slowly, and the law keeps its margin.
+The model runs on the tensions that the actuators are estimated to apply, and the innovation is the measured tip minus
+the model's tip of the time at which the measurement was taken. So delays and lags that are known do not reach the law.
+
+'force': the innovation is held for the work of a force F on the tip. With the rod's compliance C,
+
+    F(k+1) = F(k) + g Li dt C^+ e,    pull = g C^+ (Kp e + Kd (e - e_last)/dt),    g = share + (1-share) e'e/(e'e + s^2)
+
+F and the pull act on the model's tip: F finds constant loads (a disturbance observer, cf. Ohnishi 1987; Chen et al.,
+IEEE Trans. Ind. Electron. 63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip
+do in Zheng et al., "Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g keeps
+noise out: an innovation well below s is mostly noise. Li falls with the delay, which the loop's margin asks for.
+
+'offset': X1 = model tip + d, d the low-passed innovation; what the model misses stays unknown to it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.rod import Rod
+from tendond.model.rod_state import RodState
+
 Array = NDArray[np.float64]
+
+REGULARISATION = 0.05
+"""Of C before it is inverted, as a part of its mean: a straight rod has no compliance along itself."""
+
+
+@dataclass(frozen=True)
+class ObserverGains:
+    """See the equations above.
+
+    Attributes:
+        kind: 'force' or 'offset'.
+        period: of the cycle [s].
+        delay: age of a measurement [s].
+        integral: Li without delay [1/s]; halved at a delay of `delay_scale` [s].
+        proportional: Kp [-]. derivative: Kd [s].
+        quiet: s [m]. quiet_share: g of the smallest innovations [-].
+        force_max: bound of the size of F [N].
+        offset_gain: of the low-pass of 'offset', per cycle [-].
+    """
+
+    kind: str
+    period: float
+    delay: float
+    integral: float
+    delay_scale: float
+    proportional: float
+    derivative: float
+    quiet: float
+    quiet_share: float
+    force_max: float
+    offset_gain: float
 
 
 @dataclass(frozen=True)
 class ObserverState:
-    """offset: measured minus model tip [m], shape (3,); past: model tips [m], newest last, shape (delay + 1, 3)."""
+    """What the observer carries; vectors in the world frame, shape (3,).
 
-    offset: Array
+    Attributes:
+        past: model tips [m], newest last, shape (m, 3).
+        innovation: last one [m].
+        offset: d [m].
+        force: F, estimated force on the tip beside the rod's weight [N].
+        pull: force on the model's tip that moves it to the measured one [N]; not a load of the real rod.
+    """
+
     past: Array
+    innovation: Array
+    offset: Array
+    force: Array
+    pull: Array
+
+    @property
+    def tip_force(self) -> Array:
+        """On the model's tip in its next step [N], shape (3,)."""
+        return self.force + self.pull
 
 
-def start_observer(model_tip: Array, delay: int) -> ObserverState:
-    """An observer without offset, as if the model had rested at `model_tip` [m], shape (3,), for `delay` cycles."""
-    return ObserverState(np.zeros(3), np.tile(model_tip, (delay + 1, 1)))
+def start_observer(gains: ObserverGains, model_tip: Array, force: Array | None = None) -> ObserverState:
+    """An observer of a model that has rested at `model_tip` [m], shape (3,), under `force` [N], if any."""
+    zero = np.zeros(3)
+    rows = int(gains.delay / gains.period) + 2
+    return ObserverState(np.tile(model_tip, (rows, 1)), zero, zero, zero if force is None else force, zero)
 
 
-def observe(state: ObserverState, model_tip: Array, measured_tip: Array | None, gain: float) -> ObserverState:
+def observe(
+    gains: ObserverGains, state: ObserverState, rod: Rod, model: RodState, model_tip: Array, measured: Array | None
+) -> ObserverState:
     """One cycle of the observer.
 
     Args:
+        gains: of the observer.
         state: of the last cycle.
-        model_tip: of the model now [m], shape (3,).
-        measured_tip: a new measurement [m], shape (3,), as old as the observer's delay; none to coast.
-        gain: of the low-pass, per cycle, in (0, 1].
+        rod, model: the model and its state now.
+        model_tip: its tip [m], shape (3,).
+        measured: a new measurement [m], shape (3,), as old as the observer's delay; none to coast.
     """
     past = np.vstack([state.past[1:], model_tip])
-    if measured_tip is None:
-        return ObserverState(state.offset, past)
-    return ObserverState(state.offset + gain * (measured_tip - past[0] - state.offset), past)
+    if measured is None:
+        return replace(state, past=past, pull=np.zeros(3))
+    whole, part = divmod(gains.delay / gains.period, 1.0)
+    newer = len(past) - 1 - int(whole)
+    expected = (1.0 - part) * past[newer] + part * past[newer - 1]
+    innovation = measured - expected
+    if gains.kind == "offset":
+        offset = state.offset + gains.offset_gain * (innovation - state.offset)
+        return replace(state, past=past, innovation=innovation, offset=offset)
+    size = float(innovation @ innovation)
+    weight = gains.quiet_share + (1.0 - gains.quiet_share) * size / (size + gains.quiet**2)
+    compliance = tip_compliance(rod, model)
+    stiffness = np.linalg.inv(compliance + REGULARISATION * 0.5 * np.trace(compliance) * np.eye(3))
+    integral = gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale)
+    rate = (innovation - state.innovation) / gains.period
+    force = state.force + weight * integral * (stiffness @ innovation)
+    excess = float(np.linalg.norm(force)) / gains.force_max
+    pull = weight * (stiffness @ (gains.proportional * innovation + gains.derivative * rate))
+    return replace(state, past=past, innovation=innovation, force=force / max(1.0, excess), pull=pull)
+
+
+def tip_compliance(rod: Rod, state: RodState) -> Array:
+    """Motion of the tip per force on it [m/N], shape (3, 3), of a slender rod bent as `state` is.
+
+    Unit-load method (Timoshenko, Strength of Materials): C = integral of hat(r)' hat(r) / EI ds with r from s to the
+    tip; torsion is counted as stiff as bending, shear, extension and the tendons' pull are left out. For gains only.
+    """
+    r = rod.node_positions(state)
+    r = r[-1] - r
+    weights = np.full(len(r), rod.parameters.length / (len(r) - 1))
+    weights[0] *= 0.5
+    weights[-1] *= 0.5
+    weighted = r * weights[:, None]
+    moment = float(np.sum(weighted * r)) * np.eye(3) - weighted.T @ r
+    return np.asarray(moment / rod.parameters.bending_stiffness)

@@ -89,6 +89,11 @@ class RodParameters:
         return math.pi * self.radius**4 / 4.0
 
     @property
+    def bending_stiffness(self) -> float:
+        """EI [N m^2]."""
+        return self.youngs_modulus * self.second_moment
+
+    @property
     def shear_modulus(self) -> float:
         """[Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))

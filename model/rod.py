@@ -8,7 +8,6 @@ print(rod.tip(state).position, rod.displacements(state))
 """
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -107,10 +106,10 @@ class Rod:
         tensions: ArrayLike | None = None,
         *,
         displacements: ArrayLike | None = None,
-        tip_force: Sequence[float] = ZERO,
-        tip_moment: Sequence[float] = ZERO,
-        distributed_force: Sequence[float] = ZERO,
-        distributed_moment: Sequence[float] = ZERO,
+        tip_force: ArrayLike = ZERO,
+        tip_moment: ArrayLike = ZERO,
+        distributed_force: ArrayLike = ZERO,
+        distributed_moment: ArrayLike = ZERO,
         start: RodState | None = None,
     ) -> RodState:
         """Equilibrium at rest, reached by continuation in the loads from `start`, or from the straight, unloaded rod.
@@ -192,10 +191,10 @@ class Rod:
         tensions: ArrayLike | None = None,
         *,
         displacements: ArrayLike | None = None,
-        tip_force: Sequence[float] = ZERO,
-        tip_moment: Sequence[float] = ZERO,
-        distributed_force: Sequence[float] = ZERO,
-        distributed_moment: Sequence[float] = ZERO,
+        tip_force: ArrayLike = ZERO,
+        tip_moment: ArrayLike = ZERO,
+        distributed_force: ArrayLike = ZERO,
+        distributed_moment: ArrayLike = ZERO,
     ) -> RodState:
         """The state one time step later, under the given loads; `state` stays as it is.
 
@@ -304,6 +303,10 @@ class Rod:
             + t**2 * (t - 1.0) * tangent[first + 1]
         )
 
+    def node_positions(self, state: RodState) -> Array:
+        """Nodes of the backbone from base to tip, world frame [m], shape (nodes, 3); not a copy."""
+        return np.asarray(state.geometries[state.count % 2][:, :3])
+
     def displacements(self, state: RodState, *, elastic: bool = False) -> Array:
         """How far each tendon is pulled out of the base [m], shape (n,): rod length minus path length.
 
@@ -335,10 +338,10 @@ class Rod:
     def loads(
         self,
         actuation: ArrayLike,
-        tip_force: Sequence[float] = ZERO,
-        tip_moment: Sequence[float] = ZERO,
-        distributed_force: Sequence[float] = ZERO,
-        distributed_moment: Sequence[float] = ZERO,
+        tip_force: ArrayLike = ZERO,
+        tip_moment: ArrayLike = ZERO,
+        distributed_force: ArrayLike = ZERO,
+        distributed_moment: ArrayLike = ZERO,
     ) -> Array:
         """The loads as `advance` takes them, gravity added, shape (n + 12,).
 

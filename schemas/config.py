@@ -1,6 +1,5 @@
 """The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
 
-import math
 import tomllib
 from typing import Annotated, Any, Literal
 
@@ -8,8 +7,9 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from tendond import TendondError
 from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.config_servo import ServoSection, servo_objections
-from tendond.schemas.config_simulator import Disturbances, SimulatedMocap, SimulatedServos
+from tendond.schemas.config_simulator import Impact, SimulatedMocap, SimulatedServos, Weight
 from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.explain import explain
 from tendond.schemas.keys import RIG_NAME
@@ -99,20 +99,23 @@ class ControlSection(Schema):
 
 
 class ObserverSection(Schema):
-    """[observer]"""
+    """[observer]: how the model is held to the measured tip, and what is known of delays; see docs/observer.md."""
 
-    gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of measured minus model tip, per cycle [-]")] = (
-        0.2
+    kind: Literal["force", "offset"] = Field(
+        "force", description="force: what the model misses is a force on its tip; offset: it is added to its tip"
     )
-    delay: Annotated[int, Field(ge=0, le=50, description="age of a pose when it arrives [cycles]")] = 0
-
-
-class ReferenceSection(Schema):
-    """[reference]: where the tip is to go once it tracks."""
-
-    kind: Literal["exponential", "step"] = Field("exponential", description="exponential: x (1 - exp(-rate t))")
-    target: Vector3 = Field((0.34, 0.0, 0.0475), description="tip position [m]; x (or y) and z count, by the plane")
-    rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
+    delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
+    lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
+    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 8.0
+    proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.4
+    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.02
+    delay_scale: Annotated[float, Field(gt=0.0, le=10.0, description="delay at which the integral gain halves [s]")] = (
+        0.05
+    )
+    quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller innovation is held for noise")] = 2e-3
+    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.2
+    force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 20.0
+    offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2
 
 
 class LimitsSection(Schema):
@@ -124,6 +127,9 @@ class LimitsSection(Schema):
     displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.12
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
     displacement_rate: Positive = Field(5.0, description="[m/s]")
+    input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
+        1.0, description="b_c vanishes as the rod straightens; below this its inverse grows no further [m/s^2/N]"
+    )
     slack: Annotated[float, Field(ge=0.0, le=0.05)] = Field(
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
     )
@@ -141,6 +147,9 @@ class PretensionSection(Schema):
     """[pretension]: what the agonist is brought to between arming and tracking."""
 
     tension: NotNegative = Field(0.5, description="[N]; a straight rod gives the laws nothing to pull with")
+    antagonist: NotNegative = Field(
+        0.0, description="least tension of both tendons of the pair while the law pulls, where there is a pair [N]"
+    )
     duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
 
 
@@ -169,11 +178,11 @@ class SimulatorSection(Schema):
         "tension",
         description="tension: ideal, as in the paper; displacement: tendons are elastic strings wound by servos",
     )
-    tip_mass: NotNegative = Field(0.0, description="weight hung on the tip [kg]")
+    weight: Weight = Weight()
+    impacts: tuple[Impact, ...] = Field((), description="pushes against the rod")
     seed: Annotated[int, Field(ge=0)] = Field(0, description="of everything random: the same seed, the same run")
     servo: SimulatedServos = SimulatedServos()
     mocap: SimulatedMocap = SimulatedMocap()
-    disturbance: Disturbances = Disturbances()
 
 
 class LogSection(Schema):
@@ -198,8 +207,8 @@ class RigConfig(Schema):
     faults: FaultsSection = FaultsSection()
     simulator: SimulatorSection = SimulatorSection()
     log: LogSection = LogSection()
-    vicon: ViconSection = ViconSection()
-    servo: ServoSection = ServoSection()
+    vicon: ViconSection | None = None
+    servo: ServoSection | None = None
 
     @model_validator(mode="after")
     def _tendons_exist(self) -> "RigConfig":
@@ -212,19 +221,20 @@ class RigConfig(Schema):
             raise ValueError("control.agonist and control.antagonist are the same tendon")
         across = 0 if self.control.plane == "xz" else 1
         arm = self.rod.tendon_positions[self.control.agonist][across]
-        if arm * self.reference.target[across] < 0.0 or arm == 0.0:
+        if arm == 0.0:
             raise ValueError(
-                f"control.agonist = {self.control.agonist}: that tendon does not bend the rod towards reference.target"
+                f"control.agonist = {self.control.agonist}: that tendon does not bend the rod in plane "
+                f"'{self.control.plane}'"
             )
         if (
             self.control.antagonist is not None
             and self.rod.tendon_positions[self.control.antagonist][across] * arm >= 0.0
         ):
             raise ValueError(f"control.antagonist = {self.control.antagonist}: that tendon does not oppose the agonist")
-        if math.hypot(*self.reference.target) > self.rod.length:
-            raise ValueError(f"reference.target = {list(self.reference.target)} is farther than the rod is long")
-        if self.pretension.tension > self.limits.tension_max:
-            raise ValueError("pretension.tension is above limits.tension_max")
+        if self.pretension.antagonist > 0.0 and self.control.antagonist is None:
+            raise ValueError("pretension.antagonist needs control.antagonist")
+        if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
+            raise ValueError("pretension.tension and .antagonist together are above limits.tension_max")
         if len(self.simulator.rod.tendon_positions) != count:
             raise ValueError("rod and simulator.rod differ in the number of tendon_positions")
         return self
@@ -232,7 +242,7 @@ class RigConfig(Schema):
     @model_validator(mode="after")
     def _servos_can(self) -> "RigConfig":
         """A rig with servos must not be asked for what they cannot do; without [servo] there are none."""
-        if "servo" not in self.model_fields_set:
+        if self.servo is None:
             return self
         limits = self.limits
         objections = servo_objections(

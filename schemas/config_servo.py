@@ -23,9 +23,7 @@ class ServoSection(Schema):
     """[servo]"""
 
     port: str = Field("/dev/ttyUSB0", description="serial port of the bus")
-    baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000] = Field(
-        1_000_000, description="[bit/s]"
-    )
+    baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000] = Field(1_000_000, description="[bit/s]")
     ids: tuple[Annotated[int, Field(ge=0, le=252)], ...] = Field(
         (), description="of the servos, in the order of the tendons; left out: 1, 2, 3 and so on"
     )
@@ -65,9 +63,9 @@ class ServoSection(Schema):
     fault_hold: Annotated[
         float, Field(ge=0.0, le=10.0, description="[s]; that all tendons stand still after a fault")
     ] = 0.3
-    release_rate: Annotated[
-        float, Field(gt=0.0, le=1.0, description="[m/s]; at which they are let out afterwards")
-    ] = 0.05
+    release_rate: Annotated[float, Field(gt=0.0, le=1.0, description="[m/s]; at which they are let out afterwards")] = (
+        0.05
+    )
     release_time: Annotated[
         float, Field(gt=0.0, le=10.0, description="[s]; after which the torque goes off in any case")
     ] = 2.5
@@ -126,8 +124,8 @@ def servo_objections(
     strongest = STALL_TORQUE * section.load_max / section.spool_radius
     if tension_max > strongest:
         objections.append(
-            f"limits.tension_max = {tension_max:g} N is more than the servos may pull: {STALL_TORQUE:g} N m stall torque,"
-            f" servo.load_max of it, on servo.spool_radius make {strongest:.1f} N"
+            f"limits.tension_max = {tension_max:g} N is more than the servos may pull: {STALL_TORQUE:g} N m stall "
+            f"torque, servo.load_max of it, on servo.spool_radius make {strongest:.1f} N"
         )
     fastest = min(section.displacement_rate, min(section.profile_velocity, NO_LOAD_SPEED) * section.spool_radius)
     if displacement_rate > fastest * (1.0 + 1e-9):

@@ -1,4 +1,4 @@
-"""[simulator.servo], [simulator.mocap] and the rest of how a simulated rig differs from an ideal one."""
+"""[simulator]: the plant, and how it differs from an ideal one; the defaults are ideal."""
 
 from typing import Annotated
 
@@ -9,10 +9,10 @@ from tendond.schemas.ranges import Fraction, NotNegative
 
 
 class SimulatedServos(Schema):
-    """[simulator.servo]: between the commanded displacement and the tendon's end; the defaults are ideal."""
+    """[simulator.servo]: between the command and the tendon's end."""
 
-    rate: NotNegative = Field(0.0, description="[m/s]; 0: no limit")
-    acceleration: NotNegative = Field(0.0, description="[m/s^2]; 0: no limit")
+    rate: NotNegative = Field(0.0, description="[m/s]; 0: no limit; only where displacement drives")
+    acceleration: NotNegative = Field(0.0, description="[m/s^2]; 0: no limit; only where displacement drives")
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="[s]; time constant behind the profile")] = 0.0
     backlash: Annotated[float, Field(ge=0.0, le=0.05, description="[m]; lost when the direction changes")] = 0.0
     resolution: Annotated[float, Field(ge=0.0, le=0.01, description="[m]; smallest step; 0: none")] = 0.0
@@ -20,7 +20,7 @@ class SimulatedServos(Schema):
 
 
 class SimulatedMocap(Schema):
-    """[simulator.mocap]: between the tip and its published pose; the defaults are ideal."""
+    """[simulator.mocap]: between the tip and its published pose."""
 
     period: Annotated[float, Field(ge=0.0, le=0.1, description="[s]; between frames; 0: one each simulator.period")] = (
         0.0
@@ -34,9 +34,18 @@ class SimulatedMocap(Schema):
     occlusion_time: Annotated[float, Field(ge=0.0, le=10.0, description="[s]; how long, on average")] = 0.05
 
 
-class Disturbances(Schema):
-    """[simulator.disturbance]: pushes against the tip."""
+class Impact(Schema):
+    """[[simulator.impacts]]: a push against the rod."""
 
-    times: tuple[NotNegative, ...] = Field((), description="of simulated time at which one begins [s]")
-    duration: Annotated[float, Field(ge=0.0, le=10.0, description="[s]; of each")] = 0.02
-    force: Vector3 = Field((0.0, 0.0, 0.0), description="world frame [N]")
+    time: NotNegative = Field(description="of simulated time at which it begins [s]")
+    duration: Annotated[float, Field(gt=0.0, le=10.0, description="[s]")] = 0.01
+    force: Vector3 = Field(description="world frame [N]")
+    place: Fraction = Field(1.0, description="along the rod: 1 is the tip; elsewhere it is spread like a hand [-]")
+
+
+class Weight(Schema):
+    """[simulator.weight]: hung on the tip."""
+
+    mass: Annotated[float, Field(ge=0.0, le=10.0, description="[kg]")] = 0.0
+    string: Annotated[float, Field(ge=0.0, le=10.0, description="[m]; it swings on; 0: a force along gravity")] = 0.0
+    time: NotNegative = Field(0.0, description="of simulated time at which it is hung on [s]")

@@ -62,15 +62,24 @@ def _field_at(model: type[BaseModel], path: tuple[int | str, ...]) -> FieldInfo 
             field = current.model_fields.get(part)
             if field is None:
                 return None
-            current = field.annotation
+            current = _sections(field.annotation)
     return field
+
+
+def _sections(annotation: Any) -> Any:
+    """The model in an annotation that may also be none, or a list of them; else the annotation."""
+    for part in get_args(annotation):
+        found = _sections(part)
+        if isinstance(found, type) and issubclass(found, BaseModel):
+            return found
+    return annotation
 
 
 def _model_at(model: type[BaseModel], path: tuple[int | str, ...]) -> type[BaseModel] | None:
     if not path:
         return model
     field = _field_at(model, path)
-    annotation = field.annotation if field else None
+    annotation = _sections(field.annotation) if field else None
     return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
 
 

@@ -15,6 +15,7 @@ nodes = 200
 
 [reference]
 kind = "exponential"
-target = [0.34, 0.0, 0.0398]
+position = [0.34, 0.0, 0.0398]
+path = "direct"
 rate = 20.0
 """

@@ -27,11 +27,16 @@ class CycleInputs(Schema):
 
 
 class ReferencePoint(Schema):
-    """Where the tip should be: position [m], velocity [m/s], acceleration [m/s^2], world frame."""
+    """Where the tip should be: position [m], velocity [m/s], acceleration [m/s^2], world frame.
+
+    Attributes:
+        target: where the reference ends [m].
+    """
 
     position: Vector3
     velocity: Vector3
     acceleration: Vector3
+    target: Vector3
 
 
 class TipEstimate(Schema):
@@ -39,12 +44,26 @@ class TipEstimate(Schema):
 
     Attributes:
         position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. All world frame.
-        offset: of the observer, measured minus model [m].
     """
 
     position: Vector3
     velocity: Vector3
     acceleration: Vector3
+
+
+class ObserverEstimate(Schema):
+    """What the observer makes of the difference between model and measurement; world frame.
+
+    Attributes:
+        innovation: measured tip minus the model's of the same time [m]; the last one while no pose comes.
+        force: estimated on the tip, beside the rod's own weight [N]; zero with the offset observer.
+        pull: on the model's tip, that moves it to the measured one [N].
+        offset: added to the model's tip [m]; zero with the force observer.
+    """
+
+    innovation: Vector3
+    force: Vector3
+    pull: Vector3
     offset: Vector3
 
 
@@ -79,10 +98,11 @@ class CycleRecord(Schema):
         pose_age: cycles since the pose in use arrived; none before the first.
         measured: tip position in use [m]; none before the first.
         reference: where the tip should be.
+        observer: how model and measurement differ.
         estimate: what the law was fed; none while no law runs.
         terms: of the law, by name, for plots; SI.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
-        tension: applied to the model and commanded [N].
+        tension: that the actuators are estimated to apply, and the model is given [N].
         limited: limits that the command met.
         model: the rod after the cycle.
         command: what was published.
@@ -100,6 +120,7 @@ class CycleRecord(Schema):
     pose_age: int | None
     measured: Vector3 | None
     reference: ReferencePoint
+    observer: ObserverEstimate
     estimate: TipEstimate | None
     terms: dict[str, float | tuple[float, ...]]
     wanted: PerTendon | None

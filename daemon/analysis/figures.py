@@ -73,8 +73,8 @@ class _Run:
         self._tip = 1000.0 * series.tip
         self._reference = 1000.0 * series.reference
         self._target = 1000.0 * np.array(series.target)
-        self._displacement = 1000.0 * series.displacement
-        self._metrics = metrics(series.tip, series.target, series.displacement, series.axis)
+        self._displacement = 1000.0 * series.displacement[:, series.agonist]
+        self._metrics = metrics(series)
         comparable = abs(series.target[series.axis] - PAPER_TARGET) < 5e-4
         self._paper = PAPER.get(log.config.control.law) if comparable else None
         settling = self._metrics.settling_iterations

@@ -47,7 +47,7 @@ def summary(log: Log) -> dict[str, Any]:
     """
     run = tracking(log)
     work_ms = np.array([timing.work_us for timing in log.timings]) / 1000.0
-    ours = metrics(run.tip, run.target, run.displacement, run.axis)
+    ours = metrics(run)
     return {
         **asdict(ours),
         "final_tip_m": list(ours.final_tip_m),

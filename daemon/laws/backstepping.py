@@ -13,7 +13,6 @@ from typing import Annotated
 from pydantic import Field
 
 from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
-from tendond.daemon.laws.planar import in_plane, net_tension, share
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -28,12 +27,12 @@ class Parameters(LawParameters):
 def decide(parameters: Parameters, observation: Observation) -> Decision:
     """The tensions that the law wants, and its terms z1 [m], z2 [m/s], lyapunov, net_tension [N]."""
     a1, a2 = parameters.alpha1, parameters.alpha2
-    z1 = in_plane(observation, observation.target - observation.position)
-    z2 = in_plane(observation, observation.velocity - observation.target_velocity) - a1 * z1
-    acceleration = in_plane(observation, observation.target_acceleration) + z1 - a1 * z2 - a1**2 * z1 - a2 * z2
-    net = net_tension(observation, acceleration)
+    z1 = observation.in_plane(observation.target - observation.position)
+    z2 = observation.in_plane(observation.velocity - observation.target_velocity) - a1 * z1
+    acceleration = observation.in_plane(observation.target_acceleration) + z1 - a1 * z2 - a1**2 * z1 - a2 * z2
+    tension, net = observation.tensions_for(acceleration)
     return Decision(
-        share(observation, net),
+        tension,
         {
             "z1": (float(z1[0]), float(z1[1])),
             "z2": (float(z2[0]), float(z2[1])),

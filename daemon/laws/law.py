@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
+from tendond.daemon.actuation import net_tension, share
+
 Array = NDArray[np.float64]
 Terms = dict[str, float | tuple[float, ...]]
 
@@ -31,6 +33,8 @@ class Observation:
         target, target_velocity, target_acceleration: of the reference [m, m/s, m/s^2], shape (3,).
         axes: the two world axes of the bending plane, e.g. (0, 2).
         agonist: index of the tendon that bends towards the first axis; antagonist: of the opposing one, if it is used.
+        input_gain_min: below this size the inverse of b_c grows no further [m/s^2/N].
+        pair_tension: least tension of both tendons of the pair [N].
     """
 
     position: Array
@@ -44,6 +48,25 @@ class Observation:
     axes: tuple[int, int]
     agonist: int
     antagonist: int | None
+    input_gain_min: float
+    pair_tension: float
+
+    def in_plane(self, vector: Array) -> Array:
+        """The two components of a vector in the bending plane, shape (2,)."""
+        return vector[list(self.axes)]
+
+    def tensions_for(self, acceleration: Array) -> tuple[Array, float]:
+        """Tensions [N], shape (n,), that give the tip `acceleration` [m/s^2], shape (2,), in the plane; and their net.
+
+        The paper's U = b_c^+ (-a_c + ...), of the agonist's column; see `actuation.net_tension` and `share`.
+        """
+        applied = float(self.tension[self.agonist])
+        if self.antagonist is not None:
+            applied -= float(self.tension[self.antagonist])
+        gain = self.in_plane(self.input_gain[:, self.agonist])
+        missing = acceleration - self.in_plane(self.acceleration)
+        net = net_tension(gain, missing, applied, self.input_gain_min)
+        return share(len(self.tension), self.agonist, self.antagonist, net, self.pair_tension), net
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import Field
 
 from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
-from tendond.daemon.laws.planar import in_plane, net_tension, share
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -29,18 +28,18 @@ class Parameters(LawParameters):
 
 def decide(parameters: Parameters, observation: Observation) -> Decision:
     """The tensions that the law wants, and its terms error [m], surface [m/s], lyapunov, net_tension [N]."""
-    error = in_plane(observation, observation.target - observation.position)
-    error_rate = in_plane(observation, observation.target_velocity - observation.velocity)
+    error = observation.in_plane(observation.target - observation.position)
+    error_rate = observation.in_plane(observation.target_velocity - observation.velocity)
     surface = error_rate + parameters.c * error
     acceleration = (
-        in_plane(observation, observation.target_acceleration)
+        observation.in_plane(observation.target_acceleration)
         + parameters.c * error_rate
         + parameters.epsilon * np.sign(surface)
         + parameters.k * surface
     )
-    net = net_tension(observation, acceleration)
+    tension, net = observation.tensions_for(acceleration)
     return Decision(
-        share(observation, net),
+        tension,
         {
             "error": (float(error[0]), float(error[1])),
             "surface": (float(surface[0]), float(surface[1])),

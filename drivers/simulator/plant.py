@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from tendond.drivers.simulator.loads import HungWeight, impacts_at
+from tendond.drivers.simulator.mocap import Mocap
+from tendond.drivers.simulator.servo import Servos
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
-from tendond.model.rotation import quaternion
-from tendond.model.tip import Tip
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 
@@ -21,14 +22,19 @@ class Plant:
     """
 
     def __init__(self, config: RigConfig, rod: Rod) -> None:
+        section = config.simulator
+        self._section = section
         self._rod = rod
-        gravity = config.simulator.rod.gravity
-        mass = config.simulator.tip_mass
-        self._tip_force = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
-        self._drive = config.simulator.drive
+        slack = np.zeros(rod.parameters.tendon_count)
+        self._command = slack
         self._wound = False  # servos hold the tendons' displacement; else their tension is as commanded
-        self._command = np.zeros(rod.parameters.tendon_count)
-        self._state: RodState = rod.solve_static(self._command, tip_force=self._tip_force)
+        self._servos = Servos(section.servo, rod.time_step, slack)
+        self._mocap = Mocap(section.mocap, section.seed)
+        straight = np.array([0.0, 0.0, rod.parameters.length])
+        self._weight = HungWeight(section.weight, section.rod.gravity, straight)
+        self._force = self._weight.force(0.0)
+        self._state: RodState = rod.solve_static(slack, tip_force=self._force)
+        self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
         self.seq = 0
 
     @property
@@ -36,10 +42,16 @@ class Plant:
         """Of the rod."""
         return len(self._command)
 
+    @property
+    def time(self) -> float:
+        """Simulated [s]."""
+        return self.seq * self._rod.time_step
+
     def let_go(self) -> None:
         """Torque off: the tendons are slack from the next step on."""
         self._wound = False
         self._command = np.zeros(self.tendon_count)
+        self._servos.stand(self._command)
 
     def step(self, command: TendonCommand | None) -> None:
         """One period under a new command, or under the last one when none came: servos hold.
@@ -48,22 +60,35 @@ class Plant:
             ConvergenceError: the plant has no solution; it stays where it was.
         """
         if command is not None:
-            self._wound = command.armed and self._drive == "displacement"
-            self._command = np.array(command.displacement) if self._wound else np.maximum(command.tension, 0.0)
+            wound = command.armed and self._section.drive == "displacement"
+            if wound and not self._wound:
+                self._servos.stand(self._rod.displacements(self._state, elastic=True))
+            elif self._wound and not wound:
+                self._servos.stand(np.zeros(self.tendon_count))
+            self._wound = wound
+            self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
+        self._force = self._weight.force(self.time)
+        for place, force in impacts_at(self._section.impacts, self.time):
+            self._force = self._force + place * force
         if self._wound:
-            self._state = self._rod.step(self._state, displacements=self._command, tip_force=self._tip_force)
+            ends = self._servos.wind(self._command)
+            self._state = self._rod.step(self._state, displacements=ends, tip_force=self._force)
         else:
-            self._state = self._rod.step(self._state, self._command, tip_force=self._tip_force)
+            self._state = self._rod.step(self._state, self._servos.pull(self._command), tip_force=self._force)
+        self._weight.swing(self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
 
-    def observe(self, stamp_ns: int) -> tuple[TipPose, TendonState, SimulatorTruth]:
-        """What a motion-capture system and servos would report now, and the truth; `stamp_ns` is their capture time."""
-        tip: Tip = self._rod.tip(self._state)
+    def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:
+        """What motion capture and servos would report now, and the truth; `stamp_ns` is their capture time.
+
+        No pose where none arrives now. Call it once a step.
+        """
+        tip = self._rod.tip(self._state)
         x, y, z = tip.position.tolist()
         vx, vy, vz = tip.velocity.tolist()
+        fx, fy, fz = self._force.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
         tension = tuple(self._state.tensions.tolist())
-        pose = TipPose(seq=self.seq, stamp_ns=stamp_ns, position=(x, y, z), orientation=quaternion(tip.rotation))
         state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension)
         truth = SimulatorTruth(
             seq=self.seq,
@@ -72,6 +97,6 @@ class Plant:
             velocity=(vx, vy, vz),
             displacement=displacement,
             tension=tension,
-            tip_force=self._tip_force,
+            tip_force=(fx, fy, fz),
         )
-        return pose, state, truth
+        return self._mocap.see(tip, self.time, stamp_ns), state, truth

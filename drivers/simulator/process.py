@@ -5,11 +5,12 @@ from collections.abc import Callable
 
 import zenoh
 
+from tendond import TendondError
 from tendond.drivers.session import StoppedError, open_client
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ENCODING, TendonCommand
+from tendond.schemas.messages import ENCODING, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 CONNECT_SECONDS = 120.0
@@ -21,7 +22,12 @@ LOCKSTEP_PATIENCE_SECONDS = 0.5
 """Without an answer for so long, the last pose is published again: the controller may have started later."""
 
 
+Seen = tuple[TipPose | None, TendonState, SimulatorTruth]
 Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
+
+
+class SimulatorError(TendondError):
+    """A plant that cannot be simulated as asked."""
 
 
 class Simulator:
@@ -48,6 +54,7 @@ class Simulator:
 
         Raises:
             BusError: no controller.
+            SimulatorError: lockstep with a motion capture that loses frames.
             ConvergenceError: the plant has no solution.
         """
         name = self._config.rig.name
@@ -81,9 +88,13 @@ class Simulator:
 
     def _publish(self, publishers: list[zenoh.Publisher], stamp_ns: int) -> None:
         """Truth and tendons first: a controller that waits for the pose then finds them there."""
-        pose, state, truth = self._plant.observe(stamp_ns)
+        self._send(publishers, self._plant.observe(stamp_ns))
+
+    def _send(self, publishers: list[zenoh.Publisher], seen: Seen) -> None:
+        pose, state, truth = seen
         for publisher, message in zip(publishers, (truth, state, pose), strict=True):
-            publisher.put(encode(message))
+            if message is not None:
+                publisher.put(encode(message))
 
     def _received(self, commands: Subscriber) -> list[TendonCommand]:
         """Commands since the last call, oldest first."""
@@ -106,14 +117,18 @@ class Simulator:
 
         Stamps are simulated time, so that a run repeats to the last byte.
         """
-        stamp_ns = round(self._plant.seq * self._config.simulator.period * 1e9)
+        seen = self._plant.observe(round(self._plant.seq * self._config.simulator.period * 1e9))
+        if seen[0] is None:
+            raise SimulatorError(
+                "simulator.mocap: no frame, but in lockstep each cycle waits for one; leave out period, jitter, dropout"
+            )
         patience = 0.0
         while not self._stopped():
             for command in self._received(commands):
-                if command.pose_seq == self._plant.seq:
+                if command.pose_seq == seen[0].seq:
                     return command
             if time.monotonic() > patience:
-                self._publish(publishers, stamp_ns)
+                self._send(publishers, seen)
                 patience = time.monotonic() + LOCKSTEP_PATIENCE_SECONDS
             time.sleep(LOCKSTEP_POLL_SECONDS)
         return None

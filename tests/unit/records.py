@@ -11,11 +11,19 @@ from tendond.daemon.recorder import CONFIG, Recorder
 from tendond.schemas.base import Vector3
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, TendonCommand, TipPose
-from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming, ModelState, ReferencePoint, TipEstimate
+from tendond.schemas.record import (
+    CycleInputs,
+    CycleRecord,
+    LoopTiming,
+    ModelState,
+    ObserverEstimate,
+    ReferencePoint,
+    TipEstimate,
+)
 
 ZERO = (0.0, 0.0, 0.0)
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-TARGET = RigConfig().reference.target
+TARGET = (0.34, 0.0, 0.0475)
 
 
 def cycle_record(
@@ -24,6 +32,7 @@ def cycle_record(
     mode: Mode = Mode.TRACKING,
     displacement: float = 0.01,
     terms: Sequence[float] = (1 / 3, -0.1),
+    target: Vector3 = TARGET,
 ) -> CycleRecord:
     """A complete record of a rig with four tendons, of which the first is pulled by `displacement` [m]."""
     pulled = (displacement, 0.0, 0.0, 0.0)
@@ -39,8 +48,9 @@ def cycle_record(
         rejected=(),
         pose_age=0,
         measured=measured,
-        reference=ReferencePoint(position=TARGET, velocity=ZERO, acceleration=ZERO),
-        estimate=TipEstimate(position=ZERO, velocity=ZERO, acceleration=ZERO, offset=ZERO),
+        reference=ReferencePoint(position=target, velocity=ZERO, acceleration=ZERO, target=target),
+        observer=ObserverEstimate(innovation=ZERO, force=ZERO, pull=ZERO, offset=ZERO),
+        estimate=TipEstimate(position=ZERO, velocity=ZERO, acceleration=ZERO),
         terms={"z1": tuple(terms)},
         wanted=tension,
         tension=tension,

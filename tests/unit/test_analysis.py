@@ -13,7 +13,7 @@ from rich.console import Console
 from tendond.daemon import foxglove
 from tendond.daemon.analysis.figures import draw
 from tendond.daemon.analysis.log import Log, LogError, load
-from tendond.daemon.analysis.metrics import Metrics, metrics, tracking
+from tendond.daemon.analysis.metrics import Metrics, Tracking, metrics, tracking
 from tendond.daemon.analysis.summary import PAPER, summary, table, write_summary
 from tendond.daemon.channels import CYCLE, LOG, TRUTH
 from tendond.daemon.recorder import CONFIG, Recorder
@@ -29,7 +29,20 @@ def of_x(x: Sequence[float], target: float = 0.1, axis: int = 0) -> Metrics:
     tip[:, axis] = x
     goal = [0.5, 0.5, 0.5]
     goal[axis] = target
-    return metrics(tip, (goal[0], goal[1], goal[2]), np.linspace(0.0, 0.02, len(x)), axis)
+    wound = np.outer(np.linspace(0.0, 0.02, len(x)), [1.0, -1.0])
+    return metrics(
+        Tracking(
+            ticks=np.arange(len(x)),
+            time=np.linspace(0.0, 0.01 * (len(x) - 1), len(x)),
+            tip=tip,
+            reference=np.tile(goal, (len(x), 1)),
+            displacement=wound,
+            tension=1000.0 * np.abs(wound),
+            target=(goal[0], goal[1], goal[2]),
+            axes=(axis, 2),
+            agonist=0,
+        )
+    )
 
 
 def test_metrics_are_those_counted_by_hand() -> None:
@@ -41,6 +54,13 @@ def test_metrics_are_those_counted_by_hand() -> None:
     assert found.steady_state_error_mm == pytest.approx(100.0 - 682.0 / 8)
     assert found.final_tip_m == (0.1, 0.0, 0.0)
     assert found.final_displacement_m == pytest.approx(0.02)
+    assert found.settling_s == pytest.approx(0.04)
+    assert found.path_mm == pytest.approx(found.tpl_mm)
+    distances = np.hypot(np.array([0.0, 0.05, 0.11, 0.12, 0.104, 0.098, 0.1, 0.1]) - 0.1, 0.5)
+    assert found.iae_mm_s == pytest.approx(1000.0 * 0.01 * distances.sum())
+    assert found.ripple_mm == pytest.approx(1000.0 * np.std([0.0, 0.05, 0.11, 0.12, 0.104, 0.098, 0.1, 0.1]))
+    assert found.tendon_rate_mm_s == pytest.approx(20.0 / 0.07)
+    assert (found.peak_tension_n, found.least_tension_n) == pytest.approx((20.0, 0.0))
 
 
 def test_the_steady_state_is_the_last_twenty_samples() -> None:
@@ -118,7 +138,9 @@ def test_a_summary_has_its_keys_and_nothing_else(log: Log, tmp_path: Path) -> No
     assert json.loads((tmp_path / "out" / "summary.json").read_text()) == values == summary(log)
     assert list(values) == [
         *("tpl_mm", "settling_iterations", "overshoot_percent", "rise_iterations", "steady_state_error_mm"),
-        *("final_tip_m", "final_displacement_m", "cycles", "missed_ticks", "cycle_ms_median", "cycle_ms_p99"),
+        *("final_tip_m", "final_displacement_m", "settling_s", "path_mm", "path_overshoot_percent", "iae_mm_s"),
+        *("ripple_mm", "tendon_rate_mm_s", "peak_tension_n", "least_tension_n"),
+        *("cycles", "missed_ticks", "cycle_ms_median", "cycle_ms_p99"),
     ]
     assert (values["cycles"], values["missed_ticks"]) == (80, 80)
     assert values["cycle_ms_median"] == pytest.approx(1.0395)
@@ -146,10 +168,8 @@ def test_figures_are_drawn(log: Log, tmp_path: Path) -> None:
 
 
 def test_figures_are_drawn_of_a_single_cycle_in_the_other_plane(tmp_path: Path) -> None:
-    config = RigConfig.model_validate(
-        {"control": {"plane": "yz", "agonist": 3}, "reference": {"target": [0.0, -0.2, 0.3]}}
-    )
-    log = load(write_log(tmp_path / "run.mcap", [cycle_record(0)], config))
+    config = RigConfig.model_validate({"control": {"plane": "yz", "agonist": 3}, "reference": {"across": -0.2}})
+    log = load(write_log(tmp_path / "run.mcap", [cycle_record(0, target=(0.0, -0.2, 0.3))], config))
     assert draw(log, tmp_path)[0].name == "tip_y.png"
 
 
@@ -246,7 +266,5 @@ def test_a_log_in_which_nothing_tracks_has_no_metrics(tmp_path: Path) -> None:
 
 
 def test_a_target_of_zero_has_no_metrics(tmp_path: Path) -> None:
-    config = RigConfig.model_validate({"reference": {"target": [0.0, 0.0, 0.5]}})
-    fails(
-        write_log(tmp_path / "a.mcap", run(), config), "reference.target is 0 in x, which the metrics are relative to"
-    )
+    records = [cycle_record(tick, target=(0.0, 0.0, 0.5)) for tick in range(5)]
+    fails(write_log(tmp_path / "a.mcap", records), "reference ends at 0 in x, which the metrics are relative to")

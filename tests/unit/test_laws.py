@@ -26,6 +26,8 @@ def observation() -> Observation:
         axes=(0, 2),
         agonist=0,
         antagonist=None,
+        input_gain_min=1.0,
+        pair_tension=0.0,
     )
 
 
@@ -77,6 +79,14 @@ def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
     assert isinstance(net, float)
     assert wanted.tension[0] - wanted.tension[2] == pytest.approx(net)
     assert min(wanted.tension) >= 0.0
+
+
+def test_a_pair_keeps_its_least_tension_and_its_difference() -> None:
+    o = dataclasses.replace(observation(), antagonist=2, pair_tension=1.5)
+    wanted = backstepping.decide(backstepping.Parameters(), o)
+    assert wanted.tension[0] - wanted.tension[2] == pytest.approx(wanted.terms["net_tension"])
+    assert min(wanted.tension[[0, 2]]) == pytest.approx(1.5)
+    assert wanted.tension[1] == wanted.tension[3] == 0.0
 
 
 def test_an_unknown_law_and_bad_parameters_are_refused_by_key() -> None:

@@ -1,0 +1,84 @@
+"""Simulated motion capture: frames, noise, latency, occlusion. The defaults of the section are ideal."""
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.rotation import quaternion
+from tendond.model.tip import Tip
+from tendond.schemas.config_simulator import SimulatedMocap
+from tendond.schemas.messages import TipPose
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""[s] Rounding of simulated time."""
+
+
+class Mocap:
+    """Turns the tip into poses, as late and as wrong as the section says.
+
+    Args:
+        section: [simulator.mocap].
+        seed: of what is random.
+    """
+
+    def __init__(self, section: SimulatedMocap, seed: int) -> None:
+        self._section = section
+        self._random = np.random.default_rng([seed, 1])
+        self._next_frame = -math.inf
+        self._hidden_until = -math.inf
+        self._pending: deque[tuple[float, TipPose]] = deque()
+        self.seq = -1
+
+    def see(self, tip: Tip, time: float, stamp_ns: int) -> TipPose | None:
+        """Expose a frame if one is due, and return the newest pose that arrives by `time` [s], if any.
+
+        Args:
+            tip: now.
+            time: simulated [s].
+            stamp_ns: capture time to write into a frame exposed now.
+        """
+        section = self._section
+        if time >= self._next_frame - TOLERANCE:
+            if self._next_frame == -math.inf and section.latency > 0.0:
+                self._pending.append((-math.inf, self._frame(tip, stamp_ns)))  # as if it had rested there before
+            self._next_frame = time + section.period
+            if section.dropout == 0.0 or self._random.random() >= section.dropout:
+                late = section.latency + section.jitter * self._random.random()
+                self._occlude(time)
+                self._pending.append((time + late, self._frame(tip, stamp_ns, valid=time >= self._hidden_until)))
+        arrived = None
+        resting = len(self._pending) > 1 and self._pending[0][0] == -math.inf
+        while self._pending and self._pending[0][0] <= time + TOLERANCE:
+            if resting and self._pending[1][0] > time + TOLERANCE:
+                arrived = self._pending[0][1]  # stays until the first frame has arrived
+                break
+            arrived = self._pending.popleft()[1]
+        if arrived is None:
+            return None
+        self.seq += 1
+        return arrived.model_copy(update={"seq": self.seq})
+
+    def _occlude(self, time: float) -> None:
+        section = self._section
+        if section.occlusion > 0.0 and time >= self._hidden_until:
+            span = max(section.period, 1e-3)
+            if self._random.random() < 1.0 - math.exp(-section.occlusion * span):
+                self._hidden_until = time + self._random.exponential(section.occlusion_time)
+
+    def _frame(self, tip: Tip, stamp_ns: int, *, valid: bool = True) -> TipPose:
+        section = self._section
+        position = tip.position
+        if section.noise > 0.0:
+            position = position + section.noise * self._random.standard_normal(3)
+        w, x, y, z = quaternion(tip.rotation)
+        if section.rotation_noise > 0.0:
+            a, b, c = 0.5 * section.rotation_noise * self._random.standard_normal(3)
+            turned = np.array([w - a * x - b * y - c * z, x + a * w - b * z + c * y,
+                               y + b * w - c * x + a * z, z + c * w - a * y + b * x])  # fmt: skip
+            w, x, y, z = (turned / np.linalg.norm(turned)).tolist()
+        px, py, pz = position.tolist()
+        return TipPose(seq=0, stamp_ns=stamp_ns, position=(px, py, pz), orientation=(w, x, y, z), valid=valid)

@@ -1,0 +1,65 @@
+"""Simulated servos: what stands between a command and the tendon's end. The defaults of the section are ideal."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.schemas.config_simulator import SimulatedServos
+
+Array = NDArray[np.float64]
+
+
+class Servos:
+    """One axis per tendon; positions [m] where displacement drives, tensions [N] where tension does.
+
+    Args:
+        section: [simulator.servo].
+        period: between commands [s].
+        start: where they stand, shape (n,).
+    """
+
+    def __init__(self, section: SimulatedServos, period: float, start: Array) -> None:
+        self._section = section
+        self._period = period
+        self._lagging = math.exp(-period / section.lag) if section.lag > 0.0 else 0.0
+        self.stand(start)
+
+    def stand(self, at: Array) -> None:
+        """Stand still at `at`, whatever was before."""
+        self._profile = at.copy()
+        self._speed = np.zeros_like(at)
+        self._shaft = at.copy()
+        self._end = at.copy()
+
+    def wind(self, goal: Array) -> Array:
+        """Displacement of the tendons' ends after a period of moving towards `goal` [m], shape (n,)."""
+        section, period = self._section, self._period
+        if section.resolution > 0.0:
+            goal = section.resolution * np.round(goal / section.resolution)
+        way = goal - self._profile
+        speed = way / period
+        if section.acceleration > 0.0:
+            # Not faster than it can still brake, nor than it can change its speed in a period.
+            braking = np.sqrt(2.0 * section.acceleration * np.abs(way))
+            speed = np.clip(speed, -braking, braking)
+            change = section.acceleration * period
+            speed = np.clip(speed, self._speed - change, self._speed + change)
+        if section.rate > 0.0:
+            speed = np.clip(speed, -section.rate, section.rate)
+        self._profile = self._profile + speed * period
+        self._speed = speed
+        self._shaft = self._profile + self._lagging * (self._shaft - self._profile)
+        play = 0.5 * section.backlash
+        self._end = np.clip(self._end, self._shaft - play, self._shaft + play)
+        return self._end.copy()
+
+    def pull(self, goal: Array) -> Array:
+        """Tensions at the rod after a period of pulling with `goal` [N], shape (n,): lag, then friction.
+
+        Friction holds the rod's side back until the motor's side differs by its part of the tension: hysteresis.
+        """
+        self._shaft = goal + self._lagging * (self._shaft - goal)
+        lost = self._section.friction
+        self._end = np.clip(self._end, (1.0 - lost) * self._shaft, (1.0 + lost) * self._shaft)
+        return self._end.copy()

@@ -1,0 +1,63 @@
+"""[reference]: where the tip is to go once it tracks, and how it gets there."""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from tendond.schemas.base import Schema, Vector3
+
+TARGETS = ("position", "across", "angle", "direction")
+"""Ways to name a target; exactly one is used."""
+
+Sample = tuple[Annotated[float, Field(ge=0.0, description="[s]")], float, float]
+
+
+class ReferenceSection(Schema):
+    """[reference]: one target, or samples; and the way there."""
+
+    position: Vector3 | None = Field(None, description="target of the tip [m]; x (or y) and z count, by the plane")
+    across: float | None = Field(None, description="target of x alone (or y) [m]; z is what the shape makes of it")
+    angle: Annotated[float, Field(ge=-6.3, le=6.3)] | None = Field(
+        None, description="target of the bending angle: tip's direction against the straight rod's [rad]"
+    )
+    direction: Vector3 | None = Field(None, description="target of the tip's direction, in the plane [-]")
+    branch: Literal["far", "near"] = Field(
+        "far", description="of two shapes with the same x (or y): the one bent further, or the other"
+    )
+    unreachable: Literal["refuse", "track"] = Field(
+        "refuse", description="a target that no shape has: refuse to start, or track it as well as can be"
+    )
+    path: Literal["curve", "direct"] = Field(
+        "curve",
+        description="curve: along the tips of resting shapes; direct: x (or y) from zero, z at its target at once",
+    )
+    kind: Literal["exponential", "step", "minimum_jerk", "samples"] = Field(
+        "exponential", description="course in time; exponential: 1 - exp(-rate t)"
+    )
+    rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
+    duration: Annotated[float, Field(gt=0.0, le=3600.0, description="of the minimum-jerk course [s]")] = 1.0
+    file: str = Field("", description="CSV of samples beside this file: time [s], x (or y) [m], z [m]; with a heading")
+    samples: tuple[Sample, ...] = Field((), description="time [s], x (or y) [m], z [m]; what 'file' is read into")
+
+    @model_validator(mode="after")
+    def _one_target(self) -> "ReferenceSection":
+        given = [name for name in TARGETS if getattr(self, name) is not None]
+        if self.kind == "samples":
+            if given:
+                raise ValueError(f"kind = 'samples' has no target: leave out {', '.join(given)}")
+            if len(self.samples) < 2:
+                raise ValueError("kind = 'samples' needs a file, or two samples or more")
+            times = [time for time, _, _ in self.samples]
+            if times[0] != 0.0 or any(late <= early for early, late in pairwise(times)):
+                raise ValueError("the samples' times must start at 0 and increase")
+        elif len(given) > 1:
+            raise ValueError(f"give one target, not {' and '.join(given)}")
+        elif self.samples or self.file:
+            raise ValueError("samples and file go with kind = 'samples'")
+        return self
+
+    @property
+    def target_name(self) -> str:
+        """Which of `TARGETS` is used; without any, `across`, whose default is the paper's 0.34 m."""
+        return next((name for name in TARGETS if getattr(self, name) is not None), "across")

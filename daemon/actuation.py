@@ -110,7 +110,6 @@ def attainable(held: Array, wanted: Array, allowed: Array) -> float:
         allowed: `wanted` within its limits [m].
     """
     way, short = wanted - held, wanted - allowed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        parts = np.where(short != 0.0, 1.0 - short / way, 1.0)
+    parts = 1.0 - np.divide(short, way, out=(short != 0.0).astype(np.float64), where=way != 0.0)
     part = float(np.min(parts))
     return min(1.0, max(0.0, part)) if math.isfinite(part) else 0.0

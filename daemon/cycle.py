@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 YIELD = 0.05
 """Part per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
 
+ARRIVED = 0.1
+"""Of the target, within which the tip has arrived for that."""
+
 SLACK = 1e-3
 """[N] A lagging tendon that is told to be slack counts as slack below this."""
 
@@ -72,7 +75,6 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         estimate = _estimate(setup, state, tip, fresh)
         if estimate is not None:
             decision = setup.law.decide(setup.law_parameters, _observation(setup, state, tip, estimate, reference))
-    state = replace(state, slip=_slip(setup, state, elapsed, estimate, reference))
     wanted = state.tension if decision is None else decision.tension
     if state.mode is Mode.PRETENSION:
         wanted = _pretension(setup, state)
@@ -137,8 +139,9 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         ),
         command=message,
     )
+    slip = _slip(setup, state, elapsed, None if met else estimate, reference)
     runs = replace(state.runs, limited=state.runs.limited + 1 if met else 0)
-    return replace(state, tick=tick + 1, runs=runs), message, record
+    return replace(state, tick=tick + 1, runs=runs, slip=slip), message, record
 
 
 def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | None) -> TipEstimate | None:
@@ -178,12 +181,17 @@ def _observation(
 def _slip(
     setup: CycleSetup, state: CycleState, elapsed: float, estimate: TipEstimate | None, reference: ReferencePoint
 ) -> float:
-    """How far the reference has yielded along the straight rod [m]: under a load the same x is at another z."""
+    """How far the reference has yielded along the straight rod [m]: under a load the same x is at another z.
+
+    It yields where the tip has arrived and no limit holds it back.
+    """
     if state.mode is not Mode.TRACKING:
         return 0.0
     if estimate is None or not setup.reference.yields or elapsed < setup.reference.arrival:
         return state.slip
-    along = setup.reference.curve.axes[1]
+    across, along = setup.reference.curve.axes
+    if abs(estimate.position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
+        return state.slip
     return state.slip + YIELD * (estimate.position[along] - reference.position[along])
 
 

@@ -189,6 +189,8 @@ def _progress(section: ReferenceSection) -> tuple[Callable[[float], tuple[float,
 
 def _sampled(section: ReferenceSection, curve: StaticCurve) -> Reference:
     """A reference through samples: a cubic spline, at rest at both ends, each sample checked against the curve."""
+    if not section.samples:
+        raise TargetError(f"reference.file = '{section.file}' has not been read: give the configuration as a file")
     table = np.array(section.samples)
     if section.unreachable == "refuse":
         arcs = curve.nearest(table[:, 1:])

@@ -81,6 +81,7 @@ class CycleSetup:
                 derivative=section.derivative,
                 quiet=section.quiet,
                 quiet_share=section.quiet_share,
+                quiet_time=section.quiet_time,
                 force_max=section.force_max,
                 offset_gain=section.offset_gain,
             ),

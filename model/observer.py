@@ -5,12 +5,13 @@ the model's tip of the time at which the measurement was taken. So delays and la
 
 'force': the innovation is held for the work of a force F on the tip. With the rod's compliance C,
 
-    F(k+1) = F(k) + g Li dt C^+ e,    pull = g C^+ (Kp e + Kd (e - e_last)/dt),    g = share + (1-share) e'e/(e'e + s^2)
+    F(k+1) = F(k) + g Li dt C^+ e,    pull = g C^+ (Kp e + Kd (e - e_last)/dt),    g = h + (1 - h) m'm/(m'm + s^2)
 
 F and the pull act on the model's tip: F finds constant loads (a disturbance observer, cf. Ohnishi 1987; Chen et al.,
 IEEE Trans. Ind. Electron. 63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip
 do in Zheng et al., "Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g keeps
-noise out: an innovation well below s is mostly noise. Li falls with the delay, which the loop's margin asks for.
+noise out: while the innovation's short mean m is well below s, most of it is noise, and only the share h of the gains
+is left. Li falls with the delay, which the loop's margin asks for.
 
 'offset': X1 = model tip + d, d the low-passed innovation; what the model misses stays unknown to it.
 """
@@ -25,8 +26,11 @@ from tendond.model.rod_state import RodState
 
 Array = NDArray[np.float64]
 
-REGULARISATION = 0.05
-"""Of C before it is inverted, as a part of its mean: a straight rod has no compliance along itself."""
+UNSEEN = 0.03
+"""Motion of the tip per force that counts as none, as a part of C's mean: a straight rod does not give along itself."""
+
+SIDEWAYS = 0.1
+"""Variance that a force across gravity is expected to have, of that along it: most loads hang."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class ObserverGains:
         delay: age of a measurement [s].
         integral: Li without delay [1/s]; halved at a delay of `delay_scale` [s].
         proportional: Kp [-]. derivative: Kd [s].
-        quiet: s [m]. quiet_share: g of the smallest innovations [-].
+        quiet: s [m]. quiet_share: h [-]. quiet_time: over which m is taken [s].
         force_max: bound of the size of F [N].
         offset_gain: of the low-pass of 'offset', per cycle [-].
     """
@@ -53,6 +57,7 @@ class ObserverGains:
     derivative: float
     quiet: float
     quiet_share: float
+    quiet_time: float
     force_max: float
     offset_gain: float
 
@@ -63,7 +68,7 @@ class ObserverState:
 
     Attributes:
         past: model tips [m], newest last, shape (m, 3).
-        innovation: last one [m].
+        innovation: last one [m]. mean: its low-pass m [m].
         offset: d [m].
         force: F, estimated force on the tip beside the rod's weight [N].
         pull: force on the model's tip that moves it to the measured one [N]; not a load of the real rod.
@@ -71,6 +76,7 @@ class ObserverState:
 
     past: Array
     innovation: Array
+    mean: Array
     offset: Array
     force: Array
     pull: Array
@@ -85,7 +91,7 @@ def start_observer(gains: ObserverGains, model_tip: Array, force: Array | None =
     """An observer of a model that has rested at `model_tip` [m], shape (3,), under `force` [N], if any."""
     zero = np.zeros(3)
     rows = int(gains.delay / gains.period) + 2
-    return ObserverState(np.tile(model_tip, (rows, 1)), zero, zero, zero if force is None else force, zero)
+    return ObserverState(np.tile(model_tip, (rows, 1)), zero, zero, zero, zero if force is None else force, zero)
 
 
 def observe(
@@ -110,16 +116,32 @@ def observe(
     if gains.kind == "offset":
         offset = state.offset + gains.offset_gain * (innovation - state.offset)
         return replace(state, past=past, innovation=innovation, offset=offset)
-    size = float(innovation @ innovation)
+    mean = state.mean + min(1.0, gains.period / gains.quiet_time) * (innovation - state.mean)
+    size = float(mean @ mean)
     weight = gains.quiet_share + (1.0 - gains.quiet_share) * size / (size + gains.quiet**2)
-    compliance = tip_compliance(rod, model)
-    stiffness = np.linalg.inv(compliance + REGULARISATION * 0.5 * np.trace(compliance) * np.eye(3))
+    stiffness = _inverse(tip_compliance(rod, model), np.array(rod.parameters.gravity))
     integral = gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale)
     rate = (innovation - state.innovation) / gains.period
     force = state.force + weight * integral * (stiffness @ innovation)
     excess = float(np.linalg.norm(force)) / gains.force_max
     pull = weight * (stiffness @ (gains.proportional * innovation + gains.derivative * rate))
-    return replace(state, past=past, innovation=innovation, force=force / max(1.0, excess), pull=pull)
+    return replace(state, past=past, innovation=innovation, mean=mean, force=force / max(1.0, excess), pull=pull)
+
+
+def _inverse(compliance: Array, gravity: Array) -> Array:
+    """C^+ = P C (C P C + r 1)^-1 [N/m], shape (3, 3): the likeliest force for a motion of the tip.
+
+    P is the variance that is expected of the force: a motion that several forces would explain is put down to one along
+    gravity. What C hardly shows (r) is not looked for.
+    """
+    size = float(np.linalg.norm(gravity))
+    prior = np.eye(3)
+    if size > 0.0:
+        down = gravity / size
+        prior = SIDEWAYS * prior + (1.0 - SIDEWAYS) * np.outer(down, down)
+    unseen = (UNSEEN * 0.5 * float(np.trace(compliance))) ** 2
+    shown = prior @ compliance
+    return np.asarray(np.linalg.solve(compliance @ shown + unseen * np.eye(3), shown.T).T)
 
 
 def tip_compliance(rod: Rod, state: RodState) -> Array:

@@ -112,7 +112,10 @@ class ObserverSection(Schema):
     delay_scale: Annotated[float, Field(gt=0.0, le=10.0, description="delay at which the integral gain halves [s]")] = (
         0.05
     )
-    quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller innovation is held for noise")] = 2e-3
+    quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller mean innovation is held for noise")] = (
+        4e-4
+    )
+    quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; over which that mean is taken")] = 0.07
     quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.2
     force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 20.0
     offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2

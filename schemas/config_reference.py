@@ -46,10 +46,10 @@ class ReferenceSection(Schema):
         if self.kind == "samples":
             if given:
                 raise ValueError(f"kind = 'samples' has no target: leave out {', '.join(given)}")
-            if len(self.samples) < 2:
+            if len(self.samples) < 2 and not (self.file and not self.samples):
                 raise ValueError("kind = 'samples' needs a file, or two samples or more")
             times = [time for time, _, _ in self.samples]
-            if times[0] != 0.0 or any(late <= early for early, late in pairwise(times)):
+            if (times and times[0] != 0.0) or any(late <= early for early, late in pairwise(times)):
                 raise ValueError("the samples' times must start at 0 and increase")
         elif len(given) > 1:
             raise ValueError(f"give one target, not {' and '.join(given)}")

@@ -1,12 +1,13 @@
 """What several commands need: the configuration, the signals, and lines for people."""
 
+import csv
 import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
-from tendond.schemas.config import ConfigError, RigConfig, parse_config
+from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 
 
 def load_config(path: Path | None) -> RigConfig:
@@ -23,7 +24,33 @@ def load_config(path: Path | None) -> RigConfig:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is no text in UTF-8") from error
-    return parse_config(text, str(path))
+    config = parse_config(text, str(path))
+    if config.reference.file and not config.reference.samples:
+        samples = read_samples(path.parent / config.reference.file)
+        reference = {**config.reference.model_dump(), "samples": samples}
+        config = check_config({**config.model_dump(), "reference": reference}, str(path))
+    return config
+
+
+def read_samples(path: Path) -> list[tuple[float, ...]]:
+    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m].
+
+    Raises:
+        ConfigError: the file cannot be read, or a line is not three numbers.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = list(enumerate(csv.reader(stream), 1))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    samples: list[tuple[float, ...]] = []
+    for number, line in lines[1:]:
+        try:
+            time, across, along = (float(cell) for cell in line)
+        except ValueError as error:
+            raise ConfigError(f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]") from error
+        samples.append((time, across, along))
+    return samples
 
 
 def stop_on_signals() -> Callable[[], bool]:

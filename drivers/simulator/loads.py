@@ -12,21 +12,19 @@ from tendond.schemas.config_simulator import Impact, Weight
 Array = NDArray[np.float64]
 
 SUBSTEP = 5e-4
-"""[s] Of the pendulum."""
+"""[s] Of the swinging weight."""
 
-AIR = 0.3
-"""[1/s] Damping of the swing."""
+STRING_STIFFNESS = 100.0
+STRING_DAMPING = 1.5
+"""[N/m], [N s/m] The string gives by 5 mm under 50 g: stiff enough to hang on, soft enough to couple the weight to the
+rod with forces of the last step (a stiff one would need the weight inside the rod's equations)."""
 
 SPREAD = 0.05
 """Half width of a push that is not at the tip, as a part of the rod's length: a hand, not a needle."""
 
 
 class HungWeight:
-    """A mass on the tip, by a string: gravity's pull, along the string's direction while it swings.
-
-    A pendulum under a moving point, its string taut while it can be. The pull has the mass's weight and centripetal
-    part; the tip's own acceleration sets it swinging but does not change the pull's size: the weight's inertia against
-    the arm is left out (an arm of a few grams, explicitly coupled to ten times its mass, has no stable step).
+    """A mass on the tip: gravity's pull, or a bob on an elastic string that pulls where it swings.
 
     Args:
         section: [simulator.weight].
@@ -39,37 +37,52 @@ class HungWeight:
         self._gravity = np.array(gravity)
         size = float(np.linalg.norm(self._gravity))
         self._down = self._gravity / size if size > 0.0 else np.zeros(3)
-        self._tip, self._speed = tip.copy(), np.zeros(3)
-        self._direction, self._turn = self._down.copy(), np.zeros(3)
+        self._hang(tip)
 
-    def force(self, time: float) -> Array:
-        """On the tip at `time` [s]: [N], shape (3,)."""
+    def _hang(self, tip: Array) -> None:
+        """At rest below `tip`."""
+        section = self._section
+        stretch = section.mass * float(np.linalg.norm(self._gravity)) / STRING_STIFFNESS
+        self._tip, self._tip_speed = tip.copy(), np.zeros(3)
+        self._bob, self._speed = tip + (section.string + stretch) * self._down, np.zeros(3)
+
+    def force(self, time: float, period: float) -> Array:
+        """On the tip over the next `period` [s], from `time` [s] on: [N], shape (3,)."""
         section = self._section
         if section.mass == 0.0 or time < section.time - 1e-9:
             return np.zeros(3)
         if section.string == 0.0:
             return section.mass * self._gravity
-        pull = section.mass * (float(self._gravity @ self._direction) + section.string * float(self._turn @ self._turn))
-        return max(0.0, pull) * self._direction
+        # The tip where it will be half a step on: a pull of the step's beginning would feed the motion energy.
+        return self._pull(self._tip + 0.5 * period * self._tip_speed, self._tip_speed)
 
-    def swing(self, tip: Array, period: float) -> None:
+    def swing(self, time: float, tip: Array, period: float) -> None:
         """Move on by `period` [s] while the tip moves to `tip` [m], shape (3,)."""
         section = self._section
         if section.mass == 0.0 or section.string == 0.0:
             return
-        speed = (tip - self._tip) / period
-        acceleration = (speed - self._speed) / period
-        self._tip, self._speed = tip.copy(), speed
+        if time < section.time - 1e-9:
+            self._hang(tip)
+            return
         steps = max(1, math.ceil(period / SUBSTEP))
-        dt = period / steps
-        d, turn = self._direction, self._turn
-        for _ in range(steps):
-            across = (self._gravity - acceleration) - d * float(d @ (self._gravity - acceleration))
-            turn = turn + dt * (across / section.string - AIR * turn)
-            d = d + dt * turn
-            d = d / float(np.linalg.norm(d))
-            turn = turn - d * float(d @ turn)
-        self._direction, self._turn = d, turn
+        dt, start = period / steps, self._tip
+        self._tip_speed = (tip - start) / period
+        for step in range(steps):
+            at = start + (step + 0.5) / steps * (tip - start)
+            self._speed = self._speed + dt * (self._gravity - self._pull(at, self._tip_speed) / section.mass)
+            self._bob = self._bob + dt * self._speed
+        self._tip = tip.copy()
+
+    def _pull(self, tip: Array, tip_speed: Array) -> Array:
+        """Of the string on the tip [N], shape (3,); a slack string pulls nothing."""
+        way = self._bob - tip
+        length = float(np.linalg.norm(way))
+        stretch = length - self._section.string
+        if stretch <= 0.0:
+            return np.zeros(3)
+        along = way / length
+        pull = STRING_STIFFNESS * stretch + STRING_DAMPING * float(along @ (self._speed - tip_speed))
+        return max(0.0, pull) * along
 
 
 def impacts_at(impacts: Iterable[Impact], time: float) -> list[tuple[float, Array]]:

@@ -32,7 +32,7 @@ class Plant:
         self._mocap = Mocap(section.mocap, section.seed)
         straight = np.array([0.0, 0.0, rod.parameters.length])
         self._weight = HungWeight(section.weight, section.rod.gravity, straight)
-        self._force = self._weight.force(0.0)
+        self._force = self._weight.force(0.0, rod.time_step)
         self._state: RodState = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
         self.seq = 0
@@ -67,7 +67,7 @@ class Plant:
                 self._servos.stand(np.zeros(self.tendon_count))
             self._wound = wound
             self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
-        self._force = self._weight.force(self.time)
+        self._force = self._weight.force(self.time, self._rod.time_step)
         for place, force in impacts_at(self._section.impacts, self.time):
             self._force = self._force + place * force
         if self._wound:
@@ -75,7 +75,7 @@ class Plant:
             self._state = self._rod.step(self._state, displacements=ends, tip_force=self._force)
         else:
             self._state = self._rod.step(self._state, self._servos.pull(self._command), tip_force=self._force)
-        self._weight.swing(self._rod.tip(self._state).position, self._rod.time_step)
+        self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
 
     def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:

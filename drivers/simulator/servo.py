@@ -40,10 +40,10 @@ class Servos:
         way = goal - self._profile
         speed = way / period
         if section.acceleration > 0.0:
-            # Not faster than it can still brake, nor than it can change its speed in a period.
-            braking = np.sqrt(2.0 * section.acceleration * np.abs(way))
-            speed = np.clip(speed, -braking, braking)
+            # Not faster than it can still brake in whole periods, nor than it can change its speed in one.
             change = section.acceleration * period
+            braking = change * (np.sqrt(0.25 + 2.0 * np.abs(way) / (change * period)) - 0.5)
+            speed = np.clip(speed, -braking, braking)
             speed = np.clip(speed, self._speed - change, self._speed + change)
         if section.rate > 0.0:
             speed = np.clip(speed, -section.rate, section.rate)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zenoh
 
 from tendond.daemon.analysis.log import load
 from tendond.schemas.keys import TIP_POSE, key
@@ -99,7 +100,7 @@ def test_bad_payloads_are_dropped_and_counted(tmp_path: Path) -> None:
         with one.session() as session:
             one.status(session)
             for payload in payloads:
-                session.put(key(one.name, TIP_POSE), payload)
+                session.put(key(one.name, TIP_POSE), payload, congestion_control=zenoh.CongestionControl.BLOCK)
             session.delete(key(one.name, TIP_POSE))
             status = one.until(session, lambda s: sum(s.rejected.values()) == len(payloads) + 1)
         expected = {reason: list(payloads.values()).count(reason) for reason in payloads.values()}

@@ -1,7 +1,9 @@
 """How the rod's kernels are compiled: one set of numba options for all of them.
 
-`fastmath` keeps NaN and infinity meaningful (no `nnan`, `ninf`): a diverged shot must be seen as such.
-Kernels release the GIL, are cached on disk, and follow IEEE on division by zero instead of raising.
+`fastmath` keeps NaN and infinity meaningful (no `nnan`, `ninf`): a diverged shot must be seen as such. It keeps the
+order of sums as well (no `reassoc`): a compiler that is free to sort a long sum makes one chain of it and may put first
+what comes last; a march is a tenth faster in the order that is written. Kernels release the GIL, are cached on disk,
+and follow IEEE on division by zero instead of raising.
 """
 
 import hashlib
@@ -10,7 +12,7 @@ from typing import Any
 
 from numba import njit, typeof
 
-_FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
+_FASTMATH = {"contract", "arcp", "nsz"}
 
 
 def sources_digest() -> str:
@@ -37,11 +39,11 @@ def bind(compiled: Any, *arguments: Any) -> Any:
 
     It skips numba's look at every argument, which takes as long as a third of a step of the rod.
     """
-    signature = tuple(typeof(argument) for argument in arguments)  # type: ignore[no-untyped-call]
+    signature = tuple(typeof(argument) for argument in arguments)
     compiled.compile(signature)
     return compiled.get_overload(signature)
 
 
 def inlined(function: Any) -> Any:
-    """Compile a piece of a kernel that must dissolve in its caller, so that loops around it vectorise."""
+    """Compile a piece of a kernel that must dissolve in its caller, so that its numbers stay in registers."""
     return njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, forceinline=True)

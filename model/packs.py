@@ -12,7 +12,9 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import lower_builtin, models, register_model
+
+from tendond.model.compile import bare
 
 ARITHMETIC: dict[Any, str] = {
     operator.add: "fadd",
@@ -28,18 +30,13 @@ class Pack(types.Type):
 
     def __init__(self, width: int) -> None:
         self.width = width
-        super().__init__(name=f"Pack({width})")  # type: ignore[no-untyped-call]
+        super().__init__(name=f"Pack({width})")
 
 
 @register_model(Pack)
 class _PackModel(models.PrimitiveModel):
     def __init__(self, manager: Any, pack: Any) -> None:
-        super().__init__(manager, pack, ir.VectorType(ir.DoubleType(), pack.width))
-
-
-def _intrinsic(function: Any) -> Any:
-    """numba's `intrinsic`, whose functions have one argument less than mypy believes."""
-    return intrinsic(function)
+        super().__init__(manager, pack, ir.VectorType(ir.DoubleType(), pack.width))  # type: ignore[no-untyped-call]
 
 
 def _number(width: int) -> Any:
@@ -113,7 +110,7 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, valu
     return builder.bitcast(builder.gep(data, [index]), value.as_pointer())
 
 
-@_intrinsic
+@bare
 def load(context: Any, array: Any, index: Any, like: Any) -> Any:
     """Elements of a contiguous array of one dimension, as many as a tuple or a pack has: a float if one."""
 
@@ -124,7 +121,7 @@ def load(context: Any, array: Any, index: Any, like: Any) -> Any:
     return (like if isinstance(like, Pack) else _number(like.count))(array, types.intp, like), emit
 
 
-@_intrinsic
+@bare
 def store(context: Any, array: Any, index: Any, value: Any) -> Any:
     """Write a float or a pack to a contiguous array of one dimension."""
 
@@ -136,7 +133,7 @@ def store(context: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, types.intp, value), emit
 
 
-@_intrinsic
+@bare
 def pack(context: Any, numbers: Any, lanes: Any) -> Any:
     """The floats of a tuple, each as many times as the tuple `lanes` has entries."""
 
@@ -150,7 +147,7 @@ def pack(context: Any, numbers: Any, lanes: Any) -> Any:
     return Pack(numbers.count * lanes.count)(numbers, lanes), emit
 
 
-@_intrinsic
+@bare
 def repeat(context: Any, number: Any, times: Any) -> Any:
     """A pack's floats again and again, as many times as the tuple `times` has entries; a float stays what it is."""
 
@@ -162,7 +159,7 @@ def repeat(context: Any, number: Any, times: Any) -> Any:
     return (Pack(number.width * times.count) if isinstance(number, Pack) else number)(number, times), emit
 
 
-@_intrinsic
+@bare
 def total(context: Any, numbers: Any, lanes: Any) -> Any:
     """For each of the `lanes` the sum of its floats in a pack where lane follows lane: a float if there is one lane."""
 

@@ -21,4 +21,4 @@ class _FirstCompilation(numba_events.Listener):
 
 def announce_compilation(say: Callable[[str], None]) -> None:
     """Call `say` with one line when the first kernel is compiled; never, when all of them come from the disk."""
-    numba_events.register("numba:compile", _FirstCompilation(say))  # type: ignore[no-untyped-call]
+    numba_events.register("numba:compile", _FirstCompilation(say))

@@ -2,21 +2,16 @@
 
 Symbols are those of the field (Rucker & Webster 2011; Till, Aloi & Rucker 2019; Danesh & Janabi-Sharifi): `v` strain
 [-], `u` curvature [1/m], `q` velocity [m/s], `w` angular velocity [rad/s], `n` force [N], `m` moment [N m], all in the
-body frame; `R` body to world, row by row. Vectors are tuples (see `vectors`), so that a loop over several rods at once
-(see `march`) becomes SIMD code.
-
-The tendons' six-by-six block is summed in a factored form. With P = p_i' = v + u x r_i, e = r_i x P, c1 = T_i/|P| and
-c3 = T_i/|P|^3, tendon i contributes
-
-    [ A_i  G_i ]        [   I     -hat(r)  ]        [ P ] [ P ]'
-    [ B_i  H_i ]  =  c1 [ hat(r)  -hat(r)^2 ]  -  c3 [ e ] [ e ]
-
-so that, for tendons parallel to the rod, six sums of c1 and one rank-one update per tendon give A, B, G, H, a and b.
+body frame; `R` body to world, row by row. Vectors are tuples (see `vectors`) of numbers, which are floats for one rod
+and packs (see `packs`) for several at once. A march is a chain of points, each of which waits for the one before: how
+soon a result is there counts as much as how many operations it takes. The order of operations is the one written here.
 """
 
 import math
+from typing import Any
 
 from tendond.model.compile import inlined
+from tendond.model.packs import total
 from tendond.model.vectors import (
     Vector,
     add,
@@ -27,13 +22,12 @@ from tendond.model.vectors import (
     rotate_back,
     scale,
     sub,
-    symmetric_inverse,
+    symmetric_adjugate,
     symmetric_times,
     times,
 )
 
-# s0 sx sy sxx sxy syy: sums of c1 times 1, x, y, x^2, x y, y^2; then the upper triangle of sum c3 [P; e][P; e]'.
-NO_TENDON = (0.0,) * 27
+TendonSums = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], Vector, Vector]
 
 
 @inlined
@@ -43,91 +37,94 @@ def stretch(e: Vector) -> Vector:
 
 
 @inlined
-def add_tendon(
-    sums: tuple[float, ...], x: float, y: float, tension: float, v: Vector, u: Vector
-) -> tuple[tuple[float, ...], float]:
-    """Add a tendon at (x, y, 0) in the cross-section to `sums`; returns them and |p_i'|, its length per rod length."""
-    p1, p2, p3 = v[0] - u[2] * y, v[1] + u[2] * x, v[2] + u[0] * y - u[1] * x
-    square = p1 * p1 + p2 * p2 + p3 * p3
-    inverse = 1.0 / math.sqrt(square)
-    c1 = tension * inverse
-    c3 = c1 * inverse * inverse
-    e1, e2, e3 = y * p3, -x * p3, x * p2 - y * p1
-    f1, f2, f3 = c3 * p1, c3 * p2, c3 * p3
-    h1, h2, h3 = c3 * e1, c3 * e2, c3 * e3
-    s = sums
-    return (
-        s[0] + c1,
-        s[1] + c1 * x,
-        s[2] + c1 * y,
-        s[3] + c1 * x * x,
-        s[4] + c1 * x * y,
-        s[5] + c1 * y * y,
-        s[6] + f1 * p1,
-        s[7] + f1 * p2,
-        s[8] + f1 * p3,
-        s[9] + f2 * p2,
-        s[10] + f2 * p3,
-        s[11] + f3 * p3,
-        s[12] + f1 * e1,
-        s[13] + f1 * e2,
-        s[14] + f1 * e3,
-        s[15] + f2 * e1,
-        s[16] + f2 * e2,
-        s[17] + f2 * e3,
-        s[18] + f3 * e1,
-        s[19] + f3 * e2,
-        s[20] + f3 * e3,
-        s[21] + h1 * e1,
-        s[22] + h1 * e2,
-        s[23] + h1 * e3,
-        s[24] + h2 * e2,
-        s[25] + h2 * e3,
-        s[26] + h3 * e3,
-    ), square * inverse
+def tendon_slope(x: Any, y: Any, v: Vector, u: Vector) -> Any:
+    """p_i' = v + u x r_i of tendons at r_i = (x, y, 0), body frame [-]."""
+    return v[0] - u[2] * y, v[1] + u[2] * x, v[2] + u[0] * y - u[1] * x
 
 
 @inlined
-def tendon_pulls(sums: tuple[float, ...], v: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
-    """Sums of c1 P, c1 x P and c1 y P over the tendons: the first is the force that they carry along the rod [N]."""
-    s0, sx, sy, sxx, sxy, syy = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    force = (s0 * v[0] - u[2] * sy, s0 * v[1] + u[2] * sx, s0 * v[2] + u[0] * sy - u[1] * sx)
-    by_x = (sx * v[0] - u[2] * sxy, sx * v[1] + u[2] * sxx, sx * v[2] + u[0] * sxy - u[1] * sxx)
-    by_y = (sy * v[0] - u[2] * syy, sy * v[1] + u[2] * sxy, sy * v[2] + u[0] * syy - u[1] * sxy)
-    return force, by_x, by_y
+def tendon_sums(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector) -> tuple[TendonSums, Any]:
+    """What the tendons add to the equations, and |p_i'|, their lengths per rod length.
+
+    Args:
+        lanes: a tuple, one entry per rod.
+        x, y, tension: packs of all tendons of all rods, at r = (x, y, 0) in the cross-section [m], [N].
+        v, u: of their rods.
+
+    Returns:
+        A = sum A_i (11, 12, 13, 22, 23, 33), A_i = -T_i hat(p_i')^2 / |p_i'|^3; B = sum hat(r_i) A_i by rows, but for
+        the last component, which is -(B11 + B22); H = -sum hat(r_i) A_i hat(r_i); sum of the pulls T_i p_i' / |p_i'|;
+        b = sum r_i x a_i with a_i = A_i (u x p_i') = u x pull_i.
+    """
+    P = tendon_slope(x, y, v, u)
+    P11, P22, P33 = times(P, P)
+    square = P11 + P22 + P33
+    speed, inverse = math.sqrt(square), 1.0 / square  # at once: neither waits for the other
+    c1, c3 = tension * inverse * speed, tension * inverse * inverse * speed
+    A11, A22, A33 = c1 - c3 * P11, c1 - c3 * P22, c1 - c3 * P33
+    A12, A13, A23 = -c3 * (P[0] * P[1]), -c3 * (P[0] * P[2]), -c3 * (P[1] * P[2])
+    B11, B12, B13 = y * A13, y * A23, y * A33
+    B21, B22, B23 = -x * A13, -x * A23, -x * A33
+    B31, B32 = x * A12 - y * A11, x * A22 - y * A12
+    pull = scale(c1, P)
+    a = cross(u, pull)
+    A = (
+        total(A11, lanes),
+        total(A12, lanes),
+        total(A13, lanes),
+        total(A22, lanes),
+        total(A23, lanes),
+        total(A33, lanes),
+    )
+    B = (
+        total(B11, lanes),
+        total(B12, lanes),
+        total(B13, lanes),
+        total(B21, lanes),
+        total(B22, lanes),
+        total(B23, lanes),
+        total(B31, lanes),
+        total(B32, lanes),
+    )
+    H = (
+        total(y * B13, lanes),
+        total(-x * B13, lanes),
+        total(x * B12 - y * B11, lanes),
+        total(-x * B23, lanes),
+        total(x * B22 - y * B21, lanes),
+        total(x * B32 - y * B31, lanes),
+    )
+    pulls = (total(pull[0], lanes), total(pull[1], lanes), total(pull[2], lanes))
+    b = (total(y * a[2], lanes), total(-x * a[2], lanes), total(x * a[1] - y * a[0], lanes))
+    return (A, B, H, pulls, b), speed
 
 
 @inlined
 def strain_gradients(
-    stiffness_se: Vector, stiffness_bt: Vector, sums: tuple[float, ...], right_n: Vector, right_m: Vector
+    Kse: Vector, Kbt: Vector, sums: TendonSums, right_n: Vector, right_m: Vector
 ) -> tuple[Vector, Vector]:
-    """Solve the symmetric positive definite 6x6 block for (v_s, u_s) by its Schur complement: two divisions in all."""
-    s = sums
-    a = (
-        stiffness_se[0] + s[0] - s[6],
-        -s[7],
-        -s[8],
-        stiffness_se[1] + s[0] - s[9],
-        -s[10],
-        stiffness_se[2] + s[0] - s[11],
-    )
-    g1 = (-s[12], -s[15], -s[18] + s[2])
-    g2 = (-s[13], -s[16], -s[19] - s[1])
-    g3 = (-s[14] - s[2], -s[17] + s[1], -s[20])
-    inverse = symmetric_inverse(a)
-    y1, y2, y3 = symmetric_times(inverse, g1), symmetric_times(inverse, g2), symmetric_times(inverse, g3)
+    """Solve the symmetric positive definite 6x6 block for (v_s, u_s) by its Schur complement.
+
+    Inverses are adjugates divided by determinants; what can be done before the two divisions end does not wait.
+    """
+    A, B, H, _, _ = sums
+    C, d = symmetric_adjugate((Kse[0] + A[0], A[1], A[2], Kse[1] + A[3], A[4], Kse[2] + A[5]))
+    g1, g2, g3 = (B[0], B[1], B[2]), (B[3], B[4], B[5]), (B[6], B[7], -(B[0] + B[4]))
+    y1, y2, y3 = symmetric_times(C, g1), symmetric_times(C, g2), symmetric_times(C, g3)
     schur = (
-        stiffness_bt[0] + s[5] - s[21] - dot(g1, y1),
-        -s[4] - s[22] - dot(g1, y2),
-        -s[23] - dot(g1, y3),
-        stiffness_bt[1] + s[3] - s[24] - dot(g2, y2),
-        -s[25] - dot(g2, y3),
-        stiffness_bt[2] + s[3] + s[5] - s[26] - dot(g3, y3),
+        Kbt[0] + H[0] - d * dot(g1, y1),
+        H[1] - d * dot(g1, y2),
+        H[2] - d * dot(g1, y3),
+        Kbt[1] + H[3] - d * dot(g2, y2),
+        H[4] - d * dot(g2, y3),
+        Kbt[2] + H[5] - d * dot(g3, y3),
     )
-    reduced = (right_m[0] - dot(y1, right_n), right_m[1] - dot(y2, right_n), right_m[2] - dot(y3, right_n))
-    u_s = symmetric_times(symmetric_inverse(schur), reduced)
-    free = symmetric_times(inverse, right_n)
-    return sub(free, add(scale(u_s[0], y1), add(scale(u_s[1], y2), scale(u_s[2], y3)))), u_s
+    y1, y2, y3, free = scale(d, y1), scale(d, y2), scale(d, y3), scale(d, symmetric_times(C, right_n))
+    D, f = symmetric_adjugate(schur)
+    r = symmetric_times(
+        D, (right_m[0] - dot(y1, right_n), right_m[1] - dot(y2, right_n), right_m[2] - dot(y3, right_n))
+    )
+    return sub(free, scale(f, add(scale(r[0], y1), add(scale(r[1], y2), scale(r[2], y3))))), scale(f, r)
 
 
 @inlined
@@ -137,7 +134,7 @@ def rates(
     load_force: Vector,
     load_moment: Vector,
     history: tuple[Vector, Vector, Vector, Vector, Vector, Vector],
-    sums: tuple[float, ...],
+    sums: TendonSums,
     R: tuple[float, ...],
     e: Vector,
     u: Vector,
@@ -148,7 +145,7 @@ def rates(
 
     `constants` are Kse, Kbt, Bse, Bbt, rho A, rho J, C (diagonals); `load_force` and `load_moment` the distributed
     loads in the world frame, gravity included [N/m, N]; `history` the parts y_h of v_t, u_t, q_t, w_t, v_st, u_st that
-    the past determines.
+    the past determines; `sums` come from `tendon_sums`.
     """
     Kse, Kbt, Bse, Bbt, rhoA, rhoJ, C = constants
     v = stretch(e)
@@ -158,9 +155,7 @@ def rates(
     w_t = add(scale(c0, w), history[3])
     n = add(times(Kse, e), times(Bse, v_t))
     m = add(times(Kbt, u), times(Bbt, u_t))
-
-    pull, pull_x, pull_y = tendon_pulls(sums, v, u)
-    b = sub(scale(pull_x[0] + pull_y[1], u), add(scale(u[0], pull_x), scale(u[1], pull_y)))
+    _, _, _, pull, b = sums
 
     right_n = add(scale(rhoA, add(cross(w, q), q_t)), drag(C, q))
     # a = u x pull and hat(u) n in one
@@ -187,10 +182,20 @@ def rates(
 
 
 @inlined
+def tendon_pulls(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Force that the tendons carry along the rod, and its moment [N, N m]; arguments as those of `tendon_sums`."""
+    P = tendon_slope(x, y, v, u)
+    pull = scale(tension / math.sqrt(dot(P, P)), P)
+    moment = (y * pull[2], -x * pull[2], x * pull[1] - y * pull[0])
+    return (
+        (total(pull[0], lanes), total(pull[1], lanes), total(pull[2], lanes)),
+        (total(moment[0], lanes), total(moment[1], lanes), total(moment[2], lanes)),
+    )
+
+
+@inlined
 def tip_residual(
-    pulls: tuple[Vector, Vector, Vector], n: Vector, m: Vector, R: tuple[float, ...], force: Vector, moment: Vector
+    pulls: tuple[Vector, Vector], n: Vector, m: Vector, R: tuple[float, ...], force: Vector, moment: Vector
 ) -> tuple[Vector, Vector]:
     """What is missing from equilibrium at the tip [N, N m]: n(L) + tendon pull - R'F, m(L) + its moment - R'M."""
-    pull, pull_x, pull_y = pulls
-    pull_moment = (pull_y[2], -pull_x[2], pull_x[1] - pull_y[0])
-    return sub(add(n, pull), rotate_back(R, force)), sub(add(m, pull_moment), rotate_back(R, moment))
+    return sub(add(n, pulls[0]), rotate_back(R, force)), sub(add(m, pulls[1]), rotate_back(R, moment))

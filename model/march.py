@@ -1,15 +1,14 @@
 """One march along the rod, from the base's force and moment to the tip's residual, for one or several rods at once.
 
-`lanes` is a tuple whose length is the number of rods: a compile-time constant, so that the loop over them becomes SIMD
-code. One lane is a shot; eight lanes are the seven shots of a difference Jacobian for little more than twice its cost.
-`x` and `y` of the tendons are tuples for the same reason. Space schemes are explicit Runge-Kutta tableaus. The time
-history belongs to a stage of a node: the method then is the same Runge-Kutta method applied to all time levels stacked,
-and keeps its order.
+`lanes` is a tuple whose length is the number of rods: a compile-time constant. What belongs to a rod is a float for one
+rod and a pack (see `packs`) for several: one rod is a shot; eight are the seven shots of a difference Jacobian, at less
+than twice the cost. The tendons of all rods make one wide pack. Space schemes are explicit Runge-Kutta tableaus. The
+time history belongs to a stage of a node: the method then is the same Runge-Kutta method applied to all time levels
+stacked, and keeps its order.
 
-Work memory `z`, in rows of one float per lane: stage state (24), rates (24), tensions (n), lengths per rod length (n),
-node state (24), rates of all stages of a step (24 s).
-State of a lane: p 3, R 9, e = v - v* 3, u 3, q 3, w 3. Carrying the strain e instead of v makes the rounding of the
-force 1e5 times smaller.
+State of a rod: p 3, R 9, e = v - v* 3, u 3, q 3, w 3. Carrying the strain e instead of v makes the rounding of the
+force 1e5 times smaller. A scheme of one stage keeps the state in registers. Others have work memory, in rows of one
+float per rod: stage state (24), node state (24), rates of all stages of a step (24 s).
 """
 
 from typing import Any
@@ -17,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from tendond.model.compile import inlined, kernel
-from tendond.model.equations import NO_TENDON, add_tendon, rates, stretch, tendon_pulls, tip_residual
-from tendond.model.vectors import add, scale, times
+from tendond.model.equations import rates, stretch, tendon_pulls, tendon_sums, tip_residual
+from tendond.model.packs import load, pack, repeat, store
+from tendond.model.vectors import add, scale, sub, times
 
 STATE = 24
-RATES = STATE  # row of the rates in the work memory, behind the stage's state
 HISTORY = 18  # e, u, q, w, e_s, u_s
 
 CONSTANTS = np.dtype([(name, "f8", (3,)) for name in ("Kse", "Kbt", "Bse", "Bbt", "rhoJ", "C")] + [("rhoA", "f8")])
@@ -38,41 +37,63 @@ def _row_vector(a: Any, row: int, start: int) -> Any:
 
 
 @inlined
-def _lane_vector(z: Any, row: int, lanes: int, lane: int) -> Any:
-    return z[row * lanes + lane], z[(row + 1) * lanes + lane], z[(row + 2) * lanes + lane]
+def _write(a: Any, row: int, start: int, values: Any) -> None:
+    a[row, start], a[row, start + 1], a[row, start + 2] = values
 
 
 @inlined
-def _store(z: Any, row: int, lanes: int, lane: int, a: Any) -> None:
-    z[row * lanes + lane] = a[0]
-    z[(row + 1) * lanes + lane] = a[1]
-    z[(row + 2) * lanes + lane] = a[2]
+def _lane_vector(z: Any, row: int, lanes: Any) -> Any:
+    width = len(lanes)
+    return load(z, row * width, lanes), load(z, (row + 1) * width, lanes), load(z, (row + 2) * width, lanes)
 
 
 @inlined
-def _rotation(z: Any, row: int, lanes: int, lane: int) -> Any:
+def _store_vector(z: Any, row: int, lanes: Any, a: Any) -> None:
+    width = len(lanes)
+    store(z, row * width, a[0])
+    store(z, (row + 1) * width, a[1])
+    store(z, (row + 2) * width, a[2])
+
+
+@inlined
+def _load_state(z: Any, row: int, lanes: Any) -> Any:
     return (
-        *_lane_vector(z, row, lanes, lane),
-        *_lane_vector(z, row + 3, lanes, lane),
-        *_lane_vector(z, row + 6, lanes, lane),
+        _lane_vector(z, row, lanes),
+        _lane_vector(z, row + 3, lanes) + _lane_vector(z, row + 6, lanes) + _lane_vector(z, row + 9, lanes),
+        _lane_vector(z, row + 12, lanes),
+        _lane_vector(z, row + 15, lanes),
+        _lane_vector(z, row + 18, lanes),
+        _lane_vector(z, row + 21, lanes),
     )
 
 
 @inlined
-def _advance(z: Any, row: int, lanes: int, lane: int, ahead: float, a: Any, a_s: Any) -> None:
-    """Keep a rate, and move the state ahead by it."""
-    _store(z, RATES + row, lanes, lane, a_s)
-    _store(z, row, lanes, lane, add(a, scale(ahead, a_s)))
+def _store_state(z: Any, row: int, lanes: Any, state: Any) -> None:
+    p, R, e, u, q, w = state
+    _store_vector(z, row, lanes, p)
+    _store_vector(z, row + 3, lanes, (R[0], R[1], R[2]))
+    _store_vector(z, row + 6, lanes, (R[3], R[4], R[5]))
+    _store_vector(z, row + 9, lanes, (R[6], R[7], R[8]))
+    _store_vector(z, row + 12, lanes, e)
+    _store_vector(z, row + 15, lanes, u)
+    _store_vector(z, row + 18, lanes, q)
+    _store_vector(z, row + 21, lanes, w)
 
 
 @inlined
-def _level(levels: Any, row: int, e: Any, u: Any, q: Any, w: Any, v_s: Any, u_s: Any) -> None:
-    levels[row, 0], levels[row, 1], levels[row, 2] = e
-    levels[row, 3], levels[row, 4], levels[row, 5] = u
-    levels[row, 6], levels[row, 7], levels[row, 8] = q
-    levels[row, 9], levels[row, 10], levels[row, 11] = w
-    levels[row, 12], levels[row, 13], levels[row, 14] = v_s
-    levels[row, 15], levels[row, 16], levels[row, 17] = u_s
+def _advance(state: Any, h: float, slope: Any) -> Any:
+    p, R, e, u, q, w = state
+    p_s, D, e_s, u_s, q_s, w_s = slope
+    return (
+        add(p, scale(h, p_s)),
+        add((R[0], R[1], R[2]), scale(h, (D[0], D[1], D[2])))
+        + add((R[3], R[4], R[5]), scale(h, (D[3], D[4], D[5])))
+        + add((R[6], R[7], R[8]), scale(h, (D[6], D[7], D[8]))),
+        add(e, scale(h, e_s)),
+        add(u, scale(h, u_s)),
+        add(q, scale(h, q_s)),
+        add(w, scale(h, w_s)),
+    )
 
 
 @inlined
@@ -88,23 +109,107 @@ def _combine(z: Any, node: int, stored: int, size: int, ds: float, factors: Any,
 
 
 @inlined
-def _orthonormalise(node: Any, lanes: int, lane: int) -> None:
-    """Bring R back to SO(3) by two Newton-Schulz iterations, R <- R (3 I - R'R)/2."""
+def _orthonormalised(state: Any) -> Any:
+    """The state with R brought back to SO(3) by two Newton-Schulz iterations, R <- R (3 I - R'R)/2."""
+    p, R, e, u, q, w = state
     for _ in range(2):
-        R = _rotation(node, 3, lanes, lane)
         g11 = 0.5 * (R[0] * R[0] + R[3] * R[3] + R[6] * R[6])
         g22 = 0.5 * (R[1] * R[1] + R[4] * R[4] + R[7] * R[7])
         g33 = 0.5 * (R[2] * R[2] + R[5] * R[5] + R[8] * R[8])
         g12 = 0.5 * (R[0] * R[1] + R[3] * R[4] + R[6] * R[7])
         g13 = 0.5 * (R[0] * R[2] + R[3] * R[5] + R[6] * R[8])
         g23 = 0.5 * (R[1] * R[2] + R[4] * R[5] + R[7] * R[8])
-        for j in (0, 3, 6):
-            row = (
-                R[j] * (1.5 - g11) - R[j + 1] * g12 - R[j + 2] * g13,
-                R[j + 1] * (1.5 - g22) - R[j] * g12 - R[j + 2] * g23,
-                R[j + 2] * (1.5 - g33) - R[j] * g13 - R[j + 1] * g23,
-            )
-            _store(node, 3 + j, lanes, lane, row)
+        R = (
+            R[0] * (1.5 - g11) - R[1] * g12 - R[2] * g13,
+            R[1] * (1.5 - g22) - R[0] * g12 - R[2] * g23,
+            R[2] * (1.5 - g33) - R[0] * g13 - R[1] * g23,
+            R[3] * (1.5 - g11) - R[4] * g12 - R[5] * g13,
+            R[4] * (1.5 - g22) - R[3] * g12 - R[5] * g23,
+            R[5] * (1.5 - g33) - R[3] * g13 - R[4] * g23,
+            R[6] * (1.5 - g11) - R[7] * g12 - R[8] * g13,
+            R[7] * (1.5 - g22) - R[6] * g12 - R[8] * g23,
+            R[8] * (1.5 - g33) - R[6] * g13 - R[7] * g23,
+        )
+    return p, R, e, u, q, w
+
+
+@inlined
+def _repeat(a: Any, times: Any) -> Any:
+    return repeat(a[0], times), repeat(a[1], times), repeat(a[2], times)
+
+
+@inlined
+def _base(lanes: Any, material: Any, c0: float, base: Any, history: Any) -> Any:
+    """State at the clamped base: e, u from n(0) = Kse e + Bse v_t, m(0) = Kbt u + Bbt u_t."""
+    Kse, Kbt, Bse, Bbt = material[0], material[1], material[2], material[3]
+    n = sub(_lane_vector(base, 0, lanes), times(Bse, _row_vector(history, 0, 0)))
+    m = sub(_lane_vector(base, 3, lanes), times(Bbt, _row_vector(history, 0, 3)))
+    stiff, flexible = add(Kse, scale(c0, Bse)), add(Kbt, scale(c0, Bbt))
+    e = (n[0] / stiff[0], n[1] / stiff[1], n[2] / stiff[2])
+    u = (m[0] / flexible[0], m[1] / flexible[1], m[2] / flexible[2])
+    zero = e[0] - e[0]
+    one, rest = 1.0 + zero, (zero, zero, zero)
+    return rest, (one, zero, zero, zero, one, zero, zero, zero, one), e, u, rest, rest
+
+
+@inlined
+def _point(
+    lanes: Any, x: Any, y: Any, tension: Any, share: float, length: Any, material: Any, c0: float, loads: Any,
+    history: Any, levels: Any, row: int, state: Any,
+) -> Any:  # fmt: skip
+    """Rates of the state at a stage; the tendons' paths grow by `share` [m] of their length per rod length there.
+
+    One rod's stage is kept among the levels.
+    """
+    _, R, e, u, q, w = state
+    xs, ys = pack(x, lanes), pack(y, lanes)
+    sums, speed = tendon_sums(lanes, xs, ys, load(tension, 0, xs), _repeat(stretch(e), x), _repeat(u, x))
+    store(length, 0, load(length, 0, xs) + share * speed)
+    past = (
+        _row_vector(history, row, 0),
+        _row_vector(history, row, 3),
+        _row_vector(history, row, 6),
+        _row_vector(history, row, 9),
+        _row_vector(history, row, 12),
+        _row_vector(history, row, 15),
+    )
+    slope = rates(material, c0, _vector(loads, 6), _vector(loads, 9), past, sums, R, e, u, q, w)
+    if len(lanes) == 1:
+        _write(levels, row, 0, e)
+        _write(levels, row, 3, u)
+        _write(levels, row, 6, q)
+        _write(levels, row, 9, w)
+        _write(levels, row, 12, slope[2])
+        _write(levels, row, 15, slope[3])
+    return slope
+
+
+@inlined
+def _keep_place(lanes: Any, geometry: Any, node: int, state: Any) -> None:
+    """Keep where one rod's node is."""
+    if len(lanes) == 1:
+        R = state[1]
+        _write(geometry, node, 0, state[0])
+        _write(geometry, node, 3, (R[0], R[1], R[2]))
+        _write(geometry, node, 6, (R[3], R[4], R[5]))
+        _write(geometry, node, 9, (R[6], R[7], R[8]))
+
+
+@inlined
+def _missing(
+    lanes: Any, x: Any, y: Any, tension: Any, material: Any, c0: float, loads: Any, history: Any, state: Any
+) -> Any:
+    """Force and moment missing at the tip."""
+    Kse, Kbt, Bse, Bbt = material[0], material[1], material[2], material[3]
+    _, R, e, u, _, _ = state
+    xs, ys = pack(x, lanes), pack(y, lanes)
+    pulls = tendon_pulls(lanes, xs, ys, load(tension, 0, xs), _repeat(stretch(e), x), _repeat(u, x))
+    last = history.shape[0] - 1
+    v_t = add(scale(c0, e), _row_vector(history, last, 0))
+    u_t = add(scale(c0, u), _row_vector(history, last, 3))
+    n = add(times(Kse, e), times(Bse, v_t))
+    m = add(times(Kbt, u), times(Bbt, u_t))
+    return tip_residual(pulls, n, m, R, _vector(loads, 0), _vector(loads, 3))
 
 
 @kernel
@@ -147,110 +252,57 @@ def march(
         history: y_h of e, u, q, w, e_s, u_s at every stage, shape (steps * s + 1, 18).
         levels: written when there is one lane: e, u, q, w, e_s, u_s at every stage, shape as `history`.
         geometry: written when there is one lane: p, R at every node, shape (steps + 1, 12).
-        work: scratch, at least (72 + 2 n + 24 s) * lanes.
+        work: scratch, at least (48 + 24 s) * lanes where the scheme has s > 1 stages.
         node: state of the last node, written, shape (24 * lanes,).
         length: tendon path lengths [m], written, shape (n * lanes,).
         residual: force and moment missing at the tip, written, shape (6 * lanes,).
     """
-    width = len(lanes)
-    tendons = len(x)
     stages = weights.shape[0]
     trapezoid, orthonormal = flags
     k = constants[0]
-    Kse, Kbt, Bse, Bbt = _vector(k.Kse, 0), _vector(k.Kbt, 0), _vector(k.Bse, 0), _vector(k.Bbt, 0)
-    material = (Kse, Kbt, Bse, Bbt, k.rhoA, _vector(k.rhoJ, 0), _vector(k.C, 0))
-    force, moment = _vector(loads, 6), _vector(loads, 9)
-    z = work
-    tension_row = RATES + STATE
-    speed_row = tension_row + tendons
-    node_row = speed_row + tendons
-    stored = (node_row + STATE) * width
-
-    for lane in range(width):
-        for row in range(STATE):
-            z[row * width + lane] = 0.0
-        for row in (3, 7, 11):
-            z[row * width + lane] = 1.0
-        for j in range(3):
-            z[(12 + j) * width + lane] = (base[j * width + lane] - Bse[j] * history[0, j]) / (Kse[j] + c0 * Bse[j])
-            z[(15 + j) * width + lane] = (base[(3 + j) * width + lane] - Bbt[j] * history[0, 3 + j]) / (
-                Kbt[j] + c0 * Bbt[j]
-            )
-    for j in range(tendons * width):
-        z[tension_row * width + j] = tension[j]
+    material = (
+        _vector(k.Kse, 0), _vector(k.Kbt, 0), _vector(k.Bse, 0), _vector(k.Bbt, 0), k.rhoA, _vector(k.rhoJ, 0),
+        _vector(k.C, 0),
+    )  # fmt: skip
+    for j in range(length.shape[0]):
         length[j] = 0.0
-
-    row = 0
-    for step in range(steps + 1):
-        last = step == steps
-        if width == 1:
-            for j in range(12):
-                geometry[step, j] = z[j]
-        if stages > 1:
-            for j in range(STATE * width):
-                z[node_row * width + j] = z[j]
-        for s in range(1 if last else stages):
-            if s > 0:
-                _combine(z, node_row * width, stored, STATE * width, ds, tableau[s], s)
-            past = (
-                _row_vector(history, row, 0),
-                _row_vector(history, row, 3),
-                _row_vector(history, row, 6),
-                _row_vector(history, row, 9),
-                _row_vector(history, row, 12),
-                _row_vector(history, row, 15),
-            )
-            ahead = (
-                ds * weights[0] if stages == 1 and not last else 0.0
-            )  # a scheme of one stage needs no more than this
-            for lane in range(width):
-                p, R = _lane_vector(z, 0, width, lane), _rotation(z, 3, width, lane)
-                e, u = _lane_vector(z, 12, width, lane), _lane_vector(z, 15, width, lane)
-                q, w = _lane_vector(z, 18, width, lane), _lane_vector(z, 21, width, lane)
-                v = stretch(e)
-                sums = NO_TENDON
-                for i in range(tendons):
-                    sums, speed = add_tendon(sums, x[i], y[i], z[(tension_row + i) * width + lane], v, u)
-                    z[(speed_row + i) * width + lane] = speed
-                p_s, R_s, v_s, u_s, q_s, w_s = rates(material, c0, force, moment, past, sums, R, e, u, q, w)
-                if width == 1:
-                    _level(levels, row, e, u, q, w, v_s, u_s)
-                _advance(z, 0, width, lane, ahead, p, p_s)
-                _advance(z, 3, width, lane, ahead, (R[0], R[1], R[2]), (R_s[0], R_s[1], R_s[2]))
-                _advance(z, 6, width, lane, ahead, (R[3], R[4], R[5]), (R_s[3], R_s[4], R_s[5]))
-                _advance(z, 9, width, lane, ahead, (R[6], R[7], R[8]), (R_s[6], R_s[7], R_s[8]))
-                _advance(z, 12, width, lane, ahead, e, v_s)
-                _advance(z, 15, width, lane, ahead, u, u_s)
-                _advance(z, 18, width, lane, ahead, q, q_s)
-                _advance(z, 21, width, lane, ahead, w, w_s)
-            if stages > 1:
-                for j in range(STATE * width):
-                    z[stored + s * STATE * width + j] = z[RATES * width + j]
-            share = ds * weights[s] if step < steps else 0.0
+    state = _base(lanes, material, c0, base, history)
+    if stages == 1:
+        for step in range(steps + 1):
+            last = step == steps
+            h = 0.0 if last else ds * weights[0]
+            share = h
             if trapezoid:
-                share = ds if 0 < step < steps else 0.5 * ds
-            for j in range(tendons * width):
-                length[j] += share * z[speed_row * width + j]
-            row += 1
-        if stages > 1 and not last:
-            _combine(z, node_row * width, stored, STATE * width, ds, weights, stages)
-        if orthonormal and not last:
-            for lane in range(width):
-                _orthonormalise(z, width, lane)
-    for j in range(STATE * width):
-        node[j] = z[j]
-
-    for lane in range(width):
-        R = _rotation(node, 3, width, lane)
-        e, u = _lane_vector(node, 12, width, lane), _lane_vector(node, 15, width, lane)
-        v = stretch(e)
-        sums = NO_TENDON
-        for i in range(tendons):
-            sums, _ = add_tendon(sums, x[i], y[i], tension[i * width + lane], v, u)
-        v_t = add(scale(c0, e), _row_vector(history, row - 1, 0))
-        u_t = add(scale(c0, u), _row_vector(history, row - 1, 3))
-        n = add(times(Kse, e), times(Bse, v_t))
-        m = add(times(Kbt, u), times(Bbt, u_t))
-        missing_n, missing_m = tip_residual(tendon_pulls(sums, v, u), n, m, R, _vector(loads, 0), _vector(loads, 3))
-        _store(residual, 0, width, lane, missing_n)
-        _store(residual, 3, width, lane, missing_m)
+                share = 0.5 * ds if last or step == 0 else ds
+            _keep_place(lanes, geometry, step, state)
+            slope = _point(lanes, x, y, tension, share, length, material, c0, loads, history, levels, step, state)
+            state = _advance(state, h, slope)
+            if orthonormal and not last:
+                state = _orthonormalised(state)
+    else:
+        size = STATE * len(lanes)
+        _store_state(work, 0, lanes, state)
+        for step in range(steps + 1):
+            last = step == steps
+            for j in range(size):
+                work[size + j] = work[j]
+            for s in range(1 if last else stages):
+                if s > 0:
+                    _combine(work, size, 2 * size, size, ds, tableau[s], s)
+                state = _load_state(work, 0, lanes)
+                if s == 0:
+                    _keep_place(lanes, geometry, step, state)
+                share = 0.0 if last else ds * weights[s]
+                if trapezoid:
+                    share = 0.0 if s > 0 else 0.5 * ds if last or step == 0 else ds
+                row = step * stages + s
+                slope = _point(lanes, x, y, tension, share, length, material, c0, loads, history, levels, row, state)
+                _store_state(work, (2 + s) * STATE, lanes, slope)
+            if not last:
+                _combine(work, size, 2 * size, size, ds, weights, stages)
+                if orthonormal:
+                    _store_state(work, 0, lanes, _orthonormalised(_load_state(work, 0, lanes)))
+    _store_state(node, 0, lanes, state)
+    missing_n, missing_m = _missing(lanes, x, y, tension, material, c0, loads, history, state)
+    _store_vector(residual, 0, lanes, missing_n)
+    _store_vector(residual, 3, lanes, missing_m)

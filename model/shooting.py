@@ -9,7 +9,7 @@ iteration contracts poorly. The same Jacobian gives the sensitivities.
 import math
 from typing import Any, NamedTuple
 
-from tendond.model.compile import inlined, kernel
+from tendond.model.compile import borrowed, inlined, kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE, march
 from tendond.model.work import LANES, Work
@@ -36,6 +36,15 @@ class RodData(NamedTuple):
     stiffness: float  # of a tendon [N/m]
     tolerance: float  # residual norm [N, N m]
     budget: int  # marches that one solve may spend
+
+
+@inlined
+def borrowed_rod(rod: RodData) -> RodData:
+    """The same rod, its arrays borrowed."""
+    return RodData(
+        rod.one, rod.many, rod.x, rod.y, borrowed(rod.constants), borrowed(rod.tableau), borrowed(rod.weights),
+        rod.flags, rod.steps, rod.ds, rod.length, rod.stiffness, rod.tolerance, rod.budget,
+    )  # fmt: skip
 
 
 @inlined

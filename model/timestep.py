@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from tendond.model.compile import inlined, kernel
+from tendond.model.compile import borrowed, inlined, kernel
 from tendond.model.predictor import RING, predict
-from tendond.model.shooting import DIVERGED, SOLVED, RodData, solve
+from tendond.model.shooting import DIVERGED, SOLVED, RodData, borrowed_rod, solve
 from tendond.model.work import Work, open_work
 
 SMALLEST_STEP = 1.0 / 1024.0  # of a continuation, as a part of the way
@@ -47,7 +47,10 @@ def advance(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
-    work = open_work(memory, len(rod.x))
+    rod, work = borrowed_rod(rod), open_work(borrowed(memory), len(rod.x))
+    levels, histories, geometries = borrowed(levels), borrowed(histories), borrowed(geometries)
+    unknowns, past_loads, loads = borrowed(unknowns), borrowed(past_loads), borrowed(loads)
+    lengths, jacobian = borrowed(lengths), borrowed(jacobian)
     c0, c1, c2, d1 = bdf
     new, old, older = levels[(count + 1) % 3], levels[count % 3], levels[(count + 2) % 3]
     history, past = histories[(count + 1) % 2], histories[count % 2]

@@ -1,4 +1,4 @@
-"""Vectors in space as tuples of three floats, for use inside kernels: they live in registers, not in memory."""
+"""Vectors in space as tuples of three numbers, for use inside kernels: they live in registers, not in memory."""
 
 from tendond.model.compile import inlined
 
@@ -70,8 +70,8 @@ def drag(coefficient: Vector, a: Vector) -> Vector:
 
 
 @inlined
-def symmetric_inverse(a: tuple[float, ...]) -> tuple[float, ...]:
-    """Inverse of a symmetric positive definite 3x3 matrix given and returned as (11, 12, 13, 22, 23, 33)."""
+def symmetric_adjugate(a: tuple[float, ...]) -> tuple[tuple[float, ...], float]:
+    """Adjugate, and inverse of the determinant, of a symmetric 3x3 matrix given as (11, 12, 13, 22, 23, 33)."""
     c11 = a[3] * a[5] - a[4] * a[4]
     c12 = a[2] * a[4] - a[1] * a[5]
     c13 = a[1] * a[4] - a[2] * a[3]
@@ -79,7 +79,7 @@ def symmetric_inverse(a: tuple[float, ...]) -> tuple[float, ...]:
     c23 = a[1] * a[2] - a[0] * a[4]
     c33 = a[0] * a[3] - a[1] * a[1]
     d = 1.0 / (a[0] * c11 + a[1] * c12 + a[2] * c13)
-    return c11 * d, c12 * d, c13 * d, c22 * d, c23 * d, c33 * d
+    return (c11, c12, c13, c22, c23, c33), d
 
 
 @inlined

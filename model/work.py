@@ -91,7 +91,7 @@ def new_work(n: int, stages: int) -> NDArray[np.float64]:
     """Memory for a rod with n tendons and a space scheme of that many stages."""
     m = 6 + n
     solver = 7 * m + n + 12 + m * m + PAST * m + STATE * m
-    marches = (12 + 2 * n + STATE) * LANES + (3 * STATE + 2 * n + STATE * stages) * LANES
+    marches = (12 + 2 * n + STATE) * LANES + (2 + stages) * STATE * LANES
     memory = np.zeros(solver + marches)
     memory[:m] = 1.0
     memory[3:6] = MOMENT_SCALE

@@ -86,8 +86,8 @@ def run_scenario(scenario: Scenario) -> Run:
     series = tracking_of(records, config, scenario.name)
     if int(series.ticks[0]) != start:
         raise DaemonError(
-            f"scenario {scenario.name}: tracks from tick {series.ticks[0]} on, not {start}; its loads come at the wrong "
-            "iterations, check pretension.duration and scenarios.ARMED"
+            f"scenario {scenario.name}: tracks from tick {series.ticks[0]} on, not {start}; its loads come too early "
+            "or late, check pretension.duration and scenarios.ARMED"
         )
     part = watched[start : start + len(series.ticks)]
     return Run(

@@ -20,7 +20,7 @@ ARMED = 5
 """Tick at which the operator arms."""
 
 ITERATIONS = 200
-"""Of a run. The paper does not say how long its runs were; a law that keeps swinging travels further in a longer one."""
+"""Of a run. The paper does not say how long its runs were; a law that keeps swinging travels further in a longer."""
 
 DISTURBED_AT = 50
 DISTURBANCE = (10.0, 0.0, -10.0)

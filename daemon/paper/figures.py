@@ -3,14 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tendond.daemon.analysis.drawing import OURS, PAPERS, REFERENCE, level, save, style
+from tendond.daemon.analysis.drawing import OURS, PAPERS, REFERENCE, save, style
 from tendond.daemon.analysis.metrics import SETTLED
 from tendond.daemon.paper.lyapunov import CAUSES, find_rises, rate_of
 from tendond.daemon.paper.run import Run, Runs
@@ -72,15 +71,13 @@ def four_panels(lines: Sequence[Line], title: str, path: Path, shown: int, mark:
     """The paper's panels (a) to (d): x, z, displacement, error against iteration; `mark` is an iteration."""
     with style():
         figure = Figure(FOUR, layout="constrained")
-        panels = figure.subplots(2, 2).flat
-        for axes, draw in zip(panels, (_x, _z, _displacement, _error), strict=True):
+        for axes, draw in zip(figure.subplots(2, 2).flat, (_x, _z, _displacement, _error), strict=True):
             draw(axes, lines)
             axes.set(xlabel="iteration", xlim=(0, shown))
             if mark is not None:
                 axes.axvline(mark, color=DARK, lw=0.8, ls=":")
-        figure.legend(
-            *_legend(lines), loc="outside lower center", ncols=len(lines) + 1, frameon=False, handlelength=2.6
-        )
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, handlelength=2.6)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
         return save(figure, path)
 
@@ -158,18 +155,19 @@ def _lyapunov(axes: Axes, run: Run) -> None:
 
 
 def _x(axes: Axes, lines: Sequence[Line]) -> None:
-    target = 1e3 * lines[-1].run.target[0]
-    axes.axhspan((1 - SETTLED) * target, (1 + SETTLED) * target, color=REFERENCE, alpha=0.12, lw=0)
-    level(axes, target, f"target {target:.0f} mm; band ±5 %", below=True)
-    _reference(axes, lines, 0)
-    _courses(axes, lines, lambda run: 1e3 * run.tip[:, 0])
-    axes.set(ylabel="tip x [mm]", title="(a) x of the tip")
+    run = lines[-1].run
+    target = 1e3 * run.target[0]
+    _courses(axes, lines, lambda one: 1e3 * one.tip[:, 0])
+    axes.plot(1e3 * run.reference[:, 0], color=DARK, lw=1.0, ls=":", label="reference of x")
+    axes.axhspan((1 - SETTLED) * target, (1 + SETTLED) * target, color=REFERENCE, alpha=0.15, lw=0, label="target ±5 %")
+    axes.set(ylabel="tip x [mm]", title=f"(a) x of the tip, target {target:.0f} mm")
 
 
 def _z(axes: Axes, lines: Sequence[Line]) -> None:
-    level(axes, 1e3 * lines[0].run.target[2], f"target {1e3 * lines[0].run.target[2]:.1f} mm", below=True)
+    target = 1e3 * lines[-1].run.target[2]
+    axes.axhline(target, color=REFERENCE, lw=0.8)
     _courses(axes, lines, lambda run: 1e3 * run.tip[:, 2])
-    axes.set(ylabel="tip z [mm]", title="(b) z of the tip")
+    axes.set(ylabel="tip z [mm]", title=f"(b) z of the tip, target {target:.1f} mm")
 
 
 def _displacement(axes: Axes, lines: Sequence[Line]) -> None:
@@ -183,18 +181,6 @@ def _error(axes: Axes, lines: Sequence[Line]) -> None:
     axes.set_ylim(bottom=0.0)
 
 
-def _reference(axes: Axes, lines: Sequence[Line], component: int) -> None:
-    axes.plot(1e3 * lines[-1].run.reference[:, component], color=DARK, lw=1.0, ls=":")
-
-
 def _courses(axes: Axes, lines: Sequence[Line], values: Callable[[Run], Array]) -> None:
     for line in lines:
-        axes.plot(values(line.run), line.dashes, color=line.colour, lw=line.width)
-
-
-def _legend(lines: Sequence[Line]) -> tuple[list[Any], list[str]]:
-    figure = Figure()
-    axes = figure.subplots()
-    handles = [axes.plot([], [], one.dashes, color=one.colour, lw=one.width)[0] for one in lines]
-    handles.append(axes.plot([], [], ":", color=DARK, lw=1.0)[0])
-    return handles, [*(one.label for one in lines), "reference of x"]
+        axes.plot(values(line.run), line.dashes, color=line.colour, lw=line.width, label=line.label)

@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 AT_REST = 1e-7
 """Of V's greatest value: below this V is what rank 1 and the solver's tolerance leave, and its rises mean nothing."""
 
+FALLEN = 1e-4
+"""Of V's greatest value, down to which its rate is measured."""
+
 CAUSES = {
     "limit": "a limit held the command back",
     "rank": "along the rod's axis at the tip, where b_c does not reach (rank 1)",
@@ -72,6 +75,18 @@ def rate_of(run: Run) -> float:
     control = run.scenario.config.control
     parameters = select_law(control.law, control.laws)[1].model_dump()
     return float(parameters["alpha2" if run.law == "backstepping" else "k"])
+
+
+def measured_rate(run: Run) -> float:
+    """Rate at which V falls from its greatest value to `FALLEN` of it [1/s]; not a number if it does not."""
+    value = run.lyapunov
+    top = int(np.nanargmax(value))
+    below = np.flatnonzero(value[top:] < FALLEN * value[top])
+    if not below.size:
+        return float("nan")
+    passed = int(below[0])
+    fallen = float(np.log(value[top] / value[top + passed]))
+    return fallen / (passed * run.scenario.config.loop.period)
 
 
 def _change(errors: Array, direction: Array) -> Array:

@@ -32,6 +32,7 @@ class Run:
         metrics: of the measured tip.
         tip: measured [m], shape (k, 3).
         reference: of the tip [m], shape (k, 3).
+        target: where the reference is to end [m], shape (3,).
         displacement: of the agonist, commanded [m], shape (k,).
         tension: commanded [N], shape (k, n).
         tip_force: on the plant's tip [N], shape (k, 3).
@@ -39,6 +40,7 @@ class Run:
         lyapunov: V of the law, shape (k,).
         errors: the vectors whose squares make 2 V, in the plane, shape (k, m, 2).
         limited: a limit held the command back, shape (k,).
+        furthest: greatest x of a rod at rest [m], without load, as the controller knows it.
         ending: why the run left the tracking mode; empty if it did not.
     """
 
@@ -46,6 +48,7 @@ class Run:
     metrics: Metrics
     tip: Array
     reference: Array
+    target: Array
     displacement: Array
     tension: Array
     tip_force: Array
@@ -53,17 +56,13 @@ class Run:
     lyapunov: Array
     errors: Array
     limited: NDArray[np.bool_]
+    furthest: float
     ending: str
 
     @property
     def law(self) -> str:
         """Of the controller."""
         return self.scenario.law
-
-    @property
-    def target(self) -> Array:
-        """Where the reference ends [m], shape (3,)."""
-        return np.asarray(self.reference[-1])
 
 
 Runs = dict[tuple[str, str], Run]
@@ -89,12 +88,14 @@ def run_scenario(scenario: Scenario) -> Run:
             f"scenario {scenario.name}: tracks from tick {series.ticks[0]} on, not {start}; its loads come too early "
             "or late, check pretension.duration and scenarios.ARMED"
         )
+    curve = _curve(config)
     part = watched[start : start + len(series.ticks)]
     return Run(
         scenario=scenario,
-        metrics=metrics(series, _curve(config)),
+        metrics=metrics(series, curve),
         tip=series.tip,
         reference=series.reference,
+        target=np.array(series.target),
         displacement=series.displacement[:, series.agonist],
         tension=series.tension,
         tip_force=np.array([one.truth.tip_force for one in part]),
@@ -102,6 +103,7 @@ def run_scenario(scenario: Scenario) -> Run:
         lyapunov=np.array([_term(one, "lyapunov") for one in part]),
         errors=np.array([[_term(one, name) for name in ERRORS[scenario.law]] for one in part]),
         limited=np.array([bool(one.record.limited) for one in part]),
+        furthest=float(curve.spline(curve.arc)[:, 0].max()),
         ending="" if records[-1].mode is Mode.TRACKING else f"{records[-1].mode.value}: {records[-1].reason}",
     )
 

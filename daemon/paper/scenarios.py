@@ -60,8 +60,11 @@ Beside these, `edge_tables` gives both laws the measured velocity and a pair of 
 
 DIRECT: Tables = {"control": {"feedback": "direct"}}
 PAPERS_Z: Tables = {"reference": {"position": [0.34, 0.0, 0.0], "unreachable": "track", "path": "direct"}}
-CONVERGED: Tables = {"rod": {"space": "rk6", "nodes": None}, "simulator": {"rod": {"space": "rk6", "nodes": None}},
-                     "reference": {"position": None, "across": 0.34}}  # fmt: skip
+CONVERGED: Tables = {
+    "rod": {"space": "rk6", "nodes": None},
+    "simulator": {"rod": {"space": "rk6", "nodes": None}},
+    "reference": {"position": [0.34, 0.0, 0.0475]},  # where a converged rod rests at this x
+}
 YIELDING: Tables = {"reference": {"position": None, "across": 0.34}}
 
 TENDON_STIFFNESS = 2.0e4
@@ -71,7 +74,7 @@ RIG: Tables = {
     "rod": {"space": "rk6", "nodes": None, "tendon_stiffness": TENDON_STIFFNESS},
     "observer": {"delay": 0.01, "lag": 0.01},
     "limits": {"slack": 0.002},
-    "reference": {"position": None, "across": 0.34},
+    "reference": CONVERGED["reference"],
     "simulator": {
         "drive": "displacement",
         "seed": SEED,

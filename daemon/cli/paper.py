@@ -1,8 +1,10 @@
 """`tendond paper`: every simulation of the paper, its tables and its figures."""
 
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -49,6 +51,8 @@ def run_paper(out: Path, processes: int | None = None) -> None:
             draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, seen=name))
         write_tables(runs, out, *SCENARIOS, "rig_normal")
         (out / "README.md").write_text(page(runs), encoding="utf-8")
+    except BrokenProcessPool as error:
+        raise DaemonError("a process of the pool was killed, perhaps for memory; try --processes 1") from error
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
     for scenario in SCENARIOS:
@@ -58,12 +62,11 @@ def run_paper(out: Path, processes: int | None = None) -> None:
 
 def _table(runs: Runs, scenario: str) -> Table:
     rows = {law: runs[scenario, law] for law in LAWS}
-    table = Table(title=rows[LAWS[0]].scenario.title, title_justify="left")
-    table.add_column("")
+    table = Table(title=f"\n{rows[LAWS[0]].scenario.title}", title_justify="left")
+    table.add_column("", no_wrap=True)
     for law in LAWS:
-        table.add_column(law.replace("_", " ") + "\npaper", justify="right")
-        table.add_column("\nours", justify="right")
-        table.add_column("\ndifference", justify="right")
-    for line in comparison(SIMULATION, rows):
-        table.add_row(*line)
+        table.add_column(f"{law.replace('_', ' ')}\npaper", justify="right", no_wrap=True)
+        table.add_column("\nours", justify="right", no_wrap=True)
+    for label, *cells in comparison(SIMULATION, rows):
+        table.add_row(escape(label), cells[0], cells[1], cells[3], cells[4])
     return table

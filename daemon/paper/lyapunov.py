@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.laws import select_law
 from tendond.daemon.paper.run import Run
+from tendond.daemon.reference import PLANES
 
 Array = NDArray[np.float64]
 
@@ -46,12 +47,7 @@ def find_rises(run: Run) -> Rises:
     direction that b_c reaches; the greater of the two names the cause.
     """
     value = run.lyapunov
-    axes = run.scenario.config.control.plane
-    ends = run.shapes[:, -3:][:, :, [0 if axes == "xz" else 1, 2]]
-    along = 1.5 * ends[:, 2] - 2.0 * ends[:, 1] + 0.5 * ends[:, 0]  # derivative at the end of the last three points
-    along /= np.linalg.norm(along, axis=1)[:, None]
-    across = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    change_along, change_across = (_change(run.errors, direction) for direction in (along, across))
+    change_along, change_across = (_change(run.errors, direction) for direction in _directions(run))
     rises = np.diff(value) > 0.0
     rest = rises & (value[:-1] < AT_REST * np.nanmax(value))
     limit = rises & ~rest & run.limited[:-1]
@@ -66,6 +62,13 @@ def find_rises(run: Run) -> Rises:
     )
 
 
+def along_share(run: Run) -> float:
+    """Part of the last V that lies along the tip's axis, where b_c does not reach [-]."""
+    along, _ = _directions(run)
+    last = run.errors[-1]
+    return float(np.sum((last @ along[-1]) ** 2) / np.sum(last**2))
+
+
 def rate_of(run: Run) -> float:
     """Rate at which V falls in theory [1/s]: V' = -2 rate V, with epsilon and the smaller of the terms left out.
 
@@ -78,15 +81,22 @@ def rate_of(run: Run) -> float:
 
 
 def measured_rate(run: Run) -> float:
-    """Rate at which V falls from its greatest value to `FALLEN` of it [1/s]; not a number if it does not."""
+    """Rate at which V falls from its greatest value until it stays below `FALLEN` of it [1/s]; NaN if it does not."""
     value = run.lyapunov
     top = int(np.nanargmax(value))
-    below = np.flatnonzero(value[top:] < FALLEN * value[top])
-    if not below.size:
+    passed = int(np.flatnonzero(value[top:] >= FALLEN * value[top])[-1]) + 1
+    if top + passed >= len(value):
         return float("nan")
-    passed = int(below[0])
     fallen = float(np.log(value[top] / value[top + passed]))
     return fallen / (passed * run.scenario.config.loop.period)
+
+
+def _directions(run: Run) -> tuple[Array, Array]:
+    """Unit vectors in the plane along the tip's axis and across it, each of shape (k, 2)."""
+    ends = run.shapes[:, -3:][:, :, list(PLANES[run.scenario.config.control.plane])]
+    along = 1.5 * ends[:, 2] - 2.0 * ends[:, 1] + 0.5 * ends[:, 0]  # derivative at the end of the last three points
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    return along, np.stack([along[:, 1], -along[:, 0]], axis=1)
 
 
 def _change(errors: Array, direction: Array) -> Array:

@@ -1,6 +1,7 @@
 """Running the scenarios: in lockstep, through the same `cycle.step` that runs live, in a pool of processes."""
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -14,10 +15,10 @@ from tendond.daemon.analysis.metrics import Metrics, metrics, tracking_of
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.lockstep import Watched, watched_loop
 from tendond.daemon.paper.scenarios import ARMED, Scenario
-from tendond.daemon.reference import build_reference
+from tendond.daemon.reference import PLANES
 from tendond.daemon.state import rod_from_section
-from tendond.model.static_curve import StaticCurve
-from tendond.schemas.config import RigConfig
+from tendond.model.static_curve import StaticCurve, static_curve
+from tendond.schemas.config import RigConfig, RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
 Array = NDArray[np.float64]
@@ -120,7 +121,10 @@ def run_all(scenarios: Sequence[Scenario], pool: Executor, done: Callable[[str],
 @contextmanager
 def process_pool(processes: int | None = None) -> Iterator[ProcessPoolExecutor]:
     """A pool whose processes start afresh: a fork would copy the threads of a progress bar, locks and all."""
-    with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
+    # Ctrl-C is for the parent alone, which then ends them.
+    with ProcessPoolExecutor(
+        processes, multiprocessing.get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
+    ) as pool:
         try:
             yield pool
         except BaseException:
@@ -136,10 +140,15 @@ def _term(one: Watched, name: str) -> float | tuple[float, ...]:
 
 def _curve(config: RigConfig) -> StaticCurve:
     """Tips of the resting rod that the controller knows."""
-    return _curve_of(config.model_dump_json(include={"rod", "loop", "reference", "limits", "control", "pretension"}))
+    return _curve_of(
+        config.rod.model_dump_json(),
+        config.loop.period,
+        config.control.agonist,
+        config.limits.tension_max,
+        PLANES[config.control.plane],
+    )
 
 
 @lru_cache(maxsize=8)
-def _curve_of(text: str) -> StaticCurve:
-    config = RigConfig.model_validate_json(text)
-    return build_reference(config, rod_from_section(config.rod, config.loop.period)).curve
+def _curve_of(rod: str, period: float, agonist: int, tension_max: float, axes: tuple[int, int]) -> StaticCurve:
+    return static_curve(rod_from_section(RodSection.model_validate_json(rod), period), agonist, tension_max, axes)

@@ -58,6 +58,11 @@ EDGE: dict[str, float] = {
 Beside these, `edge_tables` gives both laws the measured velocity and a pair of tendons.
 """
 
+EXCHANGED: Tables = {
+    "control": {"laws": {"backstepping": {"alpha1": 2100.0, "alpha2": 12.0}, "sliding_mode": {"c": 1500.0, "k": 12.5}}}
+}
+"""Each law with the other's gains: kp = 1 + alpha1 alpha2 or c k, kd = alpha1 + alpha2 or c + k."""
+
 DIRECT: Tables = {"control": {"feedback": "direct"}}
 PAPERS_Z: Tables = {"reference": {"position": [0.34, 0.0, 0.0], "unreachable": "track", "path": "direct"}}
 CONVERGED: Tables = {
@@ -144,6 +149,7 @@ def paper_scenarios() -> list[Scenario]:
     listed: list[tuple[str, str, tuple[Tables, ...], int]] = [
         ("normal", "same information", (), ITERATIONS),
         ("normal_edge", "edge of stability", (edge,), ITERATIONS),
+        ("normal_edge_exchanged", "edge, gains exchanged", (edge, EXCHANGED), ITERATIONS),
         ("normal_direct", "measured velocity", (DIRECT,), ITERATIONS),
         ("normal_papers_z", "z target 0, as written", (PAPERS_Z,), ITERATIONS),
         ("normal_rk6", "converged scheme (rk6)", (CONVERGED,), ITERATIONS),

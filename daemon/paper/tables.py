@@ -38,10 +38,10 @@ class Criterion:
 
 
 CRITERIA = (
-    Criterion("tpl_mm", "tpl_mm", "smoothness: TPL", "mm", 1),
-    Criterion("settling_iterations", "settling_iterations_5pct", "settling time (5 %)", "iterations", 0),
+    Criterion("tpl_mm", "tpl_mm", "TPL", "mm", 1),
+    Criterion("settling_iterations", "settling_iterations_5pct", "settling (5 %)", "iterations", 0),
     Criterion("overshoot_percent", "overshoot_pct", "overshoot", "%", 1),
-    Criterion("rise_iterations", "rise_iterations_0_90", "rise time (0-90 %)", "iterations", 0),
+    Criterion("rise_iterations", "rise_iterations_0_90", "rise (0-90 %)", "iterations", 0),
     Criterion("steady_state_error_mm", "steady_state_error_mm", "steady-state error", "mm", 2),
 )
 
@@ -144,15 +144,15 @@ def overview(runs: Runs, scenarios: Sequence[str], paper: Mapping[str, PaperRow]
                     *(one.text(_value(found, one)) for one in CRITERIA),
                     f"{1e3 * x:.1f}, {1e3 * z:.1f}",
                     f"{1e3 * found.final_displacement_m:.1f}",
-                    f"{found.ripple_mm:.2f}" if not run.ending else run.ending,
+                    f"{found.ripple_mm:.2f}" if not run.ending else run.ending.split(":")[0],
                 ]
             )
     return markdown(head, lines)
 
 
-def markdown(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """A table, without a line end at its end."""
-    ruler = ["---", *["---:"] * (len(head) - 1)]
+def markdown(head: Sequence[str], lines: Sequence[Sequence[str]], *, numbers: bool = True) -> str:
+    """A table, without a line end at its end; `numbers` in all columns but the first, or words."""
+    ruler = ["---", *["---:" if numbers else "---"] * (len(head) - 1)]
     return "\n".join("| " + " | ".join(line) + " |" for line in (head, ruler, *lines))
 
 

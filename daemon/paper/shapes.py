@@ -26,7 +26,7 @@ SNAPSHOTS = (0, 3, 6, 10, 20, 60)
 AFTER_IMPACT = 1
 """Iterations after the end of an impact at which its snapshot is taken."""
 
-FRAME = ((-260.0, 560.0), (-430.0, 560.0))
+FRAME = ((-340.0, 560.0), (-430.0, 560.0))
 """Of z and x [mm]."""
 
 ARROW = 15.0

@@ -42,14 +42,14 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
     Raises:
         ConvergenceError: the plant has no solution.
     """
-    for watched in watched_loop(config, cycles, requests, points=0):
+    for watched in watched_loop(config, cycles, requests):
         yield watched.record
 
 
 def watched_loop(
-    config: RigConfig, cycles: int, requests: dict[int, ControlAction], points: int = 41
+    config: RigConfig, cycles: int, requests: dict[int, ControlAction], points: int = 0
 ) -> Iterator[Watched]:
-    """As `closed_loop`, with the plant beside each record; `points` of its shape, 0 for none."""
+    """As `closed_loop`, with the plant beside each record; `points` of its shape, none without."""
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))

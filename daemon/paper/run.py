@@ -69,6 +69,9 @@ class Run:
 Runs = dict[tuple[str, str], Run]
 """By the scenario's name and law."""
 
+POINTS = 41
+"""Of a shape."""
+
 ERRORS = {"backstepping": ("z1", "z2"), "sliding_mode": ("surface",)}
 """Terms of each law whose squares make 2 V."""
 
@@ -81,7 +84,7 @@ def run_scenario(scenario: Scenario) -> Run:
         ConvergenceError: the plant has no solution.
     """
     config, start = scenario.config, scenario.start
-    watched = list(watched_loop(config, start + scenario.iterations, {ARMED: ControlAction.ARM}))
+    watched = list(watched_loop(config, start + scenario.iterations, {ARMED: ControlAction.ARM}, POINTS))
     records = [one.record for one in watched]
     series = tracking_of(records, config, scenario.name)
     if int(series.ticks[0]) != start:

@@ -1,7 +1,8 @@
 """The page of a reproduction: every number in it is computed from the runs, the configuration or the paper's tables."""
 
 from tendond import __version__
-from tendond.daemon.paper.account import account, choices
+from tendond.daemon.paper.account import account
+from tendond.daemon.paper.choices import choices
 from tendond.daemon.paper.lyapunov import CAUSES, find_rises, measured_rate, rate_of
 from tendond.daemon.paper.published import EXPERIMENT, LAWS, SIMULATION, SOURCE
 from tendond.daemon.paper.run import Runs

@@ -5,7 +5,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo figures test check format bench clean
+.PHONY: help venv venv-dev demo figures paper test check format bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -19,6 +19,9 @@ demo: .venv/.runtime ## run the demo, results in out/demo
 
 figures: demo ## run the demo and renew the README's pictures from it
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
+
+paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
+	@$(BIN)/tendond paper --out out/paper
 
 test: .venv/.dev ## run all checks, then the tests
 	@$(MAKE) --no-print-directory check

@@ -1,20 +1,19 @@
 """The paper's figures, from a log. Import this module only to draw: it takes a second and needs the extra `plot`."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from tendond.daemon.analysis.drawing import OURS, PAPERS, REFERENCE, level, note, save, style
 from tendond.daemon.analysis.log import Log
 from tendond.daemon.analysis.metrics import SETTLED, metrics, tracking
-from tendond.daemon.analysis.summary import PAPER
+from tendond.daemon.paper.published import FINAL_TIP_X_MM, SIMULATION
 
 Array = NDArray[np.float64]
 
@@ -25,10 +24,6 @@ MOST_SHAPES = 100
 FEWEST_ITERATIONS = 100
 """That are drawn, if there are so many: once the tip has settled, more of them only squeeze what went before."""
 
-PAPER_TARGET = 0.34
-"""Of x [m]. With another target the paper's numbers are not drawn."""
-
-OURS, REFERENCE, PAPERS = "#1f4e79", "#7f7f7f", "#c55a11"
 SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.0, 5.4)
 
@@ -48,16 +43,16 @@ def draw(log: Log, folder: Path) -> list[Path]:
     }
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    with _style():
+    with style():
         for name, panel in {**panels, "shapes": run.shapes}.items():
             figure = Figure(SHAPES_SIZE if name == "shapes" else SIZE, layout="constrained")
             panel(figure.subplots())
-            paths.append(_save(figure, folder / f"{name}.png"))
+            paths.append(save(figure, folder / f"{name}.png"))
         overview = Figure((2 * SIZE[0], 2 * SIZE[1]), layout="constrained")
         for axes, panel in zip(overview.subplots(2, 2).flat, panels.values(), strict=True):
             panel(axes)
         overview.suptitle(f"{log.path.name}: {run.law}", x=0.01, ha="left", fontsize=12)
-        paths.append(_save(overview, folder / "overview.png"))
+        paths.append(save(overview, folder / "overview.png"))
     return paths
 
 
@@ -75,8 +70,8 @@ class _Run:
         self._target = 1000.0 * np.array(series.target)
         self._displacement = 1000.0 * series.displacement[:, series.agonist]
         self._metrics = metrics(series)
-        comparable = abs(series.target[series.axis] - PAPER_TARGET) < 5e-4
-        self._paper = PAPER.get(log.config.control.law) if comparable else None
+        comparable = abs(self._target[series.axis] - FINAL_TIP_X_MM) < 0.5  # else the paper's numbers are not drawn
+        self._paper = SIMULATION.get(log.config.control.law) if comparable else None
         settling = self._metrics.settling_iterations
         self._shown = len(self._tip) if settling is None else min(len(self._tip), max(FEWEST_ITERATIONS, 3 * settling))
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]
@@ -86,7 +81,7 @@ class _Run:
         target = self._target[self._axis]
         values = self._tip[:, self._axis]
         axes.axhspan((1 - SETTLED) * target, (1 + SETTLED) * target, color=REFERENCE, alpha=0.12, lw=0)
-        _level(
+        level(
             axes, target, f"target {target:.0f} mm{', as in the paper' if self._paper else ''}; band ±5 %", below=True
         )
         axes.plot(self._reference[: self._shown, self._axis], color=REFERENCE, lw=1.2, ls="--")
@@ -94,20 +89,21 @@ class _Run:
         at = int(np.argmax(values / target))
         if self._metrics.overshoot_percent > 0.0 and at < self._shown:
             axes.plot(at, values[at], "o", color=OURS, ms=4)
-            _note(axes, (at, values[at]), f"overshoot {self._metrics.overshoot_percent:.1f} %", OURS, (6, 4))
+            note(axes, (at, values[at]), f"overshoot {self._metrics.overshoot_percent:.1f} %", OURS, (6, 4))
         at = min(8, self._shown - 1)
-        _note(axes, (at, self._reference[at, self._axis]), "reference", REFERENCE, (8, -8))
+        note(axes, (at, self._reference[at, self._axis]), "reference", REFERENCE, (8, -8))
 
     def tip_z(self, axes: Axes) -> None:
         """z of the tip: from the rod's length towards the target."""
-        _level(axes, self._target[2], f"target {self._target[2]:.1f} mm")
+        level(axes, self._target[2], f"target {self._target[2]:.1f} mm")
         self._line(axes, self._tip[:, 2], "tip z [mm]", "z of the tip")
 
     def displacement(self, axes: Axes) -> None:
         """Displacement of the agonist, as commanded."""
         final = self._displacement[-1]
-        if self._paper is not None and self._paper.displacement_mm is not None:
-            _level(axes, self._paper.displacement_mm, f"paper {self._paper.displacement_mm:.0f} mm", PAPERS, below=True)
+        if self._paper is not None and self._paper.final_displacement_mm is not None:
+            value = self._paper.final_displacement_mm
+            level(axes, value, f"paper {value:.0f} mm", PAPERS, below=True)
         self._line(axes, self._displacement, "displacement [mm]", f"Tendon displacement, {final:.1f} mm at the end")
 
     def error(self, axes: Axes) -> None:
@@ -128,7 +124,7 @@ class _Run:
                 axes.plot(points[:, self._axis], points[:, 2], color=colour, lw=1.2)
                 due = iteration + every
         axes.plot(self._target[self._axis], self._target[2], "x", color=PAPERS, ms=9, mew=2)
-        _note(axes, (self._target[self._axis], self._target[2]), "target", PAPERS, (8, -4))
+        note(axes, (self._target[self._axis], self._target[2]), "target", PAPERS, (8, -4))
         axes.set(xlabel=f"{self.letter} [mm]", ylabel="z [mm]", title=f"Rod every {every} iterations", aspect="equal")
         axes.figure.colorbar(colours, ax=axes, label=self._iterations)
 
@@ -140,46 +136,3 @@ class _Run:
     def _iterations(self) -> str:
         count = len(self._tip)
         return "iteration" if self._shown == count else f"iteration (the first {self._shown} of {count})"
-
-
-def _level(axes: Axes, value: float, text: str, colour: str = REFERENCE, *, below: bool = False) -> None:
-    """A light line across, with its meaning written on it at the right."""
-    axes.axhline(value, color=colour, lw=0.8)
-    axes.annotate(
-        text,
-        (1.0, value),
-        (-2, -3 if below else 3),
-        xycoords=axes.get_yaxis_transform(),
-        textcoords="offset points",
-        ha="right",
-        va="top" if below else "bottom",
-        color=colour,
-        fontsize=9,
-    )
-
-
-def _note(axes: Axes, point: tuple[float, float], text: str, colour: str, offset: tuple[int, int]) -> None:
-    axes.annotate(text, point, offset, textcoords="offset points", color=colour, fontsize=9)
-
-
-def _style() -> AbstractContextManager[None]:
-    return rc_context(
-        {
-            "axes.grid": True,
-            "axes.spines.right": False,
-            "axes.spines.top": False,
-            "axes.titlelocation": "left",
-            "axes.titlesize": 11,
-            "figure.constrained_layout.h_pad": 0.1,
-            "figure.constrained_layout.w_pad": 0.1,
-            "font.size": 10,
-            "grid.alpha": 0.25,
-            "lines.linewidth": 1.8,
-            "savefig.dpi": 150,
-        }
-    )
-
-
-def _save(figure: Figure, path: Path) -> Path:
-    figure.savefig(path)
-    return path

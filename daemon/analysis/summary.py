@@ -1,7 +1,7 @@
 """A run in a dozen numbers, beside the paper's."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,31 +10,9 @@ from rich.table import Table
 
 from tendond.daemon.analysis.log import Log
 from tendond.daemon.analysis.metrics import metrics, tracking
+from tendond.daemon.paper.published import SIMULATION
 
-SOURCE = "Danesh & Janabi-Sharifi, simulation under normal conditions"
-
-
-@dataclass(frozen=True)
-class PaperRow:
-    """A column of the paper's table 'Comparison of backstepping and sliding mode control under normal conditions'.
-
-    Attributes:
-        displacement_mm: of the tendon at the end, from the text; it gives none for sliding mode.
-    """
-
-    tpl_mm: float
-    settling_iterations: int
-    overshoot_percent: float
-    rise_iterations: int
-    steady_state_error_mm: float
-    displacement_mm: float | None
-
-
-PAPER = {
-    "backstepping": PaperRow(407.79, 22, 9.1, 7, 0.0, 58.0),
-    "sliding_mode": PaperRow(1300.12, 43, 18.2, 7, 0.0, None),
-}
-"""By law, from SOURCE."""
+CAPTION = "paper: Danesh & Janabi-Sharifi,\nsimulation under normal conditions"
 
 
 def summary(log: Log) -> dict[str, Any]:
@@ -68,16 +46,16 @@ def write_summary(log: Log, path: Path) -> dict[str, Any]:
 
 def table(summary: dict[str, Any], law: str) -> Table:
     """Ours, and the paper's where it has the law."""
-    paper = PAPER.get(law.replace("-", "_"))
+    paper = SIMULATION.get(law.replace("-", "_"))
     rows = [
         ("total path length of x", "mm", summary["tpl_mm"], ".1f", "tpl_mm"),
         ("settling (5 %)", "iterations", summary["settling_iterations"], "d", "settling_iterations"),
         ("overshoot", "%", summary["overshoot_percent"], ".1f", "overshoot_percent"),
         ("rise (0-90 %)", "iterations", summary["rise_iterations"], "d", "rise_iterations"),
         ("steady-state error", "mm", summary["steady_state_error_mm"], ".2f", "steady_state_error_mm"),
-        ("final displacement", "mm", 1000.0 * summary["final_displacement_m"], ".1f", "displacement_mm"),
+        ("final displacement", "mm", 1000.0 * summary["final_displacement_m"], ".1f", "final_displacement_mm"),
     ]
-    result = Table(title=law.replace("_", " "), caption=f"paper: {SOURCE}".replace(", ", ",\n") if paper else None)
+    result = Table(title=law.replace("_", " "), caption=CAPTION if paper else None)
     result.add_column("")
     result.add_column("unit", style="dim")
     result.add_column("tendond", justify="right")

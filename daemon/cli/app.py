@@ -123,6 +123,23 @@ def demo(
     run_demo(out)
 
 
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option("--out", help="Folder for page, tables and figures.")] = Path("out/paper"),
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="To share the work. Left out: one per processor.")
+    ] = None,
+) -> None:
+    """Reproduce the paper: every simulation, its tables and figures beside the paper's numbers.
+
+    Offline, in lockstep; takes about a minute.
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.paper import run_paper
+
+    run_paper(out, processes)
+
+
 bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(bench)
 

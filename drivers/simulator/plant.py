@@ -1,6 +1,7 @@
 """The simulated robot: the same rod as the controller's model, with parameters of its own, driven by commands."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendond.drivers.simulator.loads import HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
@@ -46,6 +47,10 @@ class Plant:
     def time(self) -> float:
         """Simulated [s]."""
         return self.seq * self._rod.time_step
+
+    def shape(self, points: int) -> NDArray[np.float64]:
+        """The backbone from base to tip [m], shape (points, 3)."""
+        return self._rod.curve(self._state, points)
 
     def let_go(self) -> None:
         """Torque off: the tendons are slack from the next step on."""

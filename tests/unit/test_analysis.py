@@ -14,8 +14,9 @@ from tendond.daemon import foxglove
 from tendond.daemon.analysis.figures import draw
 from tendond.daemon.analysis.log import Log, LogError, load
 from tendond.daemon.analysis.metrics import Metrics, Tracking, metrics, tracking
-from tendond.daemon.analysis.summary import PAPER, summary, table, write_summary
+from tendond.daemon.analysis.summary import summary, table, write_summary
 from tendond.daemon.channels import CYCLE, LOG, TRUTH
+from tendond.daemon.paper.published import SIMULATION
 from tendond.daemon.recorder import CONFIG, Recorder
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth
@@ -151,12 +152,12 @@ def test_a_summary_has_its_keys_and_nothing_else(log: Log, tmp_path: Path) -> No
 
 def test_the_table_shows_the_papers_numbers_where_it_has_the_law(log: Log) -> None:
     console = Console(width=100, record=True, file=StringIO())
-    for law in (*PAPER, "other"):
+    for law in (*SIMULATION, "other"):
         console.print(table(summary(log), law))
     text = console.export_text()
     assert "407.8" in text
     assert "1300.1" in text
-    assert text.count("paper") == 2 * len(PAPER)  # a column and a caption each
+    assert text.count("paper") == 2 * len(SIMULATION)  # a column and a caption each
 
 
 def test_figures_are_drawn(log: Log, tmp_path: Path) -> None:

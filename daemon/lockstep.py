@@ -1,13 +1,27 @@
 """Controller and simulated plant in one process, cycle by cycle: faster than real time, and the same every time."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
-from tendond.schemas.messages import ControlAction
+from tendond.schemas.messages import ControlAction, SimulatorTruth
 from tendond.schemas.record import CycleInputs, CycleRecord
+
+
+@dataclass(frozen=True)
+class Watched:
+    """One cycle, and the plant when that cycle saw it.
+
+    Attributes:
+        record: of the cycle.
+        truth: of the plant.
+    """
+
+    record: CycleRecord
+    truth: SimulatorTruth
 
 
 def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlAction]) -> Iterator[CycleRecord]:
@@ -21,12 +35,18 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
     Raises:
         ConvergenceError: the plant has no solution.
     """
+    for watched in watched_loop(config, cycles, requests):
+        yield watched.record
+
+
+def watched_loop(config: RigConfig, cycles: int, requests: dict[int, ControlAction]) -> Iterator[Watched]:
+    """As `closed_loop`, with the plant beside each record."""
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
     for tick in range(cycles):
-        pose, tendon_state, _ = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
+        pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
         inputs = CycleInputs(pose=pose, tendon_state=tendon_state, request=requests.get(tick))
         state, command, record = step(setup, state, inputs)
-        yield record
+        yield Watched(record, truth)
         plant.step(command)

@@ -5,6 +5,7 @@ import json
 import os
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
@@ -12,11 +13,14 @@ from rich.table import Table
 from tendond.daemon.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.robustness.executors import check_cluster_extra, in_processes, on_cluster
+from tendond.daemon.robustness.report import report as report_page
 from tendond.daemon.robustness.run import Executor, Rows, run, write_whole
 from tendond.daemon.robustness.settings import Settings
 from tendond.daemon.robustness.summary import GOAL, counts, groups, summary
 from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
+
+FILES = {"results": "results.csv", "summary": "summary.json", "report": "report.md", "figure": "heatmap.png"}
 
 
 def run_robustness(
@@ -66,7 +70,7 @@ def run_robustness(
                 progress.update(task, completed=done, total=total, missed=missed)
 
             rows = run(settings, out, execute, report, fresh=fresh)
-        write_whole(out / "summary.json", json.dumps(summary(rows, settings.as_json()), indent=2) + "\n")
+        _write(rows, settings, out, console)
     except (SystemExit, KeyboardInterrupt):
         if told[1]:
             say(f"interrupted: {told[0]} of {told[1]} points are kept in {out}; run the same command again to go on")
@@ -74,16 +78,28 @@ def run_robustness(
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
     console.print(_table(rows))
-    console.print(f"goal     {GOAL}\nresults  {out / 'results.csv'}\nsummary  {out / 'summary.json'}", soft_wrap=True)
+    files = "\n".join(f"{name:<8} {out / file}" for name, file in FILES.items())
+    console.print(f"goal     {GOAL}\n{files}", soft_wrap=True, highlight=False)
+
+
+def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
+    """What follows from the rows."""
+    values = settings.as_json()
+    write_whole(out / FILES["summary"], json.dumps(summary(rows, values), indent=2) + "\n")
+    write_whole(out / FILES["report"], report_page(rows, values))
+    with console.status("drawing"):
+        from tendond.daemon.robustness.figure import draw
+
+        draw(rows, out / FILES["figure"])
 
 
 def _table(rows: Rows) -> Table:
     """How many points meet the goal."""
-    table = Table()
+    table = Table(box=box.SIMPLE_HEAD)
     names = (
         "law",
         "feedback",
-        "delay and lag",
+        "told",
         "points",
         "meet the goal",
         "fault",
@@ -93,9 +109,9 @@ def _table(rows: Rows) -> Table:
         "impact",
     )
     for name in names:
-        table.add_column(name, justify="left" if name in names[:3] else "right")
+        table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=name in names[:2])
     for told in (False, True):
         for (law, feedback), part in groups(rows, told=told).items():
             numbers = (str(value) for value in counts(part).values())
-            table.add_row(law.replace("_", " "), feedback, "misinformed" if told else "known", *numbers)
+            table.add_row(law.replace("_", " "), feedback, "wrong" if told else "right", *numbers)
     return table

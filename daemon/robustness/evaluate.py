@@ -1,5 +1,6 @@
 """One point: the configuration of its controller and plant, its run, and how it did."""
 
+import functools
 import hashlib
 import math
 from collections.abc import Sequence
@@ -9,10 +10,12 @@ import numpy as np
 
 from tendond.daemon.analysis.metrics import metrics, tracking_of
 from tendond.daemon.lockstep import Watched, watched_loop
+from tendond.daemon.reference import PLANES
 from tendond.daemon.robustness.points import Point
-from tendond.daemon.state import CycleSetup
+from tendond.daemon.state import rod_from_section
 from tendond.model.errors import ConvergenceError
-from tendond.schemas.config import RigConfig
+from tendond.model.static_curve import StaticCurve, static_curve
+from tendond.schemas.config import RigConfig, RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
 IDLE_CYCLES = 100
@@ -38,8 +41,9 @@ RIPPLE_GOAL_MM = 0.1
 ROUNDING = 1e-9
 """[N] By which a tension may be beyond its bounds."""
 
-FORCE_SAMPLES = 20
-"""At the end of tracking, over which the error of the estimated force is taken."""
+LAST_SAMPLES = 20
+"""Of a stretch: what is not within the band in all of them has not settled, but passes by; and the error of the
+estimated force is the largest of them."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +193,9 @@ def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], result: R
         return result
     run = tracking_of([watched.record for watched in seen], config, str(point))
     tip = np.array([watched.truth.position for watched in part])
-    values = metrics(run, CycleSetup.from_config(config).reference.curve, tip=tip)
+    control = config.control
+    curve = _curve(config.rod, control.agonist, control.plane, config.limits.tension_max, config.loop.period)
+    values = metrics(run, curve, tip=tip)
     settling, cost = _settling(config, part, TRACKING_CYCLES)
     active = [watched for watched in seen if watched.record.mode in (Mode.PRETENSION, Mode.TRACKING)]
     tensions = np.array([watched.record.command.tension for watched in active])
@@ -199,7 +205,7 @@ def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], result: R
     if point.feedback == "force":
         force_error = max(
             float(np.linalg.norm(np.subtract(watched.record.observer.force, watched.truth.tip_force)))
-            for watched in part[-FORCE_SAMPLES:]
+            for watched in part[-LAST_SAMPLES:]
         )
     return replace(
         result,
@@ -220,6 +226,12 @@ def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], result: R
     )
 
 
+@functools.lru_cache(maxsize=4)
+def _curve(rod: RodSection, agonist: int, plane: str, tension_max: float, period: float) -> StaticCurve:
+    """The reference's curve of resting tips: most points have the same one."""
+    return static_curve(rod_from_section(rod, period), agonist, tension_max, PLANES[plane])
+
+
 def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[int | None, int]:
     """Settling of the true tip in a stretch that should track for `cycles`, and what the rate limit cost of it."""
     tracked = [watched for watched in part if watched.record.mode is Mode.TRACKING]
@@ -229,6 +241,8 @@ def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[
     run = tracking_of(records, config, "robustness")
     tip = np.array([watched.truth.position for watched in tracked])
     settling = metrics(run, tip=tip).settling_iterations
+    if settling is not None and settling > cycles - LAST_SAMPLES:
+        settling = None
     until = len(records) if settling is None else settling
     stood = sum("displacement rate" in record.limited for record in records[:until])
     way = np.abs(run.displacement[-1] - run.displacement[0]).max()

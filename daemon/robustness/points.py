@@ -1,7 +1,7 @@
 """Which plants the closed loop is run on: the axes, and sets of points on them."""
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -124,13 +124,13 @@ def misinformed(law: str, feedback: str) -> list[Point]:
 
 
 def corners(law: str, feedback: str) -> list[Point]:
-    """The extremes of all axes together; the largest impacts by turns."""
+    """The extremes of all axes together; one of the largest impacts each."""
     extremes = {name: (values[0], values[-1]) for name, values in AXES.items()}
     return _factorial("corners", law, feedback, extremes, [one for one in IMPACTS if one[0] == IMPACTS[-1][0]])
 
 
 def grid(law: str, feedback: str) -> list[Point]:
-    """The full factorial of all axes; all impacts by turns."""
+    """The full factorial of all axes; one impact each."""
     return _factorial("grid", law, feedback, AXES, IMPACTS)
 
 
@@ -209,12 +209,18 @@ def _factorial(
     law: str,
     feedback: str,
     axes: Mapping[str, tuple[int | float | str, ...]],
-    impacts: Iterable[tuple[float, str, float]],
+    impacts: Sequence[tuple[float, str, float]],
 ) -> list[Point]:
+    """Every combination, each with one impact: all impacts equally often, in a fixed random order.
+
+    In a regular order an impact would always meet the same value of some axis.
+    """
     start = Point(part, law, feedback)
+    combinations = list(itertools.product(*axes.values()))
+    order = np.random.default_rng(3).permutation(len(combinations)) % len(impacts)
     return [
-        _with_impact(replace(start, **dict(zip(axes, values, strict=True))), impact)  # type: ignore[arg-type]
-        for values, impact in zip(itertools.product(*axes.values()), itertools.cycle(impacts), strict=False)
+        _with_impact(replace(start, **dict(zip(axes, values, strict=True))), impacts[which])  # type: ignore[arg-type]
+        for values, which in zip(combinations, order.tolist(), strict=True)
     ]
 
 

@@ -15,7 +15,7 @@ from tendond.daemon.robustness.points import Point
 from tendond.daemon.state import rod_from_section
 from tendond.model.errors import ConvergenceError
 from tendond.model.static_curve import StaticCurve, static_curve
-from tendond.schemas.config import RigConfig, RodSection
+from tendond.schemas.config import RigConfig, RodSection, check_config
 from tendond.schemas.messages import ControlAction, Mode
 
 IDLE_CYCLES = 100
@@ -55,7 +55,7 @@ class Result:
         rate_cost_iterations: cycles before it settled in which the command stood at its displacement rate, at most
             those that the whole way of the tendon takes at that rate.
         overshoot_percent ... steady_error_mm: as in `analysis.metrics`; none without a cycle of tracking.
-        least_tension_n, peak_tension_n: commanded and true, from arming to the impact.
+        least_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
         force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
             a force observer.
         impact_settling_iterations: from the impact's end, as settling; none if there is none or it never does.
@@ -99,7 +99,7 @@ def rig_of(base: RigConfig, point: Point, seed: int) -> RigConfig:
         seed: of the run; a point's noise depends on it and on where the point lies.
 
     Raises:
-        ValueError: the point does not fit the configuration.
+        ConfigError: the point does not fit the configuration.
     """
     period, rod, limits = base.loop.period, base.rod, base.limits
     if point.drive == "displacement":
@@ -142,7 +142,8 @@ def rig_of(base: RigConfig, point: Point, seed: int) -> RigConfig:
         },
         "mocap": {"latency": point.delay_cycles * period, "noise": point.noise_mm / 1e3},
     }
-    return RigConfig.model_validate(values)
+    values["vicon"] = values["servo"] = None
+    return check_config(values, f"plant '{point}'")
 
 
 def time_constant(part: float, period: float) -> float:
@@ -168,9 +169,9 @@ def evaluate(base: RigConfig, point: Point, seed: int) -> Result:
     except ConvergenceError as error:
         reason = f"the plant has no solution: {error}"
     mode = seen[-1].record.mode if seen and not reason else Mode.FAULT
-    if mode is Mode.FAULT and not reason:
+    if mode is not Mode.TRACKING and not reason:
         reason = seen[-1].record.reason
-    result = _tracked(config, point, seen[:impact], replace(Result(), mode=str(mode), reason=reason))
+    result = _tracked(config, point, seen, impact, Result(mode=str(mode), reason=reason))
     recovers = True
     if point.impact_n and len(seen) > impact:
         ended = impact + max(1, math.ceil(point.impact_ms / 1e3 / base.loop.period - 1e-9))
@@ -186,21 +187,20 @@ def _impact_tick(config: RigConfig) -> int:
     return IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period - 1e-9) + TRACKING_CYCLES
 
 
-def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], result: Result) -> Result:
-    """`result` with the measures of what was seen up to the impact."""
-    part = [watched for watched in seen if watched.record.mode is Mode.TRACKING]
+def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: int, result: Result) -> Result:
+    """`result` with the measures of what was seen up to the cycle `impact`, and the commanded tensions of all."""
+    part = [watched for watched in seen[:impact] if watched.record.mode is Mode.TRACKING]
     if not part:
         return result
-    run = tracking_of([watched.record for watched in seen], config, str(point))
+    run = tracking_of([watched.record for watched in seen[:impact]], config, str(point))
     tip = np.array([watched.truth.position for watched in part])
     control = config.control
     curve = _curve(config.rod, control.agonist, control.plane, config.limits.tension_max, config.loop.period)
     values = metrics(run, curve, tip=tip)
     settling, cost = _settling(config, part, TRACKING_CYCLES)
-    active = [watched for watched in seen if watched.record.mode in (Mode.PRETENSION, Mode.TRACKING)]
-    tensions = np.array([watched.record.command.tension for watched in active])
-    pulled = np.array([watched.truth.tension for watched in active])
-    least, peak = min(tensions.min(), pulled.min()), max(tensions.max(), pulled.max())
+    commanded = np.array([watched.record.command.tension for watched in seen[IDLE_CYCLES:]])
+    pulled = np.array([watched.truth.tension for watched in seen[IDLE_CYCLES:impact]])
+    least, peak = min(commanded.min(), pulled.min()), max(commanded.max(), pulled.max())
     force_error = None
     if point.feedback == "force":
         force_error = max(

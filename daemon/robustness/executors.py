@@ -7,8 +7,8 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any
@@ -67,7 +67,7 @@ def _config(text: str) -> RigConfig:
     return RigConfig.model_validate_json(text)
 
 
-def in_processes(chunks: Sequence[Chunk], jobs: int) -> Iterator[Done]:
+def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, None]:
     """Results as they come, from `jobs` processes of this computer.
 
     Closing the iterator drops what has not begun, and waits for what has.
@@ -108,7 +108,7 @@ def check_cluster_extra() -> None:
         raise ExecutorError(f"--cluster needs Dask, which is not installed: {INSTALL}")
 
 
-def on_cluster(chunks: Sequence[Chunk], address: str) -> Iterator[Done]:
+def on_cluster(chunks: Sequence[Chunk], address: str) -> Generator[Done, None, None]:
     """Results as they come, from the workers of a Dask cluster, which must have this same tendond installed.
 
     Closing the iterator cancels what has not begun.
@@ -130,9 +130,9 @@ def on_cluster(chunks: Sequence[Chunk], address: str) -> Iterator[Done]:
     try:
         _check_workers(client, address)
         futures = client.map(run_chunk, chunks, pure=False, retries=2)
-        for future in distributed.as_completed(futures):
+        for future in distributed.as_completed(futures, loop=client.loop):
             yield future.result()
-    except (OSError, TimeoutError) as error:
+    except (OSError, TimeoutError, CancelledError, distributed.KilledWorker) as error:
         raise ExecutorError(
             f"--cluster {address}: lost ({_first_line(error)}); run the same command again to go on"
         ) from None

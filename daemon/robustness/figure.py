@@ -33,7 +33,7 @@ class _Measure:
 
     title: str
     value: Callable[[Result], float]
-    form: str
+    text: Callable[[float], str]
     norm: Normalize
     goal: float
 
@@ -42,14 +42,14 @@ MEASURES = (
     _Measure(
         "settling [iterations]",
         lambda result: math.inf if result.settling_iterations is None else float(result.settling_iterations),
-        ".0f",
+        "{:.0f}".format,
         Normalize(0.0, 2.0 * SETTLING_GOAL, clip=True),
         SETTLING_GOAL,
     ),
     _Measure(
         "ripple [mm]",
         lambda result: math.inf if result.ripple_mm is None else result.ripple_mm,
-        ".2g",
+        lambda value: "<0.01" if value < 0.01 else f"{value:.0f}" if value >= 10.0 else f"{value:.2g}",
         LogNorm(RIPPLE_GOAL_MM / 100.0, RIPPLE_GOAL_MM * 100.0, clip=True),
         RIPPLE_GOAL_MM,
     ),
@@ -121,7 +121,7 @@ def _heat(axes: Axes, values: Array, measure: _Measure) -> None:
         face = "black" if never else colours(shade) if known else "white"
         beyond = known and value > measure.goal
         axes.add_patch(_cell(column, row, face, "#d55e00" if beyond else "none"))
-        text = "-" if not known else "never" if never else format(value, measure.form)
+        text = "-" if not known else "never" if never else measure.text(value)
         dark = never or shade > 0.5
         axes.text(column, row, text, ha="center", va="center", color="white" if dark else "black", fontsize=8)
     axes.set(xlim=(-0.5, len(LAGS) - 0.5), ylim=(-0.5, len(DELAYS) - 0.5))

@@ -3,7 +3,7 @@
 import csv
 import io
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -11,14 +11,14 @@ from pathlib import Path
 from tendond.daemon.robustness.evaluate import RESULT_COLUMNS, Result, rig_of
 from tendond.daemon.robustness.executors import Chunk, Done, chunks_of
 from tendond.daemon.robustness.journal import Journal
-from tendond.daemon.robustness.points import Point, points_of
+from tendond.daemon.robustness.points import AXES, Point, points_of
 from tendond.daemon.robustness.settings import Settings
 from tendond.daemon.state import CycleSetup
 
 POINT_COLUMNS = tuple(field.name for field in fields(Point))
 
 Rows = list[tuple[Point, Result]]
-Executor = Callable[[Sequence[Chunk]], Iterator[Done]]
+Executor = Callable[[Sequence[Chunk]], Generator[Done, None, None]]
 Report = Callable[[int, int, int], None]
 """Told how many points are done, of how many, and how many of them miss the goal."""
 
@@ -39,14 +39,15 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
     """
     points = points_of(settings.points, settings.laws, settings.feedbacks, count=settings.count, seed=settings.seed)
     for law in settings.laws:  # what is wrong with the configuration is said before anything is run
-        CycleSetup.from_config(rig_of(settings.config, Point("", law, "force"), settings.seed))
+        for drive in AXES["drive"]:
+            CycleSetup.from_config(rig_of(settings.config, Point("", law, "force", drive=str(drive)), settings.seed))
     with Journal(folder, settings.as_json(), fresh=fresh) as journal:
         left = [(index, point) for index, point in enumerate(points) if point.key not in journal.results]
         missed = sum(not journal.results[point.key].meets for point in points if point.key in journal.results)
         done = len(points) - len(left)
         report(done, len(points), missed)
         if left:
-            with closing(execute(chunks_of(settings.config, settings.seed, left))) as results:  # type: ignore[type-var]
+            with closing(execute(chunks_of(settings.config, settings.seed, left))) as results:
                 for chunk in results:
                     for index, result in chunk:
                         journal.add(points[index], result)

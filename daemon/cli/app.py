@@ -136,7 +136,9 @@ def robustness(
     feedback: Annotated[
         list[str] | None, typer.Option("--feedback", help="Only force, offset or direct; may be repeated.")
     ] = None,
-    count: Annotated[int, typer.Option("--count", min=1, max=1_000_000, help="Random points per law.")] = 50,
+    count: Annotated[
+        int | None, typer.Option("--count", min=1, max=1_000_000, help="Random points per law. Left out: 50.")
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of noise and random points.")] = 0,
     jobs: Annotated[
         int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes. Left out: one per core.")
@@ -148,20 +150,23 @@ def robustness(
 ) -> None:
     """Run the closed loop on plants that differ from the model: delay, lag, noise, stiffness, loads, impacts.
 
+    axes: one thing at a time, for every feedback; corners: all extremes together; grid: every combination (an hour);
+    sample: random plants; default: all but the grid. The plant is the configuration's [rod], changed.
+
     The default set takes about two minutes on two cores. Interrupted, the same command goes on where it was.
 
     Example: tendond robustness --points axes --feedback force
     """
     leave_on_signals(130)
     from tendond.daemon.cli.robustness import run_robustness
-    from tendond.daemon.robustness.points import FEEDBACKS, POINT_SETS
+    from tendond.daemon.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
 
     if points not in POINT_SETS:
         raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}", param_hint="--points")
     for name in feedback or ():
         if name not in FEEDBACKS:
             raise typer.BadParameter(f"'{name}': choose among {', '.join(FEEDBACKS)}", param_hint="--feedback")
-    if count != 50 and points not in ("default", "sample"):
+    if count is not None and points not in ("default", "sample"):
         raise typer.BadParameter(f"the set '{points}' has no random points", param_hint="--count")
     run_robustness(
         config,
@@ -169,7 +174,7 @@ def robustness(
         points,
         tuple(law or ("backstepping", "sliding_mode")),
         tuple(feedback) if feedback else None,
-        count=count,
+        count=SAMPLE_SIZE if count is None else count,
         seed=seed,
         jobs=jobs,
         cluster=cluster,

@@ -79,7 +79,12 @@ def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, No
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_worker)
     try:
-        futures: list[Future[Done]] = [pool.submit(run_chunk, chunk) for chunk in chunks]
+        # Processes are started by `submit`, and inherit the mask: Ctrl-C is for the one that waits for them.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            futures: list[Future[Done]] = [pool.submit(run_chunk, chunk) for chunk in chunks]
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for future in as_completed(futures):
             yield future.result()
     except BrokenProcessPool:
@@ -89,8 +94,7 @@ def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, No
 
 
 def _start_worker() -> None:
-    """Ctrl-C is for the process that waits for this one; without that one, this one ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Kernels first; and without the process that waits for this one, this one ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     warm_up()
 

@@ -64,10 +64,9 @@ def cluster(tmp_path: Path) -> Iterator[str]:
             time.sleep(0.05)
         yield json.loads(file.read_text())["address"]
     finally:
-        for process in reversed(processes):
-            process.terminate()
         for process in processes:
-            process.communicate(timeout=PATIENCE_SECONDS)
+            process.kill()
+            process.communicate()
 
 
 def scheduler_command(file: Path) -> tuple[str, ...]:

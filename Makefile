@@ -5,10 +5,10 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo figures paper test check format bench clean
+.PHONY: help venv venv-dev demo paper robustness figures test check format bench clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 venv: .venv/.runtime ## set up .venv to run tendond
 
@@ -16,6 +16,9 @@ venv-dev: .venv/.dev ## set up .venv with the test tools as well
 
 demo: .venv/.runtime ## run the demo, results in out/demo
 	@$(BIN)/tendond demo --out out/demo
+
+robustness: .venv/.runtime ## run the closed loop on plants unlike the model, results in out/robustness
+	@$(BIN)/tendond robustness --out out/robustness
 
 figures: demo ## run the demo and renew the README's pictures from it
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/

@@ -9,3 +9,7 @@ class DaemonError(TendondError):
 
 class LawError(DaemonError):
     """A law that does not exist, or parameters that it cannot take."""
+
+
+class UsageError(DaemonError):
+    """What the user asked for cannot be done as it was asked; the exit status is that of a wrong option."""

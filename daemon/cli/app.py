@@ -140,6 +140,65 @@ def paper(
     run_paper(out, processes)
 
 
+@app.command()
+def robustness(
+    config: Config = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for table, summary, figure and report.")] = Path(
+        "out/robustness"
+    ),
+    points: Annotated[
+        str, typer.Option("--points", help="Which plants: default, axes, corners, grid or sample.")
+    ] = "default",
+    law: Annotated[list[str] | None, typer.Option("--law", help="Only this law; may be repeated.")] = None,
+    feedback: Annotated[
+        list[str] | None, typer.Option("--feedback", help="Only force, offset or direct; may be repeated.")
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option("--count", min=1, max=1_000_000, help="Random points per law. Left out: 50.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of noise and random points.")] = 0,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes. Left out: one per core.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", help="Dask scheduler to run on instead, for instance tcp://HOST:8786.")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Leave aside the results that the folder has.")] = False,
+) -> None:
+    """Run the closed loop on plants that differ from the model: delay, lag, noise, stiffness, loads, impacts.
+
+    axes: one thing at a time, for every feedback; corners: all extremes together; grid: every combination (an hour);
+    sample: random plants; default: all but the grid. The plant is the configuration's [rod], changed.
+
+    The default set takes about two minutes on two cores. Interrupted, the same command goes on where it was.
+
+    Example: tendond robustness --points axes --feedback force
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.robustness import run_robustness
+    from tendond.daemon.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
+
+    if points not in POINT_SETS:
+        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}", param_hint="--points")
+    for name in feedback or ():
+        if name not in FEEDBACKS:
+            raise typer.BadParameter(f"'{name}': choose among {', '.join(FEEDBACKS)}", param_hint="--feedback")
+    if count is not None and points not in ("default", "sample"):
+        raise typer.BadParameter(f"the set '{points}' has no random points", param_hint="--count")
+    run_robustness(
+        config,
+        out,
+        points,
+        tuple(law or ("backstepping", "sliding_mode")),
+        tuple(feedback) if feedback else None,
+        count=SAMPLE_SIZE if count is None else count,
+        seed=seed,
+        jobs=jobs,
+        cluster=cluster,
+        fresh=fresh,
+    )
+
+
 bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(bench)
 
@@ -179,6 +238,7 @@ def main() -> None:
 
 
 def _exit_code(error: TendondError) -> int:
+    from tendond.daemon.errors import UsageError
     from tendond.schemas.config import ConfigError
 
-    return EXIT_USAGE if isinstance(error, ConfigError) else EXIT_FAILED
+    return EXIT_USAGE if isinstance(error, (ConfigError, UsageError)) else EXIT_FAILED

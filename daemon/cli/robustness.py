@@ -95,13 +95,13 @@ def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
 
 def _table(rows: Rows) -> Table:
     """How many points meet the goal."""
-    table = Table(box=box.SIMPLE_HEAD)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     names = (
         "law",
         "feedback",
         "told",
         "points",
-        "meet the goal",
+        "meet",
         "fault",
         "slow",
         "ripple",
@@ -109,7 +109,7 @@ def _table(rows: Rows) -> Table:
         "impact",
     )
     for name in names:
-        table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=name in names[:2])
+        table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=True)
     for told in (False, True):
         for (law, feedback), part in groups(rows, told=told).items():
             numbers = (str(value) for value in counts(part).values())

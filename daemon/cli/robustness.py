@@ -5,7 +5,6 @@ import json
 import os
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
@@ -95,7 +94,7 @@ def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
 
 def _table(rows: Rows) -> Table:
     """How many points meet the goal."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     names = (
         "law",
         "feedback",

@@ -31,7 +31,7 @@ from tendond.schemas.record import (
 
 Array = NDArray[np.float64]
 
-YIELD = 0.05
+YIELD = 0.4
 """Part per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
 
 ARRIVED = 0.1

@@ -26,10 +26,10 @@ from tendond.model.rod_state import RodState
 
 Array = NDArray[np.float64]
 
-UNSEEN = 0.03
+UNSEEN = 0.04
 """Motion of the tip per force that counts as none, as a part of C's mean: a straight rod does not give along itself."""
 
-SIDEWAYS = 0.1
+SIDEWAYS = 0.3
 """Variance that a force across gravity is expected to have, of that along it: most loads hang."""
 
 

@@ -109,9 +109,9 @@ class ObserverSection(Schema):
     integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 12.0
     proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.6
     derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.025
-    delay_scale: Annotated[float, Field(gt=0.0, le=10.0, description="delay at which the integral gain is halved [s]")] = (
-        0.1
-    )
+    delay_scale: Annotated[
+        float, Field(gt=0.0, le=10.0, description="delay at which the integral gain is halved [s]")
+    ] = 0.1
     quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller mean innovation is held for noise")] = (
         9e-4
     )

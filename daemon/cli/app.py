@@ -75,6 +75,18 @@ def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles =
 
 
 @app.command()
+def vicon(config: Config = None) -> None:
+    """Publish tip poses from Vicon Tracker until Ctrl-C or SIGTERM.
+
+    Example: tendond vicon --config rig.toml
+    """
+    leave_on_signals()
+    from tendond.daemon.cli.vicon import run_vicon
+
+    run_vicon(config)
+
+
+@app.command()
 def arm(config: Config = None) -> None:
     """Arm: pretension, then track the reference."""
     from tendond.daemon.cli.operator import operate

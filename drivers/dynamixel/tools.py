@@ -1,5 +1,6 @@
-"""What an operator does with servos before the driver runs: find, set up, home, tighten, calibrate. One servo moves at a
-time, slowly, watched as in operation; whatever ends a motion, the torque is off afterwards."""
+"""What an operator does with servos before the driver runs: find, set up, home, take up slack. One servo moves at a
+time, slowly, watched as in operation; whatever ends a motion, the torque is off afterwards.
+"""
 
 import time
 from collections.abc import Callable, Iterator, Sequence

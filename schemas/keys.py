@@ -11,7 +11,6 @@ STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
 SERVO_RESET = "servo/reset"
-SIMULATOR_FAULT = "sim/fault"
 
 
 def key(rig: str, name: str) -> str:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from tendond.daemon.cli.common import load_config, say, stop_on_signals
+from tendond.daemon.cli.common import load_config, present, say, stop_on_signals
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
@@ -21,6 +21,7 @@ from tendond.drivers.dynamixel.process import ServoProcess, request_reset
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.tools import energised, home, ports, pretension, scan, set_up
 from tendond.schemas.config import RigConfig
+from tendond.schemas.config_servo import ServoSection
 
 Ask = Callable[[str], str]
 TURN_ON_TRIAL = math.radians(30.0)
@@ -37,8 +38,8 @@ def run_servo(config_file: Path | None) -> None:
     Raises:
         TendondError: no calibration for this rig, no controller, or servos that are not as they have to be.
     """
-    config = load_config(config_file)
-    ServoProcess(config, _folder(config_file), stop_on_signals(), say).run()
+    config, section = _load(config_file)
+    ServoProcess(config, section, _folder(config_file), stop_on_signals(), say).run()
 
 
 def reset_servos(config_file: Path | None) -> None:
@@ -59,7 +60,7 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int) -> Non
     Raises:
         DaemonError: none does.
     """
-    section = load_config(config_file).servo
+    section = load_config(config_file).servo or ServoSection()
     names = [port] if port else ports() or [section.port]
     count = 0
     for found in scan(names, section.answer_timeout, last_id, progress=say):
@@ -75,7 +76,7 @@ def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | 
     Raises:
         TendondError: see `set_up`; or the operator said no.
     """
-    section = load_config(config_file).servo
+    section = load_config(config_file).servo or ServoSection()
     with ServoBus(section.port, at or section.baudrate, section.answer_timeout) as bus:
         target = old if new is None else new
         question = (
@@ -93,10 +94,10 @@ def home_servos(config_file: Path | None, yes: bool, ask: Ask) -> None:
     Raises:
         TendondError: no calibration, an error of a servo, or the operator said no.
     """
-    config = load_config(config_file)
+    config, section = _load(config_file)
     stopped = stop_on_signals()
-    calibration = load_calibration(_folder(config_file) / config.servo.calibration, config)
-    with _bus(config) as bus:
+    _, calibration = _calibration(config_file, config, section)
+    with _bus(section) as bus:
         spools = []
         for index, tendon in enumerate(calibration.tendons):
             position = bus.read(tendon.servo, table.PRESENT_POSITION)
@@ -109,7 +110,7 @@ def home_servos(config_file: Path | None, yes: bool, ask: Ask) -> None:
             "Move them to zero, slowly, one after the other? Whole turns that servos forgot are not seen.", yes, ask
         )
         for index, spool in enumerate(spools):
-            before, after = home(bus, config.servo, spool, stopped)
+            before, after = home(bus, section, spool, stopped)
             print(f"tendon {index}: from {before * 1e3:.1f} to {after * 1e3:.1f} mm")
 
 
@@ -119,16 +120,15 @@ def pretension_servos(config_file: Path | None, store: bool, yes: bool, ask: Ask
     Raises:
         TendondError: no calibration, an error of a servo, or the operator said no.
     """
-    config = load_config(config_file)
+    config, section = _load(config_file)
     stopped = stop_on_signals()
-    path = _folder(config_file) / config.servo.calibration
-    calibration = load_calibration(path, config)
+    path, calibration = _calibration(config_file, config, section)
     tendons = list(calibration.tendons)
-    with _bus(config) as bus:
+    with _bus(section) as bus:
         _confirm("Wind up each tendon, slowly, one after the other, until it pulls?", yes, ask)
         for index, tendon in enumerate(tendons):
             spool = Spool(tendon).at_power_up(bus.read(tendon.servo, table.PRESENT_POSITION))
-            taut = pretension(bus, config.servo, spool, stopped)
+            taut = pretension(bus, section, spool, stopped)
             print(f"tendon {index} (servo {tendon.servo}): pulls from {spool.displacement(taut) * 1e3:.2f} mm on")
             tendons[index] = tendon.model_copy(update={"zero": taut % table.TICKS_PER_TURN})
     if store:
@@ -143,9 +143,9 @@ def calibrate_servos(config_file: Path | None, ask: Ask) -> None:
     Raises:
         TendondError: an error of a servo, or a file that cannot be written.
     """
-    config = load_config(config_file)
-    path = _folder(config_file) / config.servo.calibration
-    ids = config.servo.servo_ids(len(config.rod.tendon_positions))
+    config, section = _load(config_file)
+    path = _folder(config_file) / section.calibration
+    ids = section.servo_ids(len(config.rod.tendon_positions))
     done = _begun(path, config, ids)
     if len(done) == len(ids):
         kept = set_aside(path)
@@ -153,9 +153,9 @@ def calibrate_servos(config_file: Path | None, ask: Ask) -> None:
         done = []
     elif done:
         print(f"going on with tendon {len(done)}: {len(done)} of {len(ids)} are in {path}")
-    with _bus(config) as bus:
+    with _bus(section) as bus:
         for index in range(len(done), len(ids)):
-            done.append(_calibrate_one(bus, config, index, ids[index], ask))
+            done.append(_calibrate_one(bus, section, index, ids[index], ask))
             save_calibration(path, Calibration(rig=config.rig.name, date=now(), tendons=tuple(done)))
             print(f"tendon {index}: kept in {path}")
 
@@ -171,9 +171,8 @@ def _begun(path: Path, config: RigConfig, ids: tuple[int, ...]) -> list[TendonCa
     return list(calibration.tendons)
 
 
-def _calibrate_one(bus: ServoBus, config: RigConfig, index: int, servo: int, ask: Ask) -> TendonCalibration:
+def _calibrate_one(bus: ServoBus, section: ServoSection, index: int, servo: int, ask: Ask) -> TendonCalibration:
     """Zero with the robot straight and the tendon just taut, sign by a small turn, spool by the operator's rule."""
-    section = config.servo
     if bus.read(servo, table.TORQUE_ENABLE):
         raise ServoError(f"servo {servo}: its torque is on: run 'tendond servo home', or switch its power off and on")
     ask(f"Tendon {index} (servo {servo}): robot straight, tendon slack but on its spool. Enter to go on:")
@@ -184,7 +183,7 @@ def _calibrate_one(bus: ServoBus, config: RigConfig, index: int, servo: int, ask
     answer = "again"
     while answer not in {"yes", "no"}:
         if answer == "again":
-            _turn_and_return(bus, config, Spool(trial))
+            _turn_and_return(bus, section, Spool(trial))
         answer = ask("It turned 30 degrees and back. Did the first turn let the tendon OUT? yes, no or again:")
     signed = trial.model_copy(update={"sign": 1 if answer == "yes" else -1})
     taut = pretension(bus, section, Spool(signed))
@@ -192,10 +191,10 @@ def _calibrate_one(bus: ServoBus, config: RigConfig, index: int, servo: int, ask
     return signed.model_copy(update={"zero": taut % table.TICKS_PER_TURN})
 
 
-def _turn_and_return(bus: ServoBus, config: RigConfig, spool: Spool) -> None:
-    with energised(bus, config.servo, spool) as motion:
+def _turn_and_return(bus: ServoBus, section: ServoSection, spool: Spool) -> None:
+    with energised(bus, section, spool) as motion:
         for target in (-TURN_ON_TRIAL * spool.calibration.spool_radius, 0.0):
-            motion.move(target, config.servo.pretension_load, lambda: False)
+            motion.move(target, section.pretension_load, lambda: False)
 
 
 def _number(ask: Ask, question: str, default: float, least: float, most: float) -> float:
@@ -215,8 +214,18 @@ def _confirm(question: str, yes: bool, ask: Ask) -> None:
         raise RefusedByOperatorError("nothing was done: the answer was not 'yes'")
 
 
-def _bus(config: RigConfig) -> ServoBus:
-    return ServoBus(config.servo.port, config.servo.baudrate, config.servo.answer_timeout)
+def _load(config_file: Path | None) -> tuple[RigConfig, ServoSection]:
+    config = load_config(config_file)
+    return config, present(config.servo, "servo", config_file)
+
+
+def _calibration(config_file: Path | None, config: RigConfig, section: ServoSection) -> tuple[Path, Calibration]:
+    path = _folder(config_file) / section.calibration
+    return path, load_calibration(path, config.rig.name, section.servo_ids(len(config.rod.tendon_positions)))
+
+
+def _bus(section: ServoSection) -> ServoBus:
+    return ServoBus(section.port, section.baudrate, section.answer_timeout)
 
 
 def _folder(config_file: Path | None) -> Path:

@@ -9,7 +9,6 @@ from pydantic import Field, ValidationError
 
 from tendond import TendondError
 from tendond.schemas.base import SCHEMA_VERSION, Schema
-from tendond.schemas.config import RigConfig
 from tendond.schemas.explain import explain
 
 
@@ -71,24 +70,26 @@ def read_calibration(path: Path) -> Calibration:
         raise CalibrationError(f"{path}: is no calibration: {explain(error, Calibration)[0]}") from error
 
 
-def load_calibration(path: Path, config: RigConfig) -> Calibration:
+def load_calibration(path: Path, rig: str, servos: tuple[int, ...]) -> Calibration:
     """A file's calibration, if it is this rig's and complete.
+
+    Args:
+        path: of the file.
+        rig: name of the rig that it has to be of.
+        servos: ids, in the order of the tendons.
 
     Raises:
         CalibrationError: it is not.
     """
     calibration = read_calibration(path)
-    if calibration.rig != config.rig.name:
-        raise CalibrationError(
-            f"{path}: is of rig '{calibration.rig}', this is '{config.rig.name}': calibrate this one"
-        )
-    wanted = config.servo.servo_ids(len(config.rod.tendon_positions))
+    if calibration.rig != rig:
+        raise CalibrationError(f"{path}: is of rig '{calibration.rig}', this is '{rig}': calibrate this one")
     found = tuple(tendon.servo for tendon in calibration.tendons)
-    if found != wanted[: len(found)] or len(found) > len(wanted):
-        raise CalibrationError(f"{path}: is for servos {list(found)}, the configuration has {list(wanted)}")
-    if len(found) < len(wanted):
+    if found != servos[: len(found)] or len(found) > len(servos):
+        raise CalibrationError(f"{path}: is for servos {list(found)}, the configuration has {list(servos)}")
+    if len(found) < len(servos):
         raise CalibrationError(
-            f"{path}: is unfinished, {len(found)} of {len(wanted)} tendons: go on with 'tendond servo calibrate'"
+            f"{path}: is unfinished, {len(found)} of {len(servos)} tendons: go on with 'tendond servo calibrate'"
         )
     return calibration
 

@@ -12,6 +12,7 @@ from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
 from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.schemas.config import RigConfig
+from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
 from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TendonState
 from tendond.schemas.wire import UnreadableError, decode, encode
@@ -29,15 +30,22 @@ class ServoProcess:
 
     Args:
         config: of the rig.
+        section: its [servo].
         folder: in which the calibration's path begins.
         stopped: true when the process is to end.
         say: a line for people.
     """
 
     def __init__(
-        self, config: RigConfig, folder: Path, stopped: Callable[[], bool], say: Callable[[str], None]
+        self,
+        config: RigConfig,
+        section: ServoSection,
+        folder: Path,
+        stopped: Callable[[], bool],
+        say: Callable[[str], None],
     ) -> None:
         self._config = config
+        self._section = section
         self._folder = folder
         self._stopped = stopped
         self._say = say
@@ -51,8 +59,9 @@ class ServoProcess:
             BusError: no controller.
             ServoError: the servos are not as they have to be, or may still have torque.
         """
-        section = self._config.servo
-        calibration = load_calibration(self._folder / section.calibration, self._config)
+        section = self._section
+        ids = section.servo_ids(len(self._config.rod.tendon_positions))
+        calibration = load_calibration(self._folder / section.calibration, self._config.rig.name, ids)
 
         def open_bus() -> ServoBus:
             return ServoBus(section.port, section.baudrate, section.answer_timeout)
@@ -73,7 +82,7 @@ class ServoProcess:
                 self._say("ended: the tendons are let out, the torque is off")
 
     def _run(self, session: zenoh.Session, driver: ServoDriver) -> None:
-        name, period = self._config.rig.name, self._config.servo.period
+        name, period = self._config.rig.name, self._section.period
         commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(QUEUE))
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)

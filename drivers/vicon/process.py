@@ -11,6 +11,7 @@ from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
 from tendond.schemas.config import RigConfig
+from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ENCODING
 from tendond.schemas.wire import encode
@@ -38,16 +39,20 @@ class ViconDriver:
 
     Args:
         config: of the rig.
+        section: its [vicon].
         stopped: true when the process is to end.
         say: a line for people.
     """
 
-    def __init__(self, config: RigConfig, stopped: Callable[[], bool], say: Callable[[str], None]) -> None:
+    def __init__(
+        self, config: RigConfig, section: ViconSection, stopped: Callable[[], bool], say: Callable[[str], None]
+    ) -> None:
         self._config = config
+        self._section = section
         self._stopped = stopped
         self._say = say
-        self._builder = PoseBuilder(config.vicon, config.rod.gravity)
-        wanted = {config.vicon.tip, config.vicon.base} - {""}
+        self._builder = PoseBuilder(section, config.rod.gravity)
+        wanted = {section.tip, section.base} - {""}
         self._sequencer = Sequencer(frozenset(wanted))
         self._heard = time.monotonic()
         self._silent = False
@@ -61,7 +66,7 @@ class ViconDriver:
             BusError: no controller.
             ViconError: the frames' source cannot be used.
         """
-        section = self._config.vicon
+        section = self._section
         source: Source = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
         try:
             with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
@@ -94,11 +99,11 @@ class ViconDriver:
             if self._silent:
                 self._say("Tracker is heard again")
                 self._silent = False
-        elif not self._silent and now - self._heard > self._config.vicon.silence:
+        elif not self._silent and now - self._heard > self._section.silence:
             self._silent = True
             cause = ", ".join(f"{count} {reason}" for reason, count in source.counts.items())
             self._say(
-                f"nothing from Tracker for {self._config.vicon.silence:g} s"
+                f"nothing from Tracker for {self._section.silence:g} s"
                 + (f"; what came was no packet of its: {cause}" if cause else "")
             )
 

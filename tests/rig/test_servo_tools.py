@@ -25,7 +25,6 @@ from tendond.drivers.dynamixel.calibration import (
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.tools import ports
-from tendond.schemas.config import check_config
 from tests.rig.servos import calibration, emulated, hang_springs
 
 pytestmark = pytest.mark.rig
@@ -136,15 +135,13 @@ def test_calibration_finds_zero_and_sign_and_can_be_gone_on_with(
     first = Operator("", "15", "yes")
     with pytest.raises(RefusedByOperatorError):
         calibrate_servos(config, first)
-    rig = check_config({"rod": {"tendon_positions": [[0.02, 0], [-0.02, 0]]},
-                        "simulator": {"rod": {"tendon_positions": [[0.02, 0], [-0.02, 0]]}}}, "test")  # fmt: skip
     assert len(read_calibration(tmp_path / "calibration.json").tendons) == 1
     with pytest.raises(CalibrationError, match="unfinished, 1 of 2 tendons"):
-        load_calibration(tmp_path / "calibration.json", rig)
+        load_calibration(tmp_path / "calibration.json", "paper", (1, 2))
     second = Operator("", "nonsense", "", "no")
     calibrate_servos(config, second)
     assert all("Tendon 0" not in question for question in second.asked)
-    whole = load_calibration(tmp_path / "calibration.json", rig)
+    whole = load_calibration(tmp_path / "calibration.json", "paper", (1, 2))
     assert [tendon.sign for tendon in whole.tendons] == [1, -1]
     assert [tendon.zero for tendon in whole.tendons] == pytest.approx([2048, 2048], abs=450)
     assert whole.tendons[0].zero > 2048 > whole.tendons[1].zero
@@ -152,19 +149,19 @@ def test_calibration_finds_zero_and_sign_and_can_be_gone_on_with(
 
 
 def test_a_calibration_of_another_rig_or_of_other_servos_is_refused(tmp_path: Path) -> None:
-    path, rig = tmp_path / "c.json", check_config({"rig": {"name": "mine"}}, "test")
+    path = tmp_path / "c.json"
     save_calibration(path, calibration(rig="yours"))
     with pytest.raises(CalibrationError, match="is of rig 'yours', this is 'mine'"):
-        load_calibration(path, rig)
+        load_calibration(path, "mine", (1, 2, 3, 4))
     save_calibration(path, calibration((1, 1, 1, 1, 1), rig="mine"))
     with pytest.raises(CalibrationError, match=r"is for servos \[1, 2, 3, 4, 5\]"):
-        load_calibration(path, rig)
+        load_calibration(path, "mine", (1, 2, 3, 4))
     path.write_text('{"version": 1, "rig"')
     with pytest.raises(CalibrationError, match="is no calibration"):
-        load_calibration(path, rig)
+        load_calibration(path, "mine", (1, 2, 3, 4))
     path.unlink()
     with pytest.raises(CalibrationError, match="tendond servo calibrate"):
-        load_calibration(path, rig)
+        load_calibration(path, "mine", (1, 2, 3, 4))
 
 
 def test_a_calibration_is_whole_or_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

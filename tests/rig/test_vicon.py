@@ -39,7 +39,8 @@ class Listener:
     """A running driver, what it publishes and what it says."""
 
     def __init__(self, config: RigConfig, session: zenoh.Session) -> None:
-        self.config = config
+        assert config.vicon is not None
+        self.config, self.section = config, config.vicon
         self.said: list[str] = []
         self.poses: list[TipPose] = []
         self._subscriber = session.declare_subscriber(key(config.rig.name, TIP_POSE), zenoh.handlers.FifoChannel(10000))
@@ -72,7 +73,7 @@ def driver(**section: Any) -> Iterator[tuple[Listener, Tracker]]:
     ended = threading.Event()
     with Hub(config) as hub, Tracker(port) as tracker:
         listener = Listener(config, hub._session)
-        one = ViconDriver(config, ended.is_set, listener.said.append)
+        one = ViconDriver(config, listener.section, ended.is_set, listener.said.append)
         thread = threading.Thread(target=one.run)
         thread.start()
         try:
@@ -172,7 +173,7 @@ def test_a_second_driver_on_the_same_port_is_refused_in_one_line() -> None:
     with driver() as (listener, tracker):
         listener.heard(tracker)
         with pytest.raises(ViconError, match=r"cannot listen on UDP .*another driver running"):
-            ViconDriver(listener.config, lambda: False, print).run()
+            ViconDriver(listener.config, listener.section, lambda: False, print).run()
 
 
 def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path) -> None:

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.emulator.motion import Actuator
 from tendond.drivers.dynamixel.emulator.protocol import Error
 from tendond.drivers.dynamixel.table import Register
-from tendond.drivers.simulator.actuator import Actuator
 from tendond.schemas.config_servo import STALL_TORQUE, WATCHDOG_UNIT
 
 LAG = 0.02

@@ -63,14 +63,26 @@ def run(
 
 
 @app.command()
-def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles = None) -> None:
-    """Run the simulated robot in place of camera and servos.
+def simulate(
+    config: Config = None,
+    lockstep: Lockstep = False,
+    cycles: Cycles = None,
+    wired: Annotated[
+        bool, typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers.")
+    ] = False,
+) -> None:
+    """Run the simulated robot in place of camera and servos, or behind their drivers.
 
     Example: tendond simulate --config rig.toml
     """
     leave_on_signals()
-    from tendond.daemon.cli.simulate import run_simulator
+    from tendond.daemon.cli.simulate import run_simulator, run_wired
 
+    if wired:
+        if lockstep or cycles is not None:
+            raise typer.BadParameter("--wired goes by the clock, without --lockstep and --cycles")
+        run_wired(config)
+        return
     run_simulator(config, lockstep=lockstep, cycles=cycles)
 
 
@@ -295,6 +307,17 @@ def robustness(
         cluster=cluster,
         fresh=fresh,
     )
+
+
+@app.command("rig-demo")
+def rig_demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/rig-demo"),
+) -> None:
+    """Simulate the robot behind its real drivers: servos on a serial line, Tracker on UDP; takes half a minute."""
+    leave_on_signals(130)
+    from tendond.daemon.cli.demo import run_rig_demo
+
+    run_rig_demo(out)
 
 
 bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)

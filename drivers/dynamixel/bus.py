@@ -14,13 +14,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import serial
-from dynamixel_sdk import COMM_SUCCESS, PortHandler, Protocol2PacketHandler
+from dynamixel_sdk import COMM_SUCCESS, COMM_TX_FAIL, PortHandler, Protocol2PacketHandler
 
 from tendond import TendondError
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.table import Register
 
 READ_SLICE_SECONDS = 0.001
+TRIES = 3
+"""For a single register: an answer may get lost, and writing the same value again does no harm."""
+
 GIVE_UP = 3.0
 """Timeouts after which even a line that never falls silent is no longer listened to."""
 
@@ -184,8 +187,11 @@ class ServoBus:
         Raises:
             PortLostError, NoAnswerError, RefusedError: see there.
         """
-        with _Wire(self):
-            data, result, error = self._packets.readTxRx(self._port, identifier, register.address, register.size)
+        result, tries = COMM_TX_FAIL, TRIES
+        while result != COMM_SUCCESS and tries > 0:
+            tries -= 1
+            with _Wire(self):
+                data, result, error = self._packets.readTxRx(self._port, identifier, register.address, register.size)
         self._check(identifier, f"read {register.name}", result, error)
         if len(data) != register.size:
             raise NoAnswerError(f"servo {identifier}: read {register.name}: {len(data)} bytes, not {register.size}")
@@ -200,8 +206,13 @@ class ServoBus:
         data = register.to_bytes(value)
         if HEADER in data:
             raise RefusedError(f"servo {identifier}: {register.name} = {value} cannot be sent: it looks like a header")
-        with _Wire(self):
-            result, error = self._packets.writeTxRx(self._port, identifier, register.address, register.size, list(data))
+        result, tries = COMM_TX_FAIL, TRIES
+        while result != COMM_SUCCESS and tries > 0:
+            tries -= 1
+            with _Wire(self):
+                result, error = self._packets.writeTxRx(
+                    self._port, identifier, register.address, register.size, list(data)
+                )
         self._check(identifier, f"write {register.name} = {value}", result, error)
 
     def _check(self, identifier: int, what: str, result: int, error: int) -> None:

@@ -10,8 +10,6 @@ from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.table import Register
 from tendond.schemas.config_servo import WATCHDOG_UNIT, ServoSection
 
-OFF_TRIES = 3
-
 
 class Servos:
     """Servos on an open bus.
@@ -120,16 +118,11 @@ class Servos:
         self._bus.write_all(table.TORQUE_ENABLE, dict.fromkeys(self.ids, 0))
         failed: ServoError | None = None
         for identifier in self.ids:
-            for _ in range(OFF_TRIES):
-                try:
-                    self._bus.write(identifier, table.TORQUE_ENABLE, 0)
-                    self._bus.write(identifier, table.BUS_WATCHDOG, 0)
-                except ServoError as error:
-                    last = error
-                else:
-                    break
-            else:
-                failed = failed or last
+            try:
+                self._bus.write(identifier, table.TORQUE_ENABLE, 0)
+                self._bus.write(identifier, table.BUS_WATCHDOG, 0)
+            except ServoError as error:
+                failed = failed or error
         if failed is not None:
             raise failed
 

@@ -131,6 +131,8 @@ def _turn(from_vector: Array | None, to_vector: Array) -> Array:
 
 def euler_from_rotation(matrix: Array) -> Vector3:
     """Angles [rad] of order 'XYZ', shape of the input (3, 3); for simulated Trackers."""
+    if abs(matrix[0, 2]) > 1.0 - 1e-12:  # x and z turn about the same axis
+        return math.atan2(matrix[2, 1], matrix[1, 1]), math.copysign(0.5 * math.pi, matrix[0, 2]), 0.0
     return (
         math.atan2(-matrix[1, 2], matrix[2, 2]),
         math.asin(float(np.clip(matrix[0, 2], -1.0, 1.0))),

@@ -40,7 +40,9 @@ def test_every_euler_order_is_scipys(order: EulerOrder) -> None:
 
 def test_euler_angles_and_quaternions_there_and_back() -> None:
     matrix = random_placement(1).rotation
-    assert np.allclose(rotation_from_euler(euler_from_rotation(matrix), "XYZ"), matrix, atol=1e-12)
+    locked = Rotation.from_euler("XYZ", [0.3, math.pi / 2, 0.4]).as_matrix()
+    for turned in (matrix, locked, locked.T):
+        assert np.allclose(rotation_from_euler(euler_from_rotation(turned), "XYZ"), turned, atol=1e-7)
     assert np.allclose(rotation_from_quaternion(*continued(matrix, None)), matrix, atol=1e-12)
     with pytest.raises(ValueError, match="unit"):
         rotation_from_quaternion(1.0, 1.0, 0.0, 0.0)

@@ -41,7 +41,7 @@ class ServoSection(Schema):
     watchdog: Annotated[
         float, Field(ge=0.04, le=2.5, description="[s]; of silence on the bus after which a servo stops by itself")
     ] = 0.2
-    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.03
+    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.08
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.08
     displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="[m/s]")] = 0.085
     load_max: Annotated[float, Field(gt=0.0, le=1.0, description="of the stall torque [-]")] = 0.7

@@ -29,7 +29,7 @@ tendon_stiffness = 20000.0
 
 [limits]
 tension_max = 60.0
-displacement_min = -0.03
+displacement_min = -0.08
 displacement_max = 0.08
 displacement_rate = 0.08
 slack = 0.001

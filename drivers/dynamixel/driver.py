@@ -12,6 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from enum import StrEnum
 
+from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.bus import NoAnswerError, PortLostError, Reading, ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.guard import SLIP, Guard, away_from_zero, let_out, limited, standing_fault
@@ -150,9 +151,13 @@ class ServoDriver:
         if self.phase is Phase.ON and command is not None:
             self._goals = limited(section, command.displacement, self._goals, duration)
         if self.phase is Phase.LETTING_OUT:
-            self._goals = let_out(section, self._goals, duration)
-            out = max(self._goals) <= 0.0 and max(self.displacement) < SLIP
-            if out or now - self._phase_since > section.release_time:
+            for index, one in enumerate(self._readings):
+                if abs(one.load) * table.LOAD_UNIT > section.pretension_load:
+                    self._pulled.add(index)
+            taut = [index in self._pulled for index in range(len(self._goals))]
+            before, self._goals = self._goals, let_out(section, self._goals, duration, self.displacement, taut)
+            still = self._goals == before and max(self.displacement) < SLIP
+            if still or now - self._phase_since > section.release_time:
                 self._switch_off(now)
                 return
         self._servos.go(self._goals)
@@ -177,7 +182,7 @@ class ServoDriver:
             self.objection = (
                 standing_fault(self._section, self._servos.spools, self._readings)
                 or away_from_zero(self._section, self._servos.spools, self._readings)
-                or self._armed_already()
+                or self._unheard()
             )
             self._goals = self.displacement
         elif self.phase in (Phase.ON, Phase.HOLDING):
@@ -185,9 +190,12 @@ class ServoDriver:
             if fault:
                 self._fail(now, fault)
 
-    def _armed_already(self) -> str:
-        armed = self._command is not None and self._command.armed and not self._disarmed
-        return "the controller was armed before the servos were ready: stop it first" if armed else ""
+    def _unheard(self) -> str:
+        if self._disarmed:
+            return ""
+        if self._command is None or not self._command.armed:
+            return "the servos have heard no command yet"
+        return "the controller was armed before the servos were ready: stop it first"
 
     def _switch_on(self, now: float) -> None:
         if self.fault or self.objection or self._unanswered or not self._disarmed:
@@ -213,6 +221,7 @@ class ServoDriver:
 
     def _enter(self, phase: Phase, now: float) -> None:
         self.phase, self._phase_since = phase, now
+        self._pulled: set[int] = set()  # tendons that have pulled while they are let out
 
     def _switch_off(self, now: float) -> None:
         self._enter(Phase.OFF, now)
@@ -300,9 +309,9 @@ class ServoDriver:
             while self.phase in (Phase.STOPPED, Phase.LETTING_OUT):
                 self.cycle(now(), None)
                 wait(self._section.period)
-            if self.phase is Phase.OFF and self._ours:
-                self._servos.off()
-            if self.phase is Phase.LOST:
-                raise PortLostError(self.fault)
         finally:
-            self._bus.close()
+            try:
+                if self._ours:  # whatever went wrong on the way here
+                    self._servos.off()
+            finally:
+                self._bus.close()

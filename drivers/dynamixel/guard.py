@@ -32,10 +32,32 @@ def limited(
     )
 
 
-def let_out(section: ServoSection, last: Sequence[float], duration: float) -> tuple[float, ...]:
-    """Goals one step nearer to zero for what is wound up; what is let out already stays."""
+def let_out(
+    section: ServoSection,
+    last: Sequence[float],
+    duration: float,
+    places: Sequence[float],
+    taut: Sequence[bool],
+) -> tuple[float, ...]:
+    """Goals one step nearer to the straight robot's.
+
+    All shrink in proportion, so that what opposes a tendon takes up its own slack while the robot straightens, and no
+    sooner. One that was let out and pulls already stays where it stands: then the robot has not straightened.
+
+    Args:
+        section: [servo].
+        last: goals of the cycle before [m].
+        duration: since then [s].
+        places: displacements as they are [m].
+        taut: which tendons pull.
+    """
+    largest = max(map(abs, last))
     step = section.release_rate * min(duration, 2.0 * section.period)
-    return tuple(max(goal - step, 0.0) if goal > 0.0 else goal for goal in last)
+    left = max(0.0, 1.0 - step / largest) if largest > 0.0 else 0.0
+    return tuple(
+        min(goal, place) if goal < 0.0 and pulls else left * goal
+        for goal, place, pulls in zip(last, places, taut, strict=True)
+    )
 
 
 def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Sequence[Reading]) -> str:

@@ -117,6 +117,33 @@ def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) ->
     assert [servo.value(table.BUS_WATCHDOG) for servo in bench.servos.servos] == [25] * 4
 
 
+def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_out(bench: Bench) -> None:
+    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
+    while bench.driver.phase is not Phase.OFF:
+        bench.driver.cycle(time.monotonic(), bench.command(SLACK, armed=False))
+        assert abs(bench.driver._goals[0] + bench.driver._goals[1]) < 1e-3
+        time.sleep(0.01)
+    assert bench.driver.displacement == pytest.approx(SLACK, abs=2e-3)
+
+
+def test_a_tendon_that_was_let_out_but_pulls_is_not_wound_up_against_a_robot_that_stays_bent(bench: Bench) -> None:
+    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
+    bent = -0.012
+
+    def pull(ticks: float) -> float:
+        return 30.0 * max(0.0, (2048 - ticks) * table.TICK * 0.015 - bent)
+
+    bench.servos.tell(lambda: setattr(bench.servos.servos[1], "torque", pull))
+    furthest = []
+    while bench.driver.phase is not Phase.OFF:
+        bench.driver.cycle(time.monotonic(), bench.command(SLACK, armed=False))
+        furthest.append(bench.driver.displacement[1])
+        time.sleep(0.01)
+    assert max(furthest) < 0.5 * bent
+
+
 def test_a_controller_that_is_armed_already_is_not_taken_up_in_mid_motion(bench: Bench) -> None:
     for _ in range(20):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
@@ -300,7 +327,7 @@ def test_turns_that_servos_forget_at_power_up_are_found_again(tmp_path: Path) ->
         driver = ServoDriver(section(), calibration(zero=2048 + 5 * 4096), lambda: bus)
         assert driver.displacement == pytest.approx([12 * table.TICK * 0.015 * s for s in (1, -1, 1, -1)])
         driver.cycle(time.monotonic(), None)
-        assert driver.report == ""
+        assert driver.report == "the servos have heard no command yet"
         assert len(servos.servos) == 4
 
 
@@ -315,6 +342,20 @@ def test_at_exit_wound_tendons_are_let_out_and_the_torque_goes_off_in_order(benc
         if packet.instruction == Instruction.WRITE and packet.parameters == bytes([table.TORQUE_ENABLE.address, 0, 0])
     ]
     assert offs == [1, 2, 3, 4]
+
+
+def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.pull()
+
+    def failing(*_: object) -> tuple[float, ...]:
+        raise ZeroDivisionError("of all things")
+
+    monkeypatch.setattr("tendond.drivers.dynamixel.driver.let_out", failing)
+    with pytest.raises(ZeroDivisionError):
+        bench.driver.close(time.monotonic, time.sleep)
+    assert not any(bench.torques)
 
 
 def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_not_touch_them(bench: Bench) -> None:

@@ -49,14 +49,21 @@ class Packet:
     intact: bool
 
 
-def crc16(data: bytes, start: int = 0) -> int:
+def _crc_of_byte(byte: int) -> int:
+    crc = byte << 8
+    for _ in range(8):
+        crc = (crc << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
+    return crc & 0xFFFF
+
+
+_CRC = tuple(_crc_of_byte(byte) for byte in range(256))
+
+
+def crc16(data: bytes) -> int:
     """CRC-16 with polynomial 0x8005, most significant bit first."""
-    crc = start
+    crc = 0
     for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
-        crc &= 0xFFFF
+        crc = (crc << 8 & 0xFF00) ^ _CRC[crc >> 8 ^ byte]
     return crc
 
 

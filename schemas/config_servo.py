@@ -68,7 +68,7 @@ class ServoSection(Schema):
     )
     release_time: Annotated[
         float, Field(gt=0.0, le=10.0, description="[s]; after which the torque goes off in any case")
-    ] = 2.5
+    ] = 4.0
     home_window: Annotated[
         float, Field(gt=0.0, le=0.2, description="[m]; within which a tendon must be of its zero to be switched on")
     ] = 0.01

@@ -151,10 +151,7 @@ class ServoDriver:
         if self.phase is Phase.ON and command is not None:
             self._goals = limited(section, command.displacement, self._goals, duration)
         if self.phase is Phase.LETTING_OUT:
-            for index, one in enumerate(self._readings):
-                if abs(one.load) * table.LOAD_UNIT > section.pretension_load:
-                    self._pulled.add(index)
-            taut = [index in self._pulled for index in range(len(self._goals))]
+            taut = [abs(one.load) * table.LOAD_UNIT > section.pretension_load for one in self._readings]
             before, self._goals = self._goals, let_out(section, self._goals, duration, self.displacement, taut)
             still = self._goals == before and max(self.displacement) < SLIP
             if still or now - self._phase_since > section.release_time:
@@ -221,7 +218,6 @@ class ServoDriver:
 
     def _enter(self, phase: Phase, now: float) -> None:
         self.phase, self._phase_since = phase, now
-        self._pulled: set[int] = set()  # tendons that have pulled while they are let out
 
     def _switch_off(self, now: float) -> None:
         self._enter(Phase.OFF, now)

@@ -41,8 +41,8 @@ def let_out(
 ) -> tuple[float, ...]:
     """Goals one step nearer to the straight robot's.
 
-    All shrink in proportion, so that what opposes a tendon takes up its own slack while the robot straightens, and no
-    sooner. One that was let out and pulls already stays where it stands: then the robot has not straightened.
+    What is wound up is let out; what was let out takes up its slack in proportion, and slowly once nothing is wound up
+    any more. While it pulls it waits: the robot has not straightened so far.
 
     Args:
         section: [servo].
@@ -51,13 +51,20 @@ def let_out(
         places: displacements as they are [m].
         taut: which tendons pull.
     """
-    largest = max(map(abs, last))
-    step = section.release_rate * min(duration, 2.0 * section.period)
-    left = max(0.0, 1.0 - step / largest) if largest > 0.0 else 0.0
-    return tuple(
-        min(goal, place) if goal < 0.0 and pulls else left * goal
-        for goal, place, pulls in zip(last, places, taut, strict=True)
-    )
+    duration = min(duration, 2.0 * section.period)
+    step = min(section.release_rate, section.displacement_rate) * duration
+    wound = max(last)
+    left = max(0.0, 1.0 - step / wound) if wound > 0.0 else 0.0
+    slack_step = step if wound > 0.0 else section.slow_rate * duration
+    goals = []
+    for goal, place, pulls in zip(last, places, taut, strict=True):
+        if goal >= 0.0:
+            goals.append(left * goal)
+        elif pulls:
+            goals.append(min(goal, place))
+        else:
+            goals.append(min(left * goal, goal + slack_step))
+    return tuple(goals)
 
 
 def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Sequence[Reading]) -> str:

@@ -27,10 +27,11 @@ from tendond.schemas.messages import ControlAction, ControlReply, Mode
 from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration
 from tests.rig.tracker import free_port
-from tests.sil.rig import PATIENCE_SECONDS, Rig
+from tests.sil.rig import Rig
 
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
+PATIENCE_SECONDS = 40.0
 LANDING = np.array([0.340, 0.0, 0.0475])
 
 
@@ -41,10 +42,12 @@ class Chain(Rig):
         port = free_port(socket.SOCK_DGRAM)
         super().__init__(
             folder,
-            WIRED.replace("duration = 2.5", "duration = 1.5")
+            "[faults]\nmissed_ticks = 1000\n"
+            + WIRED.replace("duration = 2.5", "duration = 1.5")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
             + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}',
         )
+        self.ended = threading.Event()
         self.settings: RigConfig = parse_config(self.config.read_text(), "rig.toml")
         servo, vicon = self.settings.servo, self.settings.vicon
         assert servo is not None
@@ -52,9 +55,8 @@ class Chain(Rig):
         calibrated = calibration(rig=self.name)
         save_calibration(folder / "calibration.json", calibrated)
         rod = rod_from_section(self.settings.simulator.rod, self.settings.simulator.period)
-        self._ended = threading.Event()
         plant = Plant(self.settings, rod)
-        self.wired = WiredRig(self.settings, servo, vicon, calibrated, plant, self._ended.is_set)
+        self.wired = WiredRig(self.settings, servo, vicon, calibrated, plant, self.ended.is_set)
         self._thread = threading.Thread(target=self.wired.run)
         self._thread.start()
         self.drivers = {"servo": self.start("servo"), "vicon": self.start("vicon")}
@@ -64,7 +66,7 @@ class Chain(Rig):
             if process.poll() is None:
                 process.kill()
             process.communicate()
-        self._ended.set()
+        self.ended.set()
         self._thread.join()
         self.wired.close()
 
@@ -78,7 +80,10 @@ class Chain(Rig):
         while not (reply := self.ask(session, ControlAction.ARM)).done:
             assert time.monotonic() < deadline, reply.message
             time.sleep(0.05)
-        status = self.until(session, lambda s: (s.tip or (0.0,))[0] > beyond or s.mode is Mode.FAULT)
+        status = self.until(
+            session,
+            lambda s: s.mode is Mode.FAULT or (s.mode is Mode.TRACKING and s.tip is not None and s.tip[0] > beyond),
+        )
         assert status.mode is Mode.TRACKING, status.reason
 
     def reset_servos(self) -> ControlReply:

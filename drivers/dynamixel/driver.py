@@ -214,6 +214,8 @@ class ServoDriver:
             )
             self._enter(Phase.STOPPED, now)
             with suppress(ServoError):  # the next cycle finds out
+                if any(reading.watchdog == table.WATCHDOG_TRIPPED for reading in self._readings):
+                    self._servos.wake(self._readings)  # else they would refuse to let out
                 self._servos.go(self._goals)
 
     def _enter(self, phase: Phase, now: float) -> None:

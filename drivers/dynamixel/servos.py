@@ -44,7 +44,8 @@ class Servos:
             self._require(identifier, table.MODEL, table.MODEL_NUMBER, f"is no {table.MODEL_NAME}")
             setup = "run 'tendond servo setup'"
             self._require(identifier, table.OPERATING_MODE, table.EXTENDED_POSITION, setup)
-            self._require(identifier, table.DRIVE_MODE, 0, setup)
+            self._require(identifier, table.DRIVE_MODE, 0, setup)  # else a goal might switch the torque on
+            self._require(identifier, table.STARTUP_CONFIGURATION, 0, setup)  # or power-up might
         readings = self.read()
         self.spools = tuple(
             spool.at_power_up(reading.position) for spool, reading in zip(self.spools, readings, strict=True)

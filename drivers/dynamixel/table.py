@@ -56,6 +56,7 @@ MAX_VOLTAGE_LIMIT = Register("Max Voltage Limit", 32, 2, 60, 140, 140, eeprom=Tr
 MIN_VOLTAGE_LIMIT = Register("Min Voltage Limit", 34, 2, 60, 140, 60, eeprom=True)
 PWM_LIMIT = Register("PWM Limit", 36, 2, 0, 885, 885, eeprom=True)
 VELOCITY_LIMIT = Register("Velocity Limit", 44, 4, 0, 1023, 265, eeprom=True)
+STARTUP_CONFIGURATION = Register("Startup Configuration", 60, 1, 0, 3, 0, eeprom=True)
 SHUTDOWN = Register("Shutdown", 63, 1, 0, 63, 0b110100, eeprom=True)
 TORQUE_ENABLE = Register("Torque Enable", 64, 1, 0, 1)
 LED = Register("LED", 65, 1, 0, 1)

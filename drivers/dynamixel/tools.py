@@ -92,6 +92,7 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
     wanted = (
         (table.OPERATING_MODE, table.EXTENDED_POSITION),
         (table.DRIVE_MODE, 0),
+        (table.STARTUP_CONFIGURATION, 0),
         (table.RETURN_DELAY_TIME, 0),
         (table.HOMING_OFFSET, 0),
         (table.ID, new),
@@ -215,11 +216,12 @@ def home(
         Displacement before and after [m].
 
     Raises:
-        ServoError: an error of the servo, more than the allowed load on the way, or it was stopped.
+        ServoError: an error of the servo, a tendon that pulls before it is at zero, or it was stopped.
     """
     with energised(bus, section, spool) as motion:
         before = spool.displacement(motion.look().position)
-        reading = motion.move(0.0, section.load_max, stopped)
+        # Letting out, the load that is there goes away; winding up, there must be none: then zero is not where it was.
+        reading = motion.move(0.0, 2.0 if before > 0.0 else 2.0 * section.pretension_load, stopped)
         after = spool.displacement(reading.position)
         if abs(after) > 1e-3:
             raise ServoError(

@@ -1,6 +1,7 @@
 """Frames from Tracker's UDP object stream."""
 
 import socket
+import struct
 import time
 from collections import Counter
 
@@ -15,6 +16,12 @@ from tendond.schemas.config_vicon import EulerOrder, ViconSection
 MILLIMETRE = 1e-3
 LARGEST = 2048
 POLL_SECONDS = 0.2
+SO_TIMESTAMPNS = 35
+"""Of socket(7) on Linux: each packet comes with the time at which the kernel received it; Python has no name for it."""
+
+TIMESPEC = struct.Struct("@qq")
+STALE_NS = 100_000_000
+"""A packet that has waited for longer is dropped."""
 
 
 class ViconError(TendondError):
@@ -59,19 +66,27 @@ class UdpSource:
                 " there? Else mend vicon.address or vicon.port"
             ) from error
         self._socket.settimeout(POLL_SECONDS)
+        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
 
     def close(self) -> None:
         """Free the port."""
         self._socket.close()
 
     def receive(self) -> Frame | None:
-        """The next packet's frame; none when none came for a moment, or one that is no packet."""
+        """The next packet's frame; none when none came for a moment, one that is no packet, or one that has waited.
+
+        Stamps are the kernel's: packets that have waited here while this process could not run are old, and say so.
+        """
         try:
-            payload = self._socket.recv(LARGEST)
+            payload, ancillary, _, _ = self._socket.recvmsg(LARGEST, socket.CMSG_SPACE(TIMESPEC.size))
         except TimeoutError:
             return None
-        stamp_ns = time.monotonic_ns()
+        waited_ns = _waited(ancillary)
+        stamp_ns = time.monotonic_ns() - waited_ns
         self.packets += 1
+        if waited_ns > STALE_NS:
+            self.counts["stale"] += 1
+            return None
         try:
             block = parse(payload)
         except PacketError as error:
@@ -82,3 +97,12 @@ class UdpSource:
     def _frame(self, block: Block, stamp_ns: int) -> Frame:
         objects = {name: placed(reading, self._order) for name, reading in block.objects.items()}
         return Frame(block.frame, objects, stamp_ns)
+
+
+def _waited(ancillary: list[tuple[int, int, bytes]]) -> int:
+    """For how long a packet has been here [ns], by the kernel's stamp; 0 without one."""
+    for level, kind, data in ancillary:
+        if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS and len(data) == TIMESPEC.size:
+            seconds, nanoseconds = TIMESPEC.unpack(data)
+            return max(0, time.time_ns() - int(seconds * 1_000_000_000 + nanoseconds))
+    return 0

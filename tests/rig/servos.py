@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.spool import Spool
 
 BAUDRATE = 1_000_000
-ANSWER_SECONDS = 0.1
+ANSWER_SECONDS = 0.06
 """Generous: the emulator is a thread of a busy machine."""
 
 

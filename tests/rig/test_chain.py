@@ -45,7 +45,7 @@ class Chain(Rig):
             "[faults]\nmissed_ticks = 1000\n"
             + WIRED.replace("duration = 2.5", "duration = 1.5")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
-            + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}',
+            + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',
         )
         self.ended = threading.Event()
         self.settings: RigConfig = parse_config(self.config.read_text(), "rig.toml")

@@ -161,6 +161,19 @@ def test_a_silent_servo_costs_the_answer_timeout_and_not_the_sdks_35_ms(servos: 
     assert sorted(times)[5] < 0.02
 
 
+def test_no_timeout_depends_on_the_wall_clock(
+    servos: EmulatedBus, bus: ServoBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stepped() -> float:
+        raise AssertionError("somebody has asked for the wall clock")
+
+    monkeypatch.setattr(time, "time", stepped)
+    assert bus.ping(1) == table.MODEL_NUMBER
+    assert set(bus.read_all(IDS, fast=True)) == set(bus.read_all(IDS, fast=False)) == set(IDS)
+    servos.servos[0].silent = True
+    assert bus.ping(1) is None
+
+
 def test_a_line_that_never_falls_silent_does_not_keep_a_read(servos: EmulatedBus, bus: ServoBus) -> None:
     ended = threading.Event()
 

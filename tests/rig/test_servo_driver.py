@@ -243,6 +243,24 @@ def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
     assert "outside its range" in bench.driver.fault
 
 
+def test_servos_that_their_watchdog_stopped_while_the_driver_could_not_run_are_let_out_all_the_same(
+    bench: Bench,
+) -> None:
+    bench.pull()
+    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
+        time.sleep(0.01)
+    bench.until(lambda one: one.phase is Phase.LETTING_OUT, PULLED)
+    assert "Bus Watchdog has stopped it" in bench.driver.fault
+    places = []
+    while bench.driver.phase is Phase.LETTING_OUT:
+        places.append(bench.driver.displacement[0])
+        assert all(bench.torques)
+        bench.driver.cycle(time.monotonic(), bench.command(PULLED))
+        time.sleep(0.01)
+    assert max(a - b for a, b in itertools.pairwise(places)) < 0.006
+    assert places[-1] < 0.003
+
+
 def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
     bench.pull()
     bench.servos.corrupt = 2
@@ -383,4 +401,7 @@ def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_p
         servos.servos[1].silent = False
         servos.servos[2].write(table.OPERATING_MODE.address, bytes([3]))
         with pytest.raises(ServoError, match="servo 3: Operating Mode is 3, must be 4: run 'tendond servo setup'"):
+            bench.new_driver()
+        servos.servos[0].write(table.STARTUP_CONFIGURATION.address, bytes([1]))
+        with pytest.raises(ServoError, match="servo 1: Startup Configuration is 1, must be 0"):
             bench.new_driver()

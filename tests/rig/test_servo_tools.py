@@ -191,6 +191,15 @@ def test_home_brings_every_tendon_to_its_zero_and_switches_off(
     assert "stands -12.6 mm" in capsys.readouterr().out
 
 
+def test_home_does_not_wind_up_a_tendon_that_pulls_before_its_zero(
+    servos: EmulatedBus, config: Path, tmp_path: Path
+) -> None:
+    save_calibration(tmp_path / "calibration.json", calibration((1, -1), zero=3500))
+    with pytest.raises(ServoError, match=r"servo 1: load 1\d% at -\d.*stopped"):
+        home_servos(config, True, Operator())
+    assert not any(servo.energised for servo in servos.servos)
+
+
 def test_pretension_stops_at_the_load_and_stores_the_zero_with_the_old_one_kept(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:

@@ -21,7 +21,7 @@ from tendond.daemon.bus import Hub
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.packet import Reading
 from tendond.drivers.vicon.process import ViconDriver
-from tendond.drivers.vicon.udp import ViconError
+from tendond.drivers.vicon.udp import UdpSource, ViconError
 from tendond.schemas.config import RigConfig, check_config
 from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
@@ -167,6 +167,24 @@ def test_a_base_that_is_mounted_otherwise_than_the_model_thinks_gives_no_pose_at
             lambda: tracker.send({"tip": TIP, "base": BASE}),
         )
     assert not listener.poses
+
+
+def test_packets_that_waited_while_the_driver_could_not_run_are_not_taken_for_fresh() -> None:
+    section = ViconSection(address="127.0.0.1", port=free_port(socket.SOCK_DGRAM))
+    source = UdpSource(section)
+    with Tracker(section.port) as tracker:
+        for _ in range(3):
+            tracker.send({"tip": TIP, "base": BASE})
+        time.sleep(0.2)
+        assert [source.receive() for _ in range(3)] == [None] * 3
+        assert source.counts == {"stale": 3}
+        tracker.send({"tip": TIP, "base": BASE})
+        before = time.monotonic_ns()
+        time.sleep(0.02)
+        fresh = source.receive()
+        source.close()
+    assert fresh is not None
+    assert abs(fresh.stamp_ns - before) < 15_000_000
 
 
 def test_a_second_driver_on_the_same_port_is_refused_in_one_line() -> None:

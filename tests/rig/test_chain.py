@@ -169,7 +169,7 @@ def test_a_tracker_that_falls_silent_releases_the_tendons(chain: Chain, session:
 def test_a_killed_controller_leaves_servos_that_stop_by_themselves_and_the_next_is_told_why(chain: Chain) -> None:
     controller = next(one for one in chain.processes if one.args[3] == "run")  # type: ignore[index]
     with chain.session() as session:
-        chain.track(session, 0.2)
+        chain.track(session, 0.12)
     controller.kill()
     controller.wait()
     deadline = time.monotonic() + PATIENCE_SECONDS

@@ -214,10 +214,10 @@ def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path
 def test_a_datastream_server_that_is_not_there_is_an_error_and_no_hang() -> None:
     pytest.importorskip("motioncapture", reason="the extra [vicon-sdk] is not installed")
     server = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
-    source = DataStreamSource(ViconSection(source="datastream", server=server, server_timeout=1.5))
+    source = DataStreamSource(ViconSection(source="datastream", server=server, server_timeout=0.8))
     child = source._child
     try:
-        with pytest.raises(ViconError, match=f"no frame from the DataStream server {server} in 1.5 s"):
+        with pytest.raises(ViconError, match=f"no frame from the DataStream server {server} in 0.8 s"):
             deque(iter(source.receive, "never"), maxlen=0)
     finally:
         source.close()

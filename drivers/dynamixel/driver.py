@@ -63,6 +63,7 @@ class ServoDriver:
         self._command: TendonCommand | None = None
         self._disarmed = False
         self._ours = False
+        self._was_on = False
         self._heard = 0.0
         self._phase_since = 0.0
         self._last = 0.0
@@ -199,7 +200,7 @@ class ServoDriver:
             return
         self._guard = Guard(self._section, self._servos.watchdog)
         self._goals = self.displacement
-        self._ours = True
+        self._ours = self._was_on = True
         self._servos.on(self._readings)
         self._enter(Phase.ON, now)
 
@@ -288,6 +289,15 @@ class ServoDriver:
     def report(self) -> str:
         """The fault or the objection, for the controller."""
         return self.fault or self.objection
+
+    @property
+    def farewell(self) -> str:
+        """How the servos were left, after `close`, in words."""
+        if self.phase is Phase.LOST:
+            return "the port is gone, the servos were stopped by their watchdogs and may still hold their tendons"
+        if any(reading.torque for reading in self._readings) and not self._was_on:
+            return "the servos still hold their tendons from an earlier run: they were left as they are"
+        return "the tendons are let out, the torque is off"
 
     def close(self, now: Callable[[], float], wait: Callable[[float], None]) -> None:
         """End: let out what is wound up, torque off, port closed.

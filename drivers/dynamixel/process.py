@@ -79,7 +79,7 @@ class ServoProcess:
                 self._run(session, driver)
             finally:
                 driver.close(time.monotonic, time.sleep)
-                self._say("ended: the tendons are let out, the torque is off")
+                self._say(f"ended: {driver.farewell}")
 
     def _run(self, session: zenoh.Session, driver: ServoDriver) -> None:
         name, period = self._config.rig.name, self._section.period

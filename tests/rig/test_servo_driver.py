@@ -291,6 +291,7 @@ def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_l
     assert "the port has gone away" in bench.driver.fault
     with pytest.raises(ServoError, match="cannot be opened"):
         bench.driver.reset(time.monotonic())
+    assert "may still hold" in bench.driver.farewell
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
         time.sleep(0.01)
@@ -353,6 +354,7 @@ def test_at_exit_wound_tendons_are_let_out_and_the_torque_goes_off_in_order(benc
     bench.pull()
     bench.driver.close(time.monotonic, time.sleep)
     assert not any(bench.torques)
+    assert bench.driver.farewell == "the tendons are let out, the torque is off"
     assert max(bench.driver.displacement) < 0.002
     offs = [
         packet.id
@@ -388,6 +390,7 @@ def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_n
     assert "still hold their tendons" in bench.driver.report
     assert all(bench.torques)
     bench.driver.close(time.monotonic, time.sleep)
+    assert "left as they are" in bench.driver.farewell
     assert all(bench.torques)
 
 

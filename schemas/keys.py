@@ -11,6 +11,7 @@ STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
 SERVO_RESET = "servo/reset"
+SIMULATOR_FAULT = "sim/fault"
 
 
 def key(rig: str, name: str) -> str:

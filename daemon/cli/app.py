@@ -87,6 +87,23 @@ def simulate(
 
 
 @app.command()
+def inject(
+    fault: Annotated[
+        str, typer.Argument(help="silent, stuck, hot, overload, reboot, mend; crc, unplug, plug for the whole bus.")
+    ],
+    config: Config = None,
+    servo_id: Annotated[int | None, typer.Option("--servo", help="Id of the servo.")] = None,
+) -> None:
+    """Cause a fault on a running 'tendond simulate --wired'.
+
+    Example: tendond inject overload --servo 3 --config rig.toml
+    """
+    from tendond.daemon.cli.simulate import inject_fault
+
+    inject_fault(config, fault, servo_id)
+
+
+@app.command()
 def vicon(config: Config = None) -> None:
     """Publish tip poses from Vicon Tracker until Ctrl-C or SIGTERM.
 

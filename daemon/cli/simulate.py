@@ -3,14 +3,17 @@
 from pathlib import Path
 
 from tendond.daemon.cli.common import load_config, present, say, stop_on_signals
+from tendond.daemon.errors import DaemonError
 from tendond.daemon.state import rod_from_section
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.process import Simulator
+from tendond.drivers.wired.faults import request_fault
 from tendond.drivers.wired.rig import WiredRig
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
 from tendond.schemas.config import ConfigError, RigConfig
+from tendond.schemas.messages import WiredFault, WiredFaultRequest
 
 
 def run_wired(config_file: Path | None) -> None:
@@ -31,6 +34,23 @@ def run_wired(config_file: Path | None) -> None:
         rig.run()
     finally:
         rig.close()
+
+
+def inject_fault(config_file: Path | None, fault: str, servo: int | None) -> None:
+    """Ask the rig on wires for a fault; see `tendond inject --help`.
+
+    Raises:
+        TendondError: there is no such fault or servo, or no rig on wires.
+    """
+    try:
+        wanted = WiredFault(fault)
+    except ValueError:
+        known = ", ".join(one.value for one in WiredFault)
+        raise ConfigError(f"'{fault}' is no fault of the wires: choose from {known}") from None
+    reply = request_fault(load_config(config_file), WiredFaultRequest(fault=wanted, servo=servo))
+    if not reply.done:
+        raise DaemonError(reply.message)
+    print(reply.message)
 
 
 def run_simulator(config_file: Path | None, *, lockstep: bool, cycles: int | None) -> None:

@@ -3,6 +3,7 @@
 import socket
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,14 +19,16 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, Reading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
+from tendond.drivers.wired.faults import cause
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.config_vicon import ViconSection
-from tendond.schemas.keys import SIMULATOR_TRUTH, key
-from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
-from tendond.schemas.wire import encode
+from tendond.schemas.keys import SIMULATOR_FAULT, SIMULATOR_TRUTH, key
+from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TipPose, WiredFaultRequest
+from tendond.schemas.wire import UnreadableError, decode, encode
 
 CONNECT_SECONDS = 120.0
+Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Where the rig stands in the simulated Vicon world."""
@@ -112,9 +115,11 @@ class WiredRig:
             return
         with session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:
             truths = session.declare_publisher(key(name, SIMULATOR_TRUTH), encoding=ENCODING, express=True)
+            faults = session.declare_queryable(key(name, SIMULATOR_FAULT), zenoh.handlers.RingChannel(8))
             deadline = time.monotonic()
             while not self._stopped():
                 self._step(truths, tracker)
+                self._fault(faults)
                 deadline = max(deadline + period, time.monotonic() - period)
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
@@ -136,6 +141,19 @@ class WiredRig:
         truths.put(encode(truth))
         if pose is not None:
             tracker.sendto(self._packet(pose), ("127.0.0.1", self._vicon.port))
+
+    def _fault(self, faults: Queryable) -> None:
+        """Cause the fault that is asked for, if one is."""
+        if (query := faults.try_recv()) is None:
+            return
+        try:
+            request = decode(WiredFaultRequest, b"" if query.payload is None else query.payload.to_bytes())
+            reply = cause(self.bus, request)
+        except UnreadableError as error:
+            reply = ControlReply(done=False, message=f"the request is {error.reason}")
+        with suppress(zenoh.ZError):
+            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
+        query.drop()
 
     def _packet(self, pose: TipPose) -> bytes:
         placement = Placement(np.array(pose.position), rotation_from_quaternion(*pose.orientation))

@@ -8,7 +8,7 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +21,12 @@ from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.process import request_reset
 from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.wired.faults import cause, request_fault
 from tendond.drivers.wired.rig import WiredError, WiredRig
 from tendond.schemas.config import RigConfig, check_config, parse_config
-from tendond.schemas.messages import ControlAction, ControlReply, Mode
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, WiredFault, WiredFaultRequest
 from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
-from tests.rig.servos import calibration
+from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import free_port
 from tests.sil.rig import Rig
 
@@ -134,8 +135,8 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     chain: Chain, session: zenoh.Session
 ) -> None:
     chain.track(session, 0.2)
-    bus = chain.wired.bus
-    bus.tell(lambda: bus.servos[1].fail(5))
+    inject = ["inject", "overload", "--servo", "2"]
+    assert chain.start(*inject).wait(PATIENCE_SECONDS) == 0
     status = chain.until(session, lambda s: s.mode is Mode.FAULT)
     assert "servo 2: Overload Error (bit 5)" in status.reason
     chain.wait_for_slack_and_off()
@@ -144,7 +145,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     refused = chain.reset_servos()
     assert not refused.done
     assert "Overload Error" in refused.message
-    bus.tell(bus.servos[1].power_up)
+    assert request_fault(chain.settings, WiredFaultRequest(fault=WiredFault.MEND, servo=2), 30.0).done
     assert chain.reset_servos().done
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
     chain.track(session, 0.05)
@@ -232,6 +233,31 @@ def test_wires_are_not_laid_where_they_would_replace_or_miss_something(
     plant = Plant(config, rod_from_section(config.simulator.rod, 0.01))
     with pytest.raises(WiredError, match=message):
         WiredRig(config, config.servo, config.vicon, calibration(), plant, lambda: True)
+
+
+def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) -> None:
+    with emulated(tmp_path) as bus:
+        second = bus.servos[1]
+        seen: dict[WiredFault, Callable[[], bool]] = {
+            WiredFault.SILENT: lambda: second.silent,
+            WiredFault.STUCK: lambda: second.stuck,
+            WiredFault.OVERLOAD: lambda: second.alert,
+            WiredFault.HOT: lambda: second.temperature > 72.0,
+            WiredFault.CRC: lambda: bus.corrupt > 0,
+            WiredFault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
+            WiredFault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
+            WiredFault.REBOOT: lambda: not second.energised,
+        }
+        assert {*seen, WiredFault.MEND} == set(WiredFault)
+        for fault, happened in seen.items():
+            second.write(table.TORQUE_ENABLE.address, b"\x01")
+            assert cause(bus, WiredFaultRequest(fault=fault, servo=2)).done
+            assert happened(), fault
+            assert cause(bus, WiredFaultRequest(fault=WiredFault.MEND, servo=2)).done
+            assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
+        refused = cause(bus, WiredFaultRequest(fault=WiredFault.HOT, servo=9))
+        assert not refused.done
+        assert "the servos are 1, 2, 3, 4" in refused.message
 
 
 def test_a_section_that_a_driver_needs_is_asked_for(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ what never came; values that hold FF FF FD are sent unstuffed, and a servo that 
 may open the same port.
 """
 
+import os
 import struct
 import termios
 import time
@@ -157,7 +158,8 @@ class ServoBus:
             opened = self._port.setBaudRate(baudrate)
         except _WIRE_ERRORS as error:
             self.close()
-            cause = getattr(error, "strerror", None) or str(error)
+            number = getattr(error, "errno", None)
+            cause = f"{os.strerror(number) if number else error}; is the adapter plugged in, and servo.port right?"
             if "lock" in str(error):
                 cause = "another process has it open"
             raise PortLostError(f"{self.port}: cannot be opened: {cause}") from error

@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError
 
-from tendond import TendondError
 from tendond.schemas.base import SCHEMA_VERSION, Schema
+from tendond.schemas.config import ConfigError
 from tendond.schemas.explain import explain
 
 
-class CalibrationError(TendondError):
+class CalibrationError(ConfigError):
     """A calibration that cannot be read, written, or used for this rig."""
 
 

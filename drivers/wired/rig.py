@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import zenoh
 
-from tendond import TendondError
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
@@ -20,7 +19,7 @@ from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rota
 from tendond.drivers.vicon.packet import Block, Reading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config import ConfigError, RigConfig
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.keys import SIMULATOR_FAULT, SIMULATOR_TRUTH, key
@@ -34,7 +33,7 @@ ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Where the rig stands in the simulated Vicon world."""
 
 
-class WiredError(TendondError):
+class WiredError(ConfigError):
     """The wires cannot be laid."""
 
 

@@ -75,7 +75,7 @@ class ServoDriver:
         self._bus = self._open_bus()
         try:
             self._servos = Servos(self._section, self._calibration, self._bus)
-            self._readings = self._servos.read()
+            self._readings = self._servos.read_again()
         except ServoError:
             self._bus.close()
             raise
@@ -251,11 +251,11 @@ class ServoDriver:
                 return self._take_over(now)
             return self._outcome("the port is open again")
         if self.phase is Phase.SILENT:
-            self._readings = self._servos.read()
+            self._readings = self._servos.read_again()
             return self._take_over(now)
         if not self.fault:
             return "there is no fault"
-        standing = standing_fault(self._section, self._servos.spools, self._servos.read())
+        standing = standing_fault(self._section, self._servos.spools, self._servos.read_again())
         if standing:
             raise ServoError(f"{standing}; mend it, and switch the servo's power off and on")
         self._reconnect(now)  # a servo whose power was switched has forgotten its turns

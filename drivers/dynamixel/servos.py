@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.bus import NoAnswerError, Reading, ServoBus, ServoError
+from tendond.drivers.dynamixel.bus import TRIES, NoAnswerError, Reading, ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.table import Register
@@ -46,7 +46,7 @@ class Servos:
             self._require(identifier, table.OPERATING_MODE, table.EXTENDED_POSITION, setup)
             self._require(identifier, table.DRIVE_MODE, 0, setup)  # else a goal might switch the torque on
             self._require(identifier, table.STARTUP_CONFIGURATION, 0, setup)  # or power-up might
-        readings = self.read()
+        readings = self.read_again()
         self.spools = tuple(
             spool.at_power_up(reading.position) for spool, reading in zip(self.spools, readings, strict=True)
         )
@@ -64,6 +64,17 @@ class Servos:
         """
         readings = self._bus.read_all(self.ids, fast=self._section.fast_read)
         return tuple(readings[identifier] for identifier in self.ids)
+
+    def read_again(self) -> tuple[Reading, ...]:
+        """As `read`, but one answer that gets lost is no error: for when nobody asks again a cycle later.
+
+        Raises:
+            ServoError: not all of them answered, several times.
+        """
+        for _ in range(TRIES - 1):
+            with suppress(NoAnswerError):
+                return self.read()
+        return self.read()
 
     def on(self, readings: Sequence[Reading]) -> None:
         """Torque on where the servos stand, at the configured profile, watched.

@@ -11,12 +11,16 @@ from tendond.daemon.paper.scenarios import (
     DISTURBANCE_CYCLES,
     DISTURBED_AT,
     EDGE,
+    HUNG_AT,
     RIG,
     WEIGHTS_G,
 )
 from tendond.schemas.config_servo import NO_LOAD_SPEED, ServoSection
 
 BACK, SLIDE = LAWS
+
+FOUND = 0.1
+"""A force within this part of the truth is found."""
 
 ALIKE = 0.02
 """Path lengths that differ by less than this part count as equal."""
@@ -55,6 +59,21 @@ def _edge(runs: Runs) -> list[str]:
         f"(sliding mode), in all {count} it is {halves[BACK][1]:.0f} and {halves[SLIDE][1]:.0f} mm. In the last 40 the "
         f"tip still swings by {runs['normal_edge', BACK].metrics.ripple_mm:.2f} and "
         f"{runs['normal_edge', SLIDE].metrics.ripple_mm:.2f} mm (standard deviation).",
+    ]
+
+
+def _force(runs: Runs) -> list[str]:
+    found = []
+    for grams in WEIGHTS_G:
+        for law in LAWS:
+            run = runs[f"weight_{grams}g_found", law]
+            wrong = np.abs(run.force[:, 0] / run.tip_force[-1, 0] - 1.0) > FOUND
+            seconds = (int(np.flatnonzero(wrong)[-1]) + 1 - HUNG_AT) * run.scenario.config.loop.period
+            found.append(f"{grams} g in {seconds:.2f} s ({law.replace('_', ' ')})")
+    return [
+        f"While the arm holds its target, a weight is hung on its tip at iteration {HUNG_AT}. The observer estimates "
+        "the force on the tip and gives it to the model, so that a_c, b_c and the conversion to displacement see the load. "
+        f"It is within {100.0 * FOUND:.0f} % of the truth, and stays there, after: " + ", ".join(found) + ".",
     ]
 
 
@@ -278,6 +297,7 @@ def _gains(run: Run) -> tuple[float, float, float, float]:
 
 _TOPICS = {
     "edge": _edge,
+    "force": _force,
     "contrast": _contrast,
     "variants": _variants,
     "loads": _loads,

@@ -30,6 +30,9 @@ DISTURBANCE_CYCLES = 1
 """The paper gives no duration."""
 
 WEIGHTS_G = (20, 50)
+HUNG_AT = 60
+"""Iteration at which a weight is hung on in the scenario that shows how it is found."""
+
 STRING = 0.3
 """[m] On which the weight hangs in the experiment; the paper does not give it."""
 
@@ -168,11 +171,13 @@ def paper_scenarios() -> list[Scenario]:
     ]
     for grams in WEIGHTS_G:
         still = {"simulator": {"weight": {"mass": grams / 1000.0}}}
+        hung = {"simulator": {"weight": {"mass": grams / 1000.0, "time": _time_of(HUNG_AT)}}}
         swinging = {"simulator": {"weight": {"mass": grams / 1000.0, "string": STRING}}}
         listed += [
             (f"weight_{grams}g", f"{grams} g", (still,), ITERATIONS),
             (f"weight_{grams}g_yielding", f"{grams} g, target x alone", (YIELDING, still), ITERATIONS),
             (f"weight_{grams}g_edge", f"{grams} g, edge", (edge, still), ITERATIONS),
+            (f"weight_{grams}g_found", f"{grams} g hung on at {HUNG_AT}", (YIELDING, hung), ITERATIONS),
             (f"rig_weight_{grams}g", f"{grams} g hanging", (RIG, swinging), ITERATIONS),
         ]
     for name, numbers in EDGE_NEIGHBOURS.items():
@@ -216,6 +221,12 @@ def _impacts(pushes: list[Push]) -> Tables:
             ]
         }
     }
+
+
+def _time_of(iteration: int) -> float:
+    """Simulated time of an iteration [s]."""
+    config = RigConfig()
+    return (start_of(config) + iteration) * config.loop.period
 
 
 def _config(name: str, law: str, changes: tuple[Tables, ...]) -> RigConfig:

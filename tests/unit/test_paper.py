@@ -62,6 +62,8 @@ RUN = (
     "rig_normal_direct",
     "rig_weight_50g",
     "rig_impacts",
+    "weight_20g_found",
+    "weight_50g_found",
 )
 """The scenarios that the tests run; `make paper` runs them all."""
 

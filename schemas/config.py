@@ -137,7 +137,7 @@ class LimitsSection(Schema):
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
     )
     release_rate: Positive = Field(60.0, description="of the tension while it is released [N/s]")
-    sustained: Annotated[int, Field(ge=1, description="cycles at a displacement or rate limit that are a fault")] = 100
+    sustained: Annotated[int, Field(ge=1, description="cycles in a row at a limit that are a fault")] = 100
 
     @model_validator(mode="after")
     def _ordered(self) -> "LimitsSection":

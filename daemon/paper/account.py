@@ -72,7 +72,8 @@ def _force(runs: Runs) -> list[str]:
             found.append(f"{grams} g in {seconds:.2f} s ({law.replace('_', ' ')})")
     return [
         f"While the arm holds its target, a weight is hung on its tip at iteration {HUNG_AT}. The observer estimates "
-        "the force on the tip and gives it to the model, so that a_c, b_c and the conversion to displacement see the load. "
+        "the force on the tip and gives it to the model, so that a_c, b_c and the conversion to displacement see the "
+        "load. "
         f"It is within {100.0 * FOUND:.0f} % of the truth, and stays there, after: " + ", ".join(found) + ".",
     ]
 

@@ -113,7 +113,7 @@ def force_found(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
     with style():
         figure = Figure((10.0, 3.6), layout="constrained")
         for axes, (name, label) in zip(figure.subplots(1, len(scenarios), sharey=True), scenarios, strict=True):
-            for law, colour in COLOURS.items():
+            for law, colour in reversed(COLOURS.items()):
                 axes.plot(runs[name, law].force[:, 0], color=colour, lw=1.8, label=f"estimate, {name_of(law)}",
                           ls="--" if law == "backstepping" else "-")  # fmt: skip
             truth = runs[name, "backstepping"].tip_force[:, 0]

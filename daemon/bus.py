@@ -4,27 +4,30 @@ import json
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
+from typing import TypeVar
 
 import zenoh
 
 from tendond.daemon.errors import DaemonError
 from tendond.schemas.config import RigConfig
-from tendond.schemas.keys import CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.keys import ALIVE, CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import (
     ENCODING,
     ControlReply,
     ControlRequest,
+    Message,
     SimulatorTruth,
     Status,
     TendonCommand,
     TendonState,
     TipPose,
 )
-from tendond.schemas.wire import S, UnreadableError, decode, encode
+from tendond.schemas.wire import UnreadableError, decode, encode
 
 QUEUE = 64
 """Messages kept between two cycles; older ones are overwritten."""
 
+M = TypeVar("M", bound=Message)
 Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 
@@ -90,6 +93,7 @@ class Hub:
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
+        self._token = self._session.liveliness().declare_token(key(name, ALIVE))
         self.last_command: TendonCommand | None = None
 
     def __enter__(self) -> "Hub":
@@ -111,13 +115,16 @@ class Hub:
         arrivals.truth = self._newest(SimulatorTruth, self._truths, arrivals)
         return arrivals
 
-    def _newest(self, kind: type[S], subscriber: Subscriber, arrivals: Arrivals) -> S | None:
-        newest: S | None = None
+    def _newest(self, kind: type[M], subscriber: Subscriber, arrivals: Arrivals) -> M | None:
+        newest: M | None = None
         for _ in range(QUEUE):  # no flood keeps the loop here
             if (sample := subscriber.try_recv()) is None:
                 break
             try:
-                newest = decode(kind, _payload(sample))
+                message = decode(kind, _payload(sample))
+                if newest is not None and message.seq <= newest.seq:
+                    raise UnreadableError("out of order")
+                newest = message
             except UnreadableError as error:
                 arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
         return newest

@@ -106,7 +106,7 @@ class Loop:
             time.sleep(config.loop.period)
 
     def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
-        mode: Mode | None = None
+        seen: object = None  # by whoever watches the status
         next_status = 0.0
         give_up: float | None = None
         question: Question | None = None
@@ -121,7 +121,8 @@ class Loop:
                 break
             started = time.monotonic()
             question = question or self._hub.question()
-            requested = None if question is None else question.request.action
+            request = None if question is None else question.request
+            requested = None if request is None else request.action
             if stopping and self._state.mode in ACTIVE:
                 requested = ControlAction.STOP
             elif self._state.tick == self._arm_at:
@@ -130,6 +131,8 @@ class Loop:
                 pose=wake.arrivals.pose,
                 tendon_state=wake.arrivals.tendon_state,
                 request=requested,
+                law=request.law if request is not None and request.action is requested else None,
+                reference=request.reference if request is not None and request.action is requested else None,
                 unreadable=wake.arrivals.unreadable,
                 missed_ticks=wake.missed_ticks,
             )
@@ -147,11 +150,12 @@ class Loop:
                 missed_ticks=wake.missed_ticks,
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
-            if record.mode is not mode or time.monotonic() >= next_status:
+            now = (record.mode, record.law, record.reference.target, self._journal.error)
+            if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
-                self._journal.status(status, changed=record.mode is not mode)
-                mode, next_status = record.mode, time.monotonic() + STATUS_SECONDS
+                self._journal.status(status, changed=now != seen)
+                seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
 
@@ -165,10 +169,10 @@ class Loop:
             mode=record.mode,
             reason=record.reason,
             tick=record.tick,
-            law=control.law,
+            law=record.law,
             feedback=control.feedback,
             tip=record.measured,
-            target=self._setup.reference.target,
+            target=record.reference.target,
             tension=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,

@@ -168,6 +168,15 @@ class FaultsSection(Schema):
     teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
     solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
     missed_ticks: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 10
+    tendon_stale: Annotated[
+        int, Field(ge=1, le=1000, description="cycles without a tendon state, once there has been one")
+    ] = 50
+    equal_poses: Annotated[int, Field(ge=2, description="new poses in a row that are equal to the last bit")] = 20
+    equal_way: Positive = Field(0.01, description="that the model's tip goes meanwhile, for them to be a fault [m]")
+    mismatch: Annotated[
+        float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
+    ] = 0.3
+    mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
 
 
 class SimulatorSection(Schema):

@@ -10,6 +10,8 @@ TENDON_COMMAND = "tendon/command"
 STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
+ALIVE = "controller"
+"""Liveliness token: there while the controller is."""
 
 
 def key(rig: str, name: str) -> str:

@@ -99,6 +99,32 @@ def reset(config: Config = None) -> None:
 
 
 @app.command()
+def law(
+    name: Annotated[str, typer.Argument(help="Of the law, for instance sliding_mode.")], config: Config = None
+) -> None:
+    """Select another control law while the arm is idle; its parameters are the configuration's."""
+    from tendond.daemon.cli.operator import select_law
+
+    select_law(name, config)
+
+
+@app.command()
+def reference(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others have their defaults.")
+    ],
+    config: Config = None,
+) -> None:
+    """Set another reference while the arm is idle; it is checked as the configuration's would be.
+
+    Example: tendond reference across=0.3 kind=minimum_jerk duration=2.0
+    """
+    from tendond.daemon.cli.operator import set_reference
+
+    set_reference(settings, config)
+
+
+@app.command()
 def status(
     config: Config = None,
     json: Annotated[bool, typer.Option("--json", help="Print the status message as JSON.")] = False,

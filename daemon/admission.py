@@ -13,6 +13,9 @@ REACH = 1.5
 """Rod lengths from the base beyond which no tip can be."""
 
 
+OCCLUDED = "occluded"
+
+
 @dataclass(frozen=True)
 class Admission:
     """state: with the admitted inputs in it; fresh: a pose was admitted just now; rejected: what was not, and why."""
@@ -30,7 +33,8 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     if objection is not None:
         rejected.append(objection)
     fresh = pose is not None and objection is None
-    bad = 0 if fresh else runs.rejected + len(rejected)
+    hidden = objection == OCCLUDED
+    bad = 0 if fresh else runs.rejected + len(rejected) - hidden
     teleports = 0 if fresh else runs.teleports + (objection == "teleport")
     late = None if tendons is None else _late(setup, state, tendons)
     if late is not None:
@@ -58,6 +62,7 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         teleports=teleports,
         missed_ticks=runs.missed_ticks + missed if missed else 0,
         equal_poses=equal,
+        occluded=0 if fresh else runs.occluded + hidden,
     )
     state = changed(
         state,
@@ -94,7 +99,7 @@ def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
 def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | None:
     """Why a pose cannot be used, if so."""
     if not pose.valid:
-        return "occluded"
+        return OCCLUDED
     if math.hypot(*pose.position) > REACH * setup.rod.parameters.length:
         return "out of reach"
     if state.pose is None or state.pose_age is None or state.pose_age > setup.config.faults.pose_stale:

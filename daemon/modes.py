@@ -111,14 +111,17 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
     """What must end pretension or tracking now, in words; empty if nothing."""
     limits, runs = setup.config.faults, state.runs
+    if runs.missed_ticks >= limits.missed_ticks:
+        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
     if state.pose_age is None or state.pose_age > limits.pose_stale:
-        return f"pose stale: none accepted for {state.pose_age} cycles" if state.pose_age else "no pose"
+        if state.pose_age is None:
+            return "no pose"
+        cause = "occluded: the tip was not seen" if runs.occluded else "pose stale: none accepted"
+        return f"{cause} for {state.pose_age} cycles"
     if runs.teleports >= limits.teleports:
         return f"teleport: {runs.teleports} poses in a row beyond what the tip can do"
     if runs.rejected >= limits.rejected_burst:
         return f"bad poses: {runs.rejected} rejected in a row"
-    if runs.missed_ticks >= limits.missed_ticks:
-        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
     if runs.solver_failures > limits.solver_failures:
         return f"model: no solution for {runs.solver_failures} cycles"
     if runs.limited >= setup.config.limits.sustained:

@@ -106,6 +106,7 @@ class Runs:
     solver_failures: int = 0
     limited: int = 0
     equal_poses: int = 0
+    occluded: int = 0
     mismatches: int = 0
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tendond.daemon.bus import Hub
 from tendond.daemon.cli.common import load_config, say, stop_on_signals
-from tendond.daemon.errors import LawError
+from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep
@@ -41,6 +41,8 @@ def run_controller(
         pacer = Lockstep(hub, config.loop.period, stopped) if lockstep else Clock(hub, config.loop.period)
         say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
         loop.run(state, pacer, stopped, cycles)
+    if journal.error:
+        raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
 
 

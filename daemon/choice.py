@@ -1,12 +1,16 @@
 """Law and reference in use: the configuration's, until an operator chooses others while the arm is idle."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from tendond.daemon.laws import Law, LawParameters, select_law
 from tendond.daemon.reference import Reference, build_reference
 from tendond.model.rod import Rod
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_reference import ReferenceSection
+
+if TYPE_CHECKING:
+    from tendond.daemon.state import CycleSetup
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,17 @@ class Choice:
         """
         law, parameters = select_law(config.control.law, config.control.laws)
         return Choice(config.control.law, config.reference, law, parameters, build_reference(config, rod))
+
+    def to_snapshot(self) -> dict[str, Any]:
+        """What of it is data, as JSON has it."""
+        return {"law": self.law_name, "reference": self.section.model_dump(mode="json")}
+
+    @classmethod
+    def from_snapshot(cls, data: dict[str, Any], setup: "CycleSetup") -> "Choice":
+        """What was chosen when `to_snapshot` wrote it down."""
+        section = ReferenceSection.model_validate(data["reference"])
+        choice = setup.choice.with_law(setup.config, data["law"])
+        return choice if section == choice.section else choice.with_reference(setup.config, setup.rod, section)
 
     def with_law(self, config: RigConfig, name: str) -> "Choice":
         """Another law, with the configuration's parameters.

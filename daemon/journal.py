@@ -35,7 +35,14 @@ class Journal:
         self._shape_period = config.log.shape_period
         # Wall time once, at the start: what happens to that clock later does not reach the log.
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
-        self._recorder = Recorder(path, _metadata(config), {CONFIG: config.model_dump_json()}, config.log.queue)
+        self._recorder = Recorder(
+            path,
+            _metadata(config),
+            {CONFIG: config.model_dump_json()},
+            config.log.queue,
+            split_bytes=config.log.split_size * 1e6,
+            split_seconds=config.log.split_time,
+        )
         self._counts = Counts(0, 0, 0)
 
     def __enter__(self) -> Self:

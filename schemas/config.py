@@ -202,6 +202,10 @@ class LogSection(Schema):
 
     queue: Annotated[int, Field(ge=10, description="entries between the loop and the recorder")] = 4000
     shape_period: Annotated[int, Field(ge=1, description="cycles between two rod shapes in the log")] = 5
+    split_size: Annotated[
+        float, Field(ge=0.1, le=1e6, description="of a file, from which on the run goes on in another one [MB]")
+    ] = 1000.0
+    split_time: Annotated[float, Field(ge=1.0, le=1e7, description="the same, by the file's age [s]")] = 3600.0
 
 
 class RigConfig(Schema):

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Self
 
 import numpy as np
@@ -10,6 +11,7 @@ import zenoh
 
 from tendond.daemon.state import rod_from_section
 from tendond.drivers.simulator.plant import Plant
+from tendond.model.errors import ConvergenceError
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import TendonCommand, TendonState, TipPose
@@ -63,7 +65,8 @@ class Peer:
             time.sleep(max(0.0, deadline - time.monotonic()))
             while (sample := self._commands.try_recv()) is not None:
                 self.heard.append(decode(TendonCommand, sample.payload.to_bytes()))
-            self._plant.step(self.heard[-1] if self.heard else None)
+            with suppress(ConvergenceError):  # a plant that is asked too much stays where it is
+                self._plant.step(self.heard[-1] if self.heard else None)
 
     def _publish(self, topic: str, messages: Outgoing) -> None:
         for message in messages:

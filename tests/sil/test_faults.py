@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import zenoh
@@ -106,6 +107,17 @@ def once(*messages: TipPose | bytes | None) -> Callable[[TipPose], Outgoing]:
     return alter
 
 
+def changed_once(change: dict[str, Any]) -> Callable[[TipPose], Outgoing]:
+    """The next pose with `change`, then poses as they are."""
+    done: list[bool] = []
+
+    def alter(pose: TipPose) -> Outgoing:
+        yield pose if done else pose.model_copy(update=change)
+        done.append(True)
+
+    return alter
+
+
 def moved(pose: TipPose, position: tuple[float, float, float]) -> TipPose:
     return pose.model_copy(update={"position": position})
 
@@ -163,19 +175,15 @@ def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: Be
     before = bench.status().rejected
     bench.peer.alter = late_and_duplicate
     bench.rig.until(bench.session, lambda s: s.rejected.get("out of order", 0) >= before.get("out of order", 0) + 2)
-    for reason, change in {
+    wrong: dict[str, dict[str, Any]] = {
         "teleport": {"position": (0.0, 0.0, -0.7)},
         "out of reach": {"position": (0.0, 3.0, 0.0)},
         "occluded": {"valid": False},
-    }.items():
-        done: list[bool] = []
-
-        def alter(pose: TipPose, change: dict[str, object] = change, done: list[bool] = done) -> Outgoing:
-            yield pose if done else pose.model_copy(update=change)
-            done.append(True)
-
-        bench.peer.alter = alter
-        bench.rig.until(bench.session, lambda s, r=reason: s.rejected.get(r, 0) == before.get(r, 0) + 1)  # type: ignore[misc]
+    }
+    for reason, change in wrong.items():
+        wanted = before.get(reason, 0) + 1
+        bench.peer.alter = changed_once(change)
+        bench.rig.until(bench.session, lambda s, r=reason, n=wanted: s.rejected.get(r, 0) == n)  # type: ignore[misc]
     assert bench.status().mode is Mode.TRACKING
 
 
@@ -205,10 +213,16 @@ def test_frozen_poses_while_the_model_moves_are_a_fault(bench: Bench) -> None:
 
 
 def test_another_robot_than_the_model_is_a_fault(bench: Bench) -> None:
-    """Poses as of an arm that stays near its base, which no speed or reach forbids."""
+    """Poses that wander off to where no speed or reach forbids the tip to be, but the model's tip is not."""
     ticks = itertools.count()
-    bench.track(alter=lambda pose: [moved(pose, (0.2 - 0.2 * 0.9 ** (k := next(ticks)), 1e-5 * (k % 2), 0.0))])
-    assert bench.fault().startswith(("mismatch: ", "teleport: ", "limits: "))
+
+    def wander(pose: TipPose) -> Outgoing:
+        x, y, z = pose.position
+        yield moved(pose, (x, y + 0.25 * (1.0 - 0.9 ** next(ticks)), z - 0.4 * (1.0 - 0.9 ** next(ticks))))
+
+    bench.track(alter=wander)
+    reason = bench.fault()
+    assert reason.startswith("mismatch: "), reason
 
 
 def test_a_servo_error_is_a_fault_that_names_it_and_lasts_until_it_is_gone(bench: Bench) -> None:
@@ -347,8 +361,27 @@ def test_a_full_disk_ends_the_log_and_not_the_control(bench: Bench) -> None:
     assert load(log).records
 
 
-def test_poses_of_another_rig_arm_nothing(tmp_path: Path) -> None:
-    with rig(tmp_path) as one:
+TOO_STRONG = """
+[limits]
+tension_max = 500.0
+displacement_max = 1.0
+displacement_min = -1.0
+displacement_rate = 1000.0
+release_rate = 1000.0
+[pretension]
+tension = 200.0
+duration = 1.0
+[reference]
+unreachable = "track"
+[faults]
+mismatch = 100.0
+equal_way = 1000.0
+"""
+"""200 N wind the paper's rod up further than the solver can follow."""
+
+
+def test_poses_of_another_rig_arm_nothing_and_a_model_without_solution_is_a_fault(tmp_path: Path) -> None:
+    with rig(tmp_path, TOO_STRONG) as one:
         controller = one.controller()
         with one.session() as session:
             one.status(session)
@@ -356,4 +389,19 @@ def test_poses_of_another_rig_arm_nothing(tmp_path: Path) -> None:
             session.put(key("another", TIP_POSE), pose.model_dump_json())
             reply = one.ask(session, ControlAction.ARM)
             assert (reply.done, reply.message) == (False, "not armed: no pose of the tip has arrived yet")
+            config = parse_config(one.config.read_text(), "test")
+            with Peer(config, session) as peer:
+                rest: list[TipPose] = []
+
+                def still(pose: TipPose) -> Outgoing:
+                    rest.append(pose)
+                    x, y, z = rest[0].position
+                    yield moved(pose, (x, y + 1e-5 * (len(rest) % 2), z))
+
+                peer.alter = still
+                one.until(session, lambda s: s.tip is not None)
+                assert one.ask(session, ControlAction.ARM).done
+                status = one.until(session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
+                assert status.reason.startswith("model: no solution for ")
+                assert not peer.unsafe()
         assert one.end(controller)[0] == 0

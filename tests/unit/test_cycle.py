@@ -363,6 +363,30 @@ def test_a_recorded_run_with_requests_repeats_from_its_inputs() -> None:
     assert run([CycleRecord.model_validate_json(line).inputs for line in lines]) == lines
 
 
+def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() -> None:
+    """A real failure of the solver: 200 N on the paper's rod while the measured tip stays where it was."""
+    setup = CycleSetup.from_config(
+        parse_config(
+            "[limits]\ntension_max = 500.0\ndisplacement_max = 1.0\ndisplacement_min = -1.0\n"
+            "displacement_rate = 1000.0\n[pretension]\ntension = 200.0\nduration = 1.0\n"
+            "[reference]\nunreachable = 'track'\n[faults]\nmismatch = 100.0\nequal_way = 1000.0\n",
+            "test",
+        )
+    )
+    state, errors = initial_state(setup), 0
+    x, y, z = REST
+    for k in range(1000):
+        inputs = CycleInputs(pose=pose(k, (x, y + 1e-5 * (k % 2), z)), request=ControlAction.ARM if k == 2 else None)
+        state, command, record = step(setup, state, inputs)
+        errors += bool(record.model.error)
+        assert np.isfinite(command.tension).all()
+        if record.mode is Mode.FAULT and not any(command.tension):
+            break
+    assert errors > setup.config.faults.solver_failures
+    assert record.reason == "model: no solution for 6 cycles"
+    assert not command.armed
+
+
 def test_what_cannot_be_wound_is_not_pulled() -> None:
     """A displacement limit holds the tension, so that the arm stops there, and is a fault when it lasts."""
     config = parse_config("[limits]\ndisplacement_max = 0.03\n", "test")

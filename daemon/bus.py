@@ -1,6 +1,7 @@
 """The controller's end of the bus: the Zenoh hub that drivers and operators connect to."""
 
 import json
+import os
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -10,7 +11,17 @@ import zenoh
 
 from tendond.daemon.errors import DaemonError
 from tendond.schemas.config import RigConfig
-from tendond.schemas.keys import ALIVE, CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.keys import (
+    ALIVE,
+    CONFIG_VARIABLE,
+    CONTROL,
+    SIMULATOR_TRUTH,
+    STATUS,
+    TENDON_COMMAND,
+    TENDON_STATE,
+    TIP_POSE,
+    key,
+)
 from tendond.schemas.messages import (
     ENCODING,
     ControlReply,
@@ -73,7 +84,7 @@ class Hub:
 
     def __init__(self, config: RigConfig) -> None:
         zenoh.init_log_from_env_or("off")
-        settings = zenoh.Config()
+        settings = _own_config(config)
         settings.insert_json5("mode", '"peer"')
         settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
         settings.insert_json5("scouting/multicast/enabled", "false")
@@ -167,6 +178,26 @@ class Hub:
     def publish_status(self, status: Status) -> None:
         """To whoever watches."""
         self._status.put(encode(status))
+
+
+def _own_config(config: RigConfig) -> zenoh.Config:
+    """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
+
+    Raises:
+        DaemonError: the file cannot be used, or the bus would be open to a network.
+    """
+    path = os.environ.get(CONFIG_VARIABLE)
+    try:
+        settings = zenoh.Config.from_file(path) if path else zenoh.Config()
+    except zenoh.ZError as error:
+        raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
+    guarded = json.loads(settings.get_json("access_control"))["enabled"]
+    if not (guarded or config.bus.unguarded or config.bus.is_loopback):
+        raise DaemonError(
+            f"bus.endpoint = {config.bus.endpoint} is open to the network and has no access list: name a Zenoh "
+            "configuration with one in ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
+        )
+    return settings
 
 
 def _brief(error: zenoh.ZError) -> str:

@@ -1,6 +1,7 @@
 """The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
 
 import tomllib
+from ipaddress import ip_address
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -39,6 +40,7 @@ class BusSection(Schema):
     """[bus]"""
 
     endpoint: str = Field("tcp/127.0.0.1:7447", description="Zenoh endpoint on which the controller listens")
+    unguarded: bool = Field(False, description="listen beyond this machine without an access list; see deploy/bus")
 
     @field_validator("endpoint")
     @classmethod
@@ -48,6 +50,17 @@ class BusSection(Schema):
         if protocol not in {"tcp", "tls", "quic"} or not host or not port.isdigit() or not 0 < int(port) < 65536:
             raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7447")
         return value
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only processes of this machine can reach it."""
+        host = self.endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+        if host == "localhost":
+            return True
+        try:
+            return ip_address(host).is_loopback
+        except ValueError:
+            return False
 
 
 class RodSection(Schema):

@@ -10,6 +10,7 @@ import importlib.util
 import math
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -115,13 +116,14 @@ class Recorder:
         path = self.path if self._part == 0 else part_path(self.path, self._part)
         return _File(path, {**self._metadata, PART: str(self._part)}, self._attachments)
 
-    def put(self, channel: Channel[M], log_time_ns: int, message: M) -> bool:
+    def put(self, channel: Channel[M], log_time_ns: int, message: M | Callable[[], M]) -> bool:
         """Queue a message; never waits, never raises.
 
         Args:
             channel: one of `CHANNELS`.
             log_time_ns: of the message [ns], since an epoch of the caller's choice.
-            message: is serialised later, so it must not change (all of ours are frozen).
+            message: or what makes it, called in the recorder's thread. It is serialised later, so neither it nor what
+                it is made from may change (all of ours are frozen).
 
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
@@ -139,6 +141,11 @@ class Recorder:
         """Messages that are not in the file and never will be."""
         with self._lock:
             return self._put - self._written if self._error else self._refused
+
+    @property
+    def waiting(self) -> int:
+        """Messages that wait for the disk."""
+        return self._queue.qsize()
 
     @property
     def error(self) -> str:
@@ -211,7 +218,8 @@ class Recorder:
 
     def _write(self, entry: "_Entry") -> bool:
         try:
-            data = entry.message.model_dump_json().encode()
+            message = entry.message if isinstance(entry.message, BaseModel) else entry.message()
+            data = message.model_dump_json().encode()
         except ValueError:  # a text that is no Unicode, say: losing this message must not cost the others
             with self._lock:
                 self._refused += 1
@@ -228,7 +236,7 @@ class Recorder:
 class _Entry(NamedTuple):
     topic: str
     log_time_ns: int
-    message: BaseModel
+    message: BaseModel | Callable[[], BaseModel]
 
 
 class _File:

@@ -91,6 +91,14 @@ class LoopSection(Schema):
     """[loop]"""
 
     period: Annotated[float, Field(ge=0.001, le=0.1, description="of the cycle, and time step of the model [s]")] = 0.01
+    priority: Annotated[
+        int, Field(ge=0, le=98, description="first-in-first-out priority of the loop, where permitted; 0: none")
+    ] = 50
+    cpu: Annotated[int, Field(ge=0, le=4095)] | None = Field(
+        None, description="to which the loop is bound; left out: any"
+    )
+    rehearse: bool = Field(True, description="run each cycle once for nothing before its deadline: it is faster then")
+    lock_memory: bool = Field(True, description="keep the process in memory, where permitted")
 
 
 class ControlSection(Schema):

@@ -243,6 +243,23 @@ def bench_rod(
     run_bench_rod(json, against)
 
 
+@bench.command("loop")
+def bench_loop(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
+    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+) -> None:
+    """Time the controller's loop beside a bare one: wake-up, work of a cycle, pose to command, recorder.
+
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
+
+    Example: tendond bench loop --json now.json
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.bench_loop import run_bench_loop
+
+    run_bench_loop(seconds, json)
+
+
 @bench.command("schemes")
 def bench_schemes() -> None:
     """Compare space schemes: error against time, as a Markdown table."""

@@ -31,10 +31,14 @@ pytestmark = pytest.mark.sil
 QUICK = """
 [limits]
 release_rate = 1000.0
+[reference]
+kind = "minimum_jerk"
+duration = 0.5
 [faults]
-pose_stale = 40
-tendon_stale = 60
-missed_ticks = 50
+pose_stale = 100
+tendon_stale = 120
+missed_ticks = 90
+tip_speed_max = 4.0
 """
 
 
@@ -95,9 +99,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
             assert peer.heard
 
 
-def once(*messages: TipPose | bytes | None) -> Callable[[TipPose], Outgoing]:
-    """These before the next pose, then poses as they are."""
-    left = list(messages)
+def once(left: list[bytes | None]) -> Callable[[TipPose], Outgoing]:
+    """What is `left` before the next pose, then poses as they are."""
 
     def alter(pose: TipPose) -> Outgoing:
         yield from left
@@ -146,8 +149,10 @@ def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: B
     bench.track()
     before = bench.status()
     for payload in (*BAD.values(), b""):
-        bench.peer.alter = once(payload)
-        time.sleep(0.03)
+        left = [payload]
+        bench.peer.alter = once(left)
+        while left:
+            time.sleep(0.01)
     wanted = dict.fromkeys(BAD, 1) | {"malformed": 2}
     after = bench.rig.until(
         bench.session,
@@ -218,7 +223,7 @@ def test_another_robot_than_the_model_is_a_fault(bench: Bench) -> None:
 
     def wander(pose: TipPose) -> Outgoing:
         x, y, z = pose.position
-        yield moved(pose, (x, y + 0.25 * (1.0 - 0.9 ** next(ticks)), z - 0.4 * (1.0 - 0.9 ** next(ticks))))
+        yield moved(pose, (x, y + 0.25 * (1.0 - 0.98 ** next(ticks)), z - 0.4 * (1.0 - 0.98 ** next(ticks))))
 
     bench.track(alter=wander)
     reason = bench.fault()
@@ -243,10 +248,10 @@ def test_a_silent_servo_driver_is_a_fault(bench: Bench) -> None:
     assert bench.fault().startswith("tendons stale: ")
 
 
-def test_a_second_of_standstill_is_a_fault_and_a_moment_is_not(bench: Bench) -> None:
+def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench: Bench) -> None:
     bench.track()
     missed = bench.status().loop.missed_ticks
-    for seconds in (0.05, 1.0):
+    for seconds in (0.05, 1.5):
         assert bench.status().mode is Mode.TRACKING
         os.kill(bench.process.pid, signal.SIGSTOP)
         time.sleep(seconds)

@@ -3,6 +3,7 @@
 import platform
 import subprocess
 import time
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Self
@@ -35,7 +36,14 @@ class Journal:
         self._shape_period = config.log.shape_period
         # Wall time once, at the start: what happens to that clock later does not reach the log.
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
-        self._recorder = Recorder(path, _metadata(config), {CONFIG: config.model_dump_json()}, config.log.queue)
+        self._recorder = Recorder(
+            path,
+            _metadata(config),
+            {CONFIG: config.model_dump_json()},
+            config.log.queue,
+            split_bytes=config.log.split_size * 1e6,
+            split_seconds=config.log.split_time,
+        )
         self._counts = Counts(0, 0, 0)
 
     def __enter__(self) -> Self:
@@ -51,6 +59,11 @@ class Journal:
         return self._recorder.dropped
 
     @property
+    def waiting(self) -> int:
+        """Entries that wait for the disk."""
+        return self._recorder.waiting
+
+    @property
     def error(self) -> str:
         """What ended the file before its time; empty while all is well."""
         return self._recorder.error
@@ -63,20 +76,22 @@ class Journal:
         return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
 
     def cycle(self, record: CycleRecord, timing: LoopTiming, state: RodState, truth: SimulatorTruth | None) -> None:
-        """A cycle, with the state of the model's rod."""
+        """A cycle, with the state of the model's rod. What viewers want of it is made in the recorder's thread."""
         now = self._now()
         put = self._recorder.put
         put(CYCLE, now, record)
         put(TIMING, now, timing)
         pose = record.inputs.pose
         if pose is not None:
-            put(TIP_MEASURED, now, foxglove.pose_in_frame(now, pose.position, pose.orientation))
-        put(TIP_MODEL, now, foxglove.pose_in_frame(now, record.model.position, record.model.orientation))
+            put(TIP_MEASURED, now, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation))
+        put(TIP_MODEL, now, partial(foxglove.pose_in_frame, now, record.model.position, record.model.orientation))
         if truth is not None:
             put(TRUTH, now, truth)
         if record.tick % self._shape_period == 0:
-            points = self._rod.curve(state)
-            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, points, record.reference.position))
+            put(ROD_SHAPE, now, partial(self._shape, now, record, state))
+
+    def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
+        return foxglove.rod_shape(now, record.tick, self._rod.curve(state), record.reference.position)
 
     def status(self, status: Status, *, changed: bool) -> None:
         """A status; a change of mode is a line for people as well."""

@@ -66,7 +66,7 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     wanted = state.tension if decision is None else decision.tension
     overbent = None
     if decision is not None and config.control.feedback == "observer":
-        overbent = setup.reference.overbent(tip.rotation[:, 2])
+        overbent = choice.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
     if state.mode is Mode.PRETENSION:

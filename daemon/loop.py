@@ -75,6 +75,7 @@ class Loop:
         gc.freeze()
         gc.disable()
         self._state = state
+        self._journal.state(state)
         try:
             self._run(pacer, stopped, cycles)
         except Exception as error:
@@ -147,6 +148,7 @@ class Loop:
                 missed_ticks=wake.missed_ticks,
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
+            self._journal.state(self._state)
             if record.mode is not mode or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)

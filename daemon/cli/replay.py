@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.daemon.analysis.log import open_run
+from tendond.daemon.analysis.ticks import shown
 from tendond.daemon.cli.common import say
 from tendond.daemon.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.daemon.replay.rerun import Outcome, rerun
@@ -67,7 +68,7 @@ _closed_loop = closed_loop
 
 def _print_gaps(outcome: Outcome) -> None:
     for a, b in outcome.gaps.missing:
-        print(f"missing: {f'cycle {a} is' if a == b else f'cycles {a} to {b} are'} not in the log")
+        print(f"missing: {shown((a, b))}, not in the log")
     if outcome.gaps.passed_over:
         print(f"not compared: {outcome.gaps.passed_over} cycles before the next state in the log")
     if not outcome.complete:

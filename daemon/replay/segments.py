@@ -1,15 +1,13 @@
 """A log cut at its state snapshots: each piece can be run again by itself."""
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from tendond.daemon.analysis.log import LogError, Run
+from tendond.daemon.analysis.ticks import tick_of
 from tendond.daemon.channels import CYCLE, STATE
 from tendond.daemon.snapshot import StateSnapshot
 from tendond.schemas.record import CycleRecord
-
-_TICK = re.compile(rb'^\{"version":1,"tick":(\d+),')
 
 
 @dataclass
@@ -94,11 +92,8 @@ def _wanted(segment: Segment, first: int) -> Iterator[Segment]:
 
 
 def _tick(run: Run, data: bytes) -> int:
-    found = _TICK.match(data)
-    if found is None:
-        record = run.decode(CYCLE.topic, CycleRecord, data)  # names what is wrong with it
-        return record.tick
-    return int(found[1])
+    tick = tick_of(data)
+    return run.decode(CYCLE.topic, CycleRecord, data).tick if tick is None else tick  # names what is wrong with it
 
 
 def _snapshot(run: Run, data: bytes) -> tuple[int, str]:

@@ -78,3 +78,82 @@ def run_export(file: Path, out: Path | None) -> None:
     run = load(file)
     columns = export(run, out)
     print(f"{out}: {len(run)} cycles, {columns} columns")
+
+
+def run_compare(files: list[Path], out: Path) -> None:
+    """Print the table and draw the curves.
+
+    Raises:
+        LogError: a log cannot be used. DaemonError: the folder cannot be written.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from tendond.daemon.analysis.compare import compared, overlay, write_table
+    from tendond.daemon.analysis.log import load
+
+    runs = compared([load(file) for file in files])
+    table = Table()
+    table.add_column("")
+    for run in runs:
+        table.add_column(run.name, justify="right")
+    for name in runs[0].metrics:
+        table.add_row(name, *("never" if run.metrics[name] is None else f"{run.metrics[name]:.4g}" for run in runs))
+    Console().print(table)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        write_table(runs, out / "metrics.csv")
+        overlay(runs).savefig(out / "compare.png", dpi=150)
+    except OSError as error:
+        raise _not_writable(out, error) from error
+    print(f"table    {out / 'metrics.csv'}\nfigure   {out / 'compare.png'}")
+
+
+def run_plot(file: Path, out: Path | None, form: str) -> None:
+    """Draw a run.
+
+    Raises:
+        LogError: the log cannot be used. DaemonError: the folder cannot be written.
+    """
+    from tendond.daemon.analysis.log import LogError, load
+
+    log = load(file)
+    out = out or file.with_name(f"{file.stem}-plots")
+    try:
+        if form == "html":
+            from tendond.daemon.analysis.interactive import write_page
+
+            out.mkdir(parents=True, exist_ok=True)
+            print(write_page(log, out / f"{file.stem}.html"))
+            return
+        from tendond.daemon.analysis.course import draw_course
+        from tendond.daemon.analysis.figures import draw
+
+        paths = draw_course(log, out, form)
+        try:
+            paths = draw(log, out, form) + paths
+        except LogError as error:
+            say(f"the panels of the tracking are left out: {error}")
+    except OSError as error:
+        raise _not_writable(out, error) from error
+    for path in paths:
+        print(path)
+
+
+def run_report(file: Path, out: Path | None) -> None:
+    """Write the page.
+
+    Raises:
+        LogError: the log cannot be used. DaemonError: the page cannot be written.
+    """
+    from tendond.daemon.analysis.report import write_report
+
+    out = out or file.with_suffix(".html")
+    try:
+        print(write_report(file, out))
+    except OSError as error:
+        raise _not_writable(out, error) from error
+
+
+def _not_writable(out: Path, error: OSError) -> DaemonError:
+    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another place with --out")

@@ -43,7 +43,8 @@ def write_page(log: Log, path: Path) -> Path:
     for i in range(displacement.shape[1]):
         line(2, f"displacement {i}", time, displacement[:, i])
         line(3, f"tension {i}", time, tension[:, i])
-    line(4, "error", time, np.linalg.norm(reference - tip, axis=1))
+    tracks = np.array([record.mode is Mode.TRACKING for record in log.records])
+    line(4, "error", time, np.where(tracks, np.linalg.norm(reference - tip, axis=1), np.nan))
     found = events(log.records)
     for kind in KINDS:
         of_kind = [event for event in found if event.kind == kind]

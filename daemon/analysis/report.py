@@ -51,7 +51,9 @@ def page(log: Log, facts: dict[str, Any]) -> str:
         figures = [("Tracking", overview(log)), ("Rod shapes", shapes_figure(log))]
     except LogError as error:
         numbers, figures = f"<p>{escape(str(error))}</p>", []
-    figures += [("Modes and events", timeline(log)), ("Loop timing", loop_timing(log))]
+    figures.append(("Modes and events", timeline(log)))
+    if log.timings:
+        figures.append(("Loop timing", loop_timing(log)))
     title = f"{log.path.name}: {log.config.control.law.replace('_', ' ')} on rig '{log.config.rig.name}'"
     parts = [
         f"<h1>{escape(title)}</h1>",

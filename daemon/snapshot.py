@@ -11,7 +11,19 @@ import types
 from collections.abc import Callable
 from enum import Enum
 from functools import cache
-from typing import Annotated, Any, Literal, Protocol, Self, TypeVar, Union, get_args, get_origin, get_type_hints, runtime_checkable
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    Protocol,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 import numpy as np
 from pydantic import BaseModel, PlainSerializer
@@ -63,7 +75,9 @@ def decode_state(kind: type[T], text: str, setup: Any = None) -> T:
     try:
         value = _typed(kind, json.loads(text), setup)
     except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ValueError(f"is no {kind.__name__} of this version of tendond ({type(error).__name__}: {error})") from error
+        raise ValueError(
+            f"is no {kind.__name__} of this version of tendond ({type(error).__name__}: {error})"
+        ) from error
     assert isinstance(value, kind)
     return value
 

@@ -24,8 +24,8 @@ LEFT_OUT = ("inputs.reference",)
 class Arrays:
     """A run, column by column.
 
-    `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record (`tendond.schemas.record`)
-    with dots between, `timing.` and `truth.` before what the loop and the simulator say. Numbers that a cycle does not
+    `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record
+    (`tendond.schemas.record`) with dots between, `timing.` and `truth.` before what the loop and the simulator say. Numbers that a cycle does not
     have are NaN, texts are empty; several texts of a cycle have '; ' between.
 
     Attributes:

@@ -101,7 +101,9 @@ def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapR
                         f"{path}: is compressed with {error}, which is not installed here; pip install {error}"
                     ) from error
                 except Exception as error:  # mcap meets damage with any of a dozen errors, zstd's own among them
-                    yield Damage(offset, _FRAME.size + length, f"damaged {Opcode(opcode).name.lower()} ({_short(error)})")
+                    yield Damage(
+                        offset, _FRAME.size + length, f"damaged {Opcode(opcode).name.lower()} ({_short(error)})"
+                    )
                     continue
                 yield from found
     except OSError as error:

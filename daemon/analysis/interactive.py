@@ -1,5 +1,6 @@
 """A run as one interactive page that needs no network: the library that draws it is in it. Needs plotly."""
 
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -65,8 +66,9 @@ def write_page(log: Log, path: Path) -> Path:
     parts = [figure.to_html(full_html=False, include_plotlyjs=True, div_id="course")]
     if log.shapes:
         parts.append(_shapes(log, go).to_html(full_html=False, include_plotlyjs=False, div_id="shapes"))
-    page = "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{}</title></head><body>\n{}\n</body></html>\n"
-    path.write_text(page.format(log.path.name, "\n".join(parts)), encoding="utf-8")
+    head = f"<head><meta charset='utf-8'><title>{escape(log.path.name)}</title></head>"
+    body = "\n".join(parts)
+    path.write_text(f"<!doctype html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n", encoding="utf-8")
     return path
 
 

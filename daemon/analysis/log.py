@@ -1,6 +1,8 @@
 """Reading a log, whole, in parts, or of a process that was killed."""
 
+import glob
 import json
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +15,8 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from tendond.daemon import foxglove
-from tendond.daemon.analysis.container import Damage, LogError, records
+from tendond.daemon.analysis.container import Damage, records
+from tendond.daemon.analysis.container import LogError as LogError
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel, M
 from tendond.daemon.recorder import CONFIG, METADATA
 from tendond.schemas.config import ConfigError, RigConfig, check_config
@@ -25,8 +28,8 @@ Array = NDArray[np.float64]
 
 READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
 
-RUN, PART = "run", "part"
-"""In the metadata of a log that is spread over several files: the same name in each, and their numbers."""
+PART = "part"
+"""In the metadata of a file: its number, from 0, where the recorder splits a run."""
 
 
 @dataclass(frozen=True)
@@ -165,19 +168,24 @@ def _head(path: Path) -> tuple[dict[str, str], bytes | None]:
 
 
 def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
-    """All files of the same run in the same folder, by their part's number."""
-    run = metadata.get(RUN)
-    if not run:
+    """All files of the same run in the same folder: `run.mcap`, `run-001.mcap`, ..., with the same metadata."""
+    number = metadata.get(PART, "")
+    if not number.isdecimal():
         return (path,)
-    found = {}
-    for other in sorted(path.parent.glob("*.mcap")):
-        try:
-            theirs = _head(other)[0] if other != path else metadata
-        except LogError:
+    stem = path.stem if number == "0" else path.stem.removesuffix(f"-{int(number):03d}")
+    found = {int(number): path}
+    for other in path.parent.glob(f"{glob.escape(stem)}*{path.suffix}"):
+        match = re.fullmatch(rf"{re.escape(stem)}(?:-(\d{{3,}}))?", other.stem)
+        if match is None or other == path:
             continue
-        if theirs.get(RUN) == run:
-            found[int(theirs.get(PART, "0"))] = other
-    return tuple(found[number] for number in sorted(found))
+        part = int(match[1] or 0)
+        try:
+            theirs = _head(other)[0]
+        except LogError:  # of the last part, which was cut off before it had begun, say
+            continue
+        if theirs == {**metadata, PART: str(part)}:
+            found[part] = other
+    return tuple(found[part] for part in sorted(found))
 
 
 def _config(path: Path, data: bytes) -> RigConfig:

@@ -1,6 +1,7 @@
 """A run on one page: numbers, figures, faults, configuration, versions. Everything is in the file; it prints."""
 
 import base64
+from collections.abc import Sequence
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -87,7 +88,7 @@ def _health(facts: dict[str, Any]) -> str:
         ("deadlines missed", str(facts["missed_deadlines"]), False),
         ("cycles not in the log", str(facts["missing_ticks"]), facts["missing_ticks"] > 0),
     ]
-    cells = (f'<tr><td>{name}</td><td{" class=bad" * bad}>{escape(text)}</td></tr>' for name, text, bad in rows)
+    cells = (f"<tr><td>{name}</td><td{' class=bad' * bad}>{escape(text)}</td></tr>" for name, text, bad in rows)
     return f"<table>{''.join(cells)}</table>"
 
 
@@ -116,7 +117,7 @@ def _keys(path: str, value: Any) -> list[tuple[str, str]]:
     return [(path, text if len(text) <= 200 else text[:197] + "...")]
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

@@ -121,9 +121,7 @@ def view(
 
 
 @log.command("info")
-def log_info(
-    file: LogFile, json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False
-) -> None:
+def log_info(file: LogFile, json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False) -> None:
     """Say what is in a log and how it is: times, cycles, modes, faults, versions, damage."""
     from tendond.daemon.cli.logs import run_info
 

@@ -43,7 +43,7 @@ def run_replay(file: Path, first: int, last: int | None, tolerance: float | None
         print(f"  and {len(outcome.first.fields) - SHOWN_FIELDS} fields more")
     print(f"{cycles} replayed: {outcome.differing} differ ({rate})")
     if tolerance is None and any(line.startswith("processor") for line in changes):
-        print("the log is of another processor: --tolerance 1e-6 allows for rounding")
+        print("the log is of another processor: --tolerance 1e-3 allows for its rounding")
     raise SystemExit(1)
 
 

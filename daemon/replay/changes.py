@@ -29,7 +29,9 @@ def parameter_changes(run: Run) -> list[str]:
         if field.logged == MISSING:
             lines.append(f"{field.path} is not in the log's configuration: taken as {json.dumps(field.replayed)}")
         elif repr(field.logged) != repr(field.replayed):
-            lines.append(f"{field.path} = {json.dumps(field.logged)} in the log is read as {json.dumps(field.replayed)}")
+            lines.append(
+                f"{field.path} = {json.dumps(field.logged)} in the log is read as {json.dumps(field.replayed)}"
+            )
     return lines
 
 

@@ -46,9 +46,7 @@ def compare(logged: str | bytes, replayed: str | bytes, tolerance: float | None 
 def _fields(path: str, a: Any, b: Any, tolerance: float | None) -> Iterator[Field]:
     if isinstance(a, dict) and isinstance(b, dict):
         for key in [*a, *(key for key in b if key not in a)]:
-            yield from _fields(
-                f"{path}.{key}" if path else key, a.get(key, MISSING), b.get(key, MISSING), tolerance
-            )
+            yield from _fields(f"{path}.{key}" if path else key, a.get(key, MISSING), b.get(key, MISSING), tolerance)
     elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
         for i, (one, other) in enumerate(zip(a, b, strict=True)):
             yield from _fields(f"{path}[{i}]", one, other, tolerance)

@@ -189,4 +189,6 @@ def state_before(setup: CycleSetup, segment: Segment) -> CycleState:
     try:
         return decode_state(CycleState, segment.start, setup)
     except ValueError as error:
-        raise LogError(f"the state before cycle {segment.first} {error}; replay it with the version that wrote it") from None
+        raise LogError(
+            f"the state before cycle {segment.first} {error}; replay it with the version that wrote it"
+        ) from None

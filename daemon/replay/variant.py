@@ -13,8 +13,7 @@ from tendond.daemon.lockstep import watched_loop
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
 from tendond.model import ModelError
 from tendond.schemas.config import RigConfig
-from tendond.schemas.messages import ControlAction
-from tendond.schemas.record import CycleRecord
+from tendond.schemas.record import CycleInputs, CycleRecord
 
 QUEUE = 10_000_000
 """Entries that may wait for the disk: here nobody waits for a command, and none must be lost."""
@@ -52,7 +51,9 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     """
     recorded = load(path)
     if recorded.records[0].tick != 0:
-        raise LogError(f"{path}: begins with cycle {recorded.records[0].tick}: its start, which is needed here, is lost")
+        raise LogError(
+            f"{path}: begins with cycle {recorded.records[0].tick}: its start, which is needed here, is lost"
+        )
     setup = _setup(config)
     state = initial_state(setup)
     start_ns, period_ns = first_time(open_run(path)), round(config.loop.period * 1e9)
@@ -144,14 +145,14 @@ def _setup(config: RigConfig) -> CycleSetup:
         raise UsageError(str(error)) from error
 
 
-def _script(log: Log) -> tuple[dict[int, ControlAction], int]:
+def _script(log: Log) -> tuple[dict[int, CycleInputs], int]:
     """Requests by tick of a run in lockstep, and its length in cycles."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0
-    requests: dict[int, ControlAction] = {}
+    requests: dict[int, CycleInputs] = {}
     for record in log.records:
         if record.inputs.tendon_state is not None and log.truth:  # a simulator numbers its steps
             lead = round(record.inputs.tendon_state.seq * simulated) - record.tick
         if record.inputs.request is not None:
-            requests[max(0, record.tick + lead)] = record.inputs.request
+            requests[max(0, record.tick + lead)] = record.inputs
     return requests, max(1, log.records[-1].tick + lead + 1)

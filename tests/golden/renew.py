@@ -53,7 +53,10 @@ def what_changed(old: Path, new: Path) -> list[str]:
     differing = [tick for tick in after if before.get(tick) != after[tick]]
     if differing:
         lines.append(f"{len(differing)} of {len(after)} cycles of the new log are not as in the old one")
-        lines += [f"first at {differing[0]}: {field}" for field in compare(before.get(differing[0], b"{}"), after[differing[0]])]
+        lines += [
+            f"first at {differing[0]}: {field}"
+            for field in compare(before.get(differing[0], b"{}"), after[differing[0]])
+        ]
     return lines
 
 

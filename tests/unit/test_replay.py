@@ -166,7 +166,7 @@ def test_a_file_whose_writer_was_killed_replays_up_to_its_end(recorded: Path, tm
 @pytest.mark.parametrize("given", [0, 1, 2])
 def test_a_rotated_set_replays_as_one_log_from_any_of_its_parts(recorded: Path, tmp_path: Path, given: int) -> None:
     parts = write_parts(recorded, tmp_path, (70, 130))
-    shutil.copy(NORMAL, tmp_path / "another-run.mcap")
+    shutil.copy(NORMAL, tmp_path / "one-004.mcap")  # of another run, whatever its name says
     outcome = rerun(parts[given])
     assert (outcome.compared, outcome.first) == (CYCLES, None)
     assert len(load(parts[given])) == CYCLES

@@ -41,8 +41,20 @@ ROD_SHAPE = Channel("rod/shape", foxglove.SceneUpdate)
 LOG = Channel("log", foxglove.Log)
 TRUTH = Channel("truth", SimulatorTruth)
 STATE = Channel("state", StateSnapshot)
+TRANSFORMS = Channel("tf", foxglove.FrameTransforms)
 
-CHANNELS: tuple[Channel[Any], ...] = (CYCLE, TIMING, STATUS, TIP_MEASURED, TIP_MODEL, ROD_SHAPE, LOG, TRUTH, STATE)
+CHANNELS: tuple[Channel[Any], ...] = (
+    CYCLE,
+    TIMING,
+    STATUS,
+    TIP_MEASURED,
+    TIP_MODEL,
+    ROD_SHAPE,
+    LOG,
+    TRUTH,
+    STATE,
+    TRANSFORMS,
+)
 
 
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:

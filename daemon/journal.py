@@ -13,7 +13,18 @@ import llvmlite.binding
 
 from tendond import __version__
 from tendond.daemon import foxglove
-from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, STATE, STATUS, TIMING, TIP_MEASURED, TIP_MODEL, TRUTH
+from tendond.daemon.channels import (
+    CYCLE,
+    LOG,
+    ROD_SHAPE,
+    STATE,
+    STATUS,
+    TIMING,
+    TIP_MEASURED,
+    TIP_MODEL,
+    TRANSFORMS,
+    TRUTH,
+)
 from tendond.daemon.recorder import CONFIG, Counts, Recorder
 from tendond.daemon.snapshot import StateSnapshot, encode_state
 from tendond.daemon.state import CycleState
@@ -107,7 +118,13 @@ class Journal:
             put(TRUTH, now, truth)
         if record.tick % self._shape_period == 0:
             points = self._rod.curve(state)
-            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, points, record.reference.position))
+            holes = self._rod.parameters.tendon_positions
+            tendons = foxglove.tendon_paths(state.rotations, points, holes)
+            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons))
+            frames = {"tip_model": (record.model.position, record.model.orientation)}
+            if pose is not None:
+                frames["tip_measured"] = (pose.position, pose.orientation)
+            put(TRANSFORMS, now, foxglove.frame_transforms(now, frames))
 
     def state(self, state: CycleState) -> None:
         """The state before the next cycle; one a second goes into the log. It is turned into text by the recorder."""

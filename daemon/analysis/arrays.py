@@ -25,8 +25,8 @@ class Arrays:
     """A run, column by column.
 
     `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record
-    (`tendond.schemas.record`) with dots between, `timing.` and `truth.` before what the loop and the simulator say. Numbers that a cycle does not
-    have are NaN, texts are empty; several texts of a cycle have '; ' between.
+    (`tendond.schemas.record`) with dots between, `timing.` and `truth.` before what the loop and the simulator say.
+    Numbers that a cycle does not have are NaN, texts are empty; several texts of a cycle have '; ' between.
 
     Attributes:
         path: of the log.

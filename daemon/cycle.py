@@ -31,8 +31,11 @@ from tendond.schemas.record import (
 
 Array = NDArray[np.float64]
 
-YIELD = 0.05
+YIELD = 0.4
 """Part per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
+
+FARTHEST = 0.08
+"""Of the rod's length, that it yields at most: the other shape with the same x must not draw it over."""
 
 ARRIVED = 0.1
 """Of the target, within which the tip has arrived for that."""
@@ -76,6 +79,11 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         if estimate is not None:
             decision = setup.law.decide(setup.law_parameters, _observation(setup, state, tip, estimate, reference))
     wanted = state.tension if decision is None else decision.tension
+    overbent = None
+    if decision is not None and config.control.feedback == "observer":
+        overbent = setup.reference.overbent(tip.rotation[:, 2])
+    if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
+        wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
     if state.mode is Mode.PRETENSION:
         wanted = _pretension(setup, state)
     command, met_tension = limit_tension(
@@ -192,7 +200,9 @@ def _slip(
     across, along = setup.reference.curve.axes
     if abs(estimate.position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
         return state.slip
-    return state.slip + YIELD * (estimate.position[along] - reference.position[along])
+    slip = state.slip + YIELD * (estimate.position[along] - reference.position[along])
+    most = FARTHEST * setup.config.rod.length
+    return min(most, max(-most, slip))
 
 
 def _pretension(setup: CycleSetup, state: CycleState) -> Array:

@@ -73,6 +73,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return "no pose of the tip has arrived yet"
     if state.pose_age > setup.config.faults.pose_stale:
         return f"the newest pose is {state.pose_age} cycles old"
+    if state.tendon_state is None and setup.config.servo is not None:
+        return "the servo driver has not reported yet"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"the tendon driver reports {state.tendon_state.fault}"
     if state.runs.solver_failures:

@@ -24,6 +24,9 @@ PLANES = {"xz": (0, 2), "yz": (1, 2)}
 REACHED = 1e-3
 """[m] A target this near to the curve of resting tips is reachable."""
 
+OVERBENT = 0.5
+"""[rad]"""
+
 PAPER_ACROSS = 0.34
 """[m] Target where the configuration names none: the paper's x."""
 
@@ -54,6 +57,22 @@ class Reference:
     yields: bool
     course: Callable[[float], tuple[Array, Array, Array]]
     arrival: float
+
+    def overbent(self, tip_direction: Array) -> float | None:
+        """Tension [N] that holds the target at rest, where the rod is bent beyond the target by more than `OVERBENT`.
+
+        There the laws' inverse of b_c points the wrong way: they would pull on. None elsewhere, and without a target.
+
+        Args:
+            tip_direction: of the model, world frame, shape (3,).
+        """
+        if self.arc is None:
+            return None
+        across, along = self.curve.axes
+        angle = math.atan2(float(tip_direction[across]), float(tip_direction[along]))
+        beyond = math.remainder(angle - float(np.interp(self.arc, self.curve.arc, self.curve.angle)), 2.0 * math.pi)
+        side = math.copysign(1.0, float(self.curve.angle[-1]))
+        return self.curve.tension_at(self.arc) if side * beyond > OVERBENT else None
 
     def at(self, time: float, slip: float = 0.0) -> ReferencePoint:
         """The point at `time` [s] since tracking began, its along component moved by `slip` [m]."""

@@ -155,7 +155,7 @@ def _base(lanes: Any, material: Any, c0: float, base: Any, history: Any) -> Any:
 @inlined
 def _point(
     lanes: Any, x: Any, y: Any, tension: Any, share: float, length: Any, material: Any, c0: float, loads: Any,
-    history: Any, levels: Any, row: int, state: Any,
+    push: Any, history: Any, levels: Any, row: int, state: Any,
 ) -> Any:  # fmt: skip
     """Rates of the state at a stage; the tendons' paths grow by `share` [m] of their length per rod length there.
 
@@ -173,7 +173,8 @@ def _point(
         _row_vector(history, row, 12),
         _row_vector(history, row, 15),
     )
-    slope = rates(material, c0, _vector(loads, 6), _vector(loads, 9), past, sums, R, e, u, q, w)
+    force = add(_vector(loads, 6), scale(push[row], _vector(loads, 12)))
+    slope = rates(material, c0, force, _vector(loads, 9), past, sums, R, e, u, q, w)
     if len(lanes) == 1:
         _write(levels, row, 0, e)
         _write(levels, row, 3, u)
@@ -227,6 +228,7 @@ def march(
     base: Any,
     tension: Any,
     loads: Any,
+    push: Any,
     history: Any,
     levels: Any,
     geometry: Any,
@@ -247,8 +249,9 @@ def march(
         c0: of BDF-alpha [1/s]; 0 is statics.
         base: n(0) [N], m(0) [N m], shape (6 * lanes,).
         tension: [N], shape (n * lanes,).
-        loads: tip force [N], tip moment [N m], distributed force (gravity included) [N/m] and moment [N], world frame,
-            shape (12,).
+        loads: tip force [N], tip moment [N m], distributed force (gravity included) [N/m] and moment [N], a push [N],
+            world frame, shape (15,).
+        push: how the push is spread: its part per length at every stage [1/m], shape (steps * s + 1,).
         history: y_h of e, u, q, w, e_s, u_s at every stage, shape (steps * s + 1, 18).
         levels: written when there is one lane: e, u, q, w, e_s, u_s at every stage, shape as `history`.
         geometry: written when there is one lane: p, R at every node, shape (steps + 1, 12).
@@ -275,7 +278,7 @@ def march(
             if trapezoid:
                 share = 0.5 * ds if last or step == 0 else ds
             _keep_place(lanes, geometry, step, state)
-            slope = _point(lanes, x, y, tension, share, length, material, c0, loads, history, levels, step, state)
+            slope = _point(lanes, x, y, tension, share, length, material, c0, loads, push, history, levels, step, state)
             state = _advance(state, h, slope)
             if orthonormal and not last:
                 state = _orthonormalised(state)
@@ -296,7 +299,9 @@ def march(
                 if trapezoid:
                     share = 0.0 if s > 0 else 0.5 * ds if last or step == 0 else ds
                 row = step * stages + s
-                slope = _point(lanes, x, y, tension, share, length, material, c0, loads, history, levels, row, state)
+                slope = _point(
+                    lanes, x, y, tension, share, length, material, c0, loads, push, history, levels, row, state
+                )
                 _store_state(work, (2 + s) * STATE, lanes, slope)
             if not last:
                 _combine(work, size, 2 * size, size, ds, weights, stages)

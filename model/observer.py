@@ -11,7 +11,8 @@ F and the pull act on the model's tip: F finds constant loads (a disturbance obs
 IEEE Trans. Ind. Electron. 63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip
 do in Zheng et al., "Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g keeps
 noise out: while the innovation's short mean m is well below s, most of it is noise, and only the share h of the gains
-is left. Li falls with the delay, which the loop's margin asks for.
+is left. For F an innovation beyond 50 mm counts as one of 50 mm: an impact is no constant load. Li falls with the
+delay, which the loop's margin asks for.
 
 'offset': X1 = model tip + d, d the low-passed innovation; what the model misses stays unknown to it.
 """
@@ -26,10 +27,13 @@ from tendond.model.rod_state import RodState
 
 Array = NDArray[np.float64]
 
-UNSEEN = 0.03
+UNSEEN = 0.04
 """Motion of the tip per force that counts as none, as a part of C's mean: a straight rod does not give along itself."""
 
-SIDEWAYS = 0.1
+THROWN = 0.05
+"""[m] Innovations beyond this size count no more for F than one of this size: an impact is no constant load."""
+
+SIDEWAYS = 0.3
 """Variance that a force across gravity is expected to have, of that along it: most loads hang."""
 
 
@@ -122,7 +126,8 @@ def observe(
     stiffness = _inverse(tip_compliance(rod, model), np.array(rod.parameters.gravity))
     integral = gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale)
     rate = (innovation - state.innovation) / gains.period
-    force = state.force + weight * integral * (stiffness @ innovation)
+    thrown = min(1.0, THROWN / max(float(np.linalg.norm(innovation)), THROWN))
+    force = state.force + weight * thrown * integral * (stiffness @ innovation)
     excess = float(np.linalg.norm(force)) / gains.force_max
     pull = weight * (stiffness @ (gains.proportional * innovation + gains.derivative * rate))
     return replace(state, past=past, innovation=innovation, mean=mean, force=force / max(1.0, excess), pull=pull)

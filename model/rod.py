@@ -81,6 +81,7 @@ class Rod:
             constants=parameters.constants(),
             tableau=tableau,
             weights=weights,
+            push=np.zeros((self.nodes - 1) * s + 1),
             flags=(self.scheme.trapezoidal, self.scheme.orthonormal),
             steps=self.nodes - 1,
             ds=parameters.length / (self.nodes - 1),
@@ -96,7 +97,7 @@ class Rod:
         self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
         self._no_history = np.zeros((self._stages, HISTORY))
         self._out = np.zeros(18 + 3 * n)
-        self._loads = np.zeros(n + 12)
+        self._loads = np.zeros(n + 15)
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
@@ -110,6 +111,7 @@ class Rod:
         tip_moment: ArrayLike = ZERO,
         distributed_force: ArrayLike = ZERO,
         distributed_moment: ArrayLike = ZERO,
+        push: ArrayLike = ZERO,
         start: RodState | None = None,
     ) -> RodState:
         """Equilibrium at rest, reached by continuation in the loads from `start`, or from the straight, unloaded rod.
@@ -120,6 +122,7 @@ class Rod:
                 T = max(0, k (commanded - d)).
             tip_force, tip_moment: world frame [N], [N m].
             distributed_force, distributed_moment: beside gravity, world frame [N/m], [N].
+            push: force spread as `spread_push` says, world frame [N].
             start: a neighbouring equilibrium of this rod, driven in the same way.
 
         Raises:
@@ -127,7 +130,7 @@ class Rod:
             ConvergenceError: no equilibrium was found.
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
-        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         n = self.parameters.tendon_count
         m = 6 + n
         jacobian, lengths = np.zeros((m, m)), np.zeros(n)
@@ -142,7 +145,7 @@ class Rod:
         ways = [[loads]] if start is not None else [[loads], [tendons_first, loads], [tendons_last, loads]]
         marches = 0
         for way in ways:
-            unknown, past = np.zeros(m), np.zeros(n + 12)
+            unknown, past = np.zeros(m), np.zeros(n + 15)
             if start is not None:
                 self._check(start)
                 unknown, past = start.unknowns[start.count % RING].copy(), start.loads
@@ -195,6 +198,7 @@ class Rod:
         tip_moment: ArrayLike = ZERO,
         distributed_force: ArrayLike = ZERO,
         distributed_moment: ArrayLike = ZERO,
+        push: ArrayLike = ZERO,
     ) -> RodState:
         """The state one time step later, under the given loads; `state` stays as it is.
 
@@ -205,7 +209,7 @@ class Rod:
             ConvergenceError: the step was not solved.
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
-        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         new = state.copy()
         self.advance(new, loads, displacement_driven)
         return new
@@ -216,7 +220,7 @@ class Rod:
         Args:
             state: of this rod; on failure it is as it was, but for the carried Jacobian.
             loads: tensions [N] (or displacements [m]), tip force, tip moment, distributed force with gravity's share,
-                distributed moment; shape (n + 12,).
+                distributed moment, push; shape (n + 15,).
             displacement_driven: see `solve_static`.
 
         Raises:
@@ -246,6 +250,28 @@ class Rod:
         state.loads[:] = self._loads
         state.residual = error
         state.marches = marches
+
+    def spread_push(self, place: float, half_width: float = 0.05) -> None:
+        """Where the push of later solutions acts: on a stretch of the rod, as a parabola; its integral is the force.
+
+        Args:
+            place: of its middle, as a part of the length, in [0, 1].
+            half_width: of the stretch, likewise; at least half a node's distance, so that every scheme sees it.
+
+        Raises:
+            ParameterError: a place off the rod, or no width.
+        """
+        if not 0.0 <= place <= 1.0 or not half_width > 0.0:
+            raise ParameterError(f"place = {place} must lie in [0, 1] and half_width = {half_width} be above 0")
+        steps = self.nodes - 1
+        tableau, weights = self.scheme.arrays()
+        at = (np.arange(steps)[:, None] + np.sum(tableau, axis=1)).ravel() / steps
+        shares = np.tile(np.asarray(weights) * self._data.ds, steps)
+        width = max(half_width, 0.5 / steps)
+        middle = min(max(place, width), 1.0 - width)
+        shape = np.maximum(0.0, 1.0 - ((at - middle) / width) ** 2)
+        self._data.push[:-1] = shape / float(shares @ shape)
+        self._data.push[-1] = 0.0
 
     def _check(self, state: RodState) -> None:
         """Kernels do not check bounds: a state of another rod must not reach them."""
@@ -342,17 +368,18 @@ class Rod:
         tip_moment: ArrayLike = ZERO,
         distributed_force: ArrayLike = ZERO,
         distributed_moment: ArrayLike = ZERO,
+        push: ArrayLike = ZERO,
     ) -> Array:
-        """The loads as `advance` takes them, gravity added, shape (n + 12,).
+        """The loads as `advance` takes them, gravity added, shape (n + 15,).
 
         Raises:
             ParameterError: loads of the wrong shape or not finite.
         """
         n = self.parameters.tendon_count
-        parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment)
+        parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         arrays = [np.asarray(part, dtype=np.float64) for part in parts]
-        names = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment")
-        for name, array, size in zip(names, arrays, (n, 3, 3, 3, 3), strict=True):
+        names = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
+        for name, array, size in zip(names, arrays, (n, 3, 3, 3, 3, 3), strict=True):
             if array.shape != (size,):
                 raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
             if not np.all(np.isfinite(array)):

@@ -22,7 +22,8 @@ class RodState:
         histories: y_h of the same, shape (2, stages, 18).
         geometries: p [m] and R at every node, shape (2, nodes, 12).
         unknowns: n(0) [N], m(0) [N m], tensions [N], shape (8, 6 + n).
-        loads: tendon commands, tip force, tip moment, distributed force and moment of the last step, shape (n + 12,).
+        loads: tendon commands, tip force, tip moment, distributed force and moment, and push, of the last
+            step, shape (n + 15,).
         lengths: tendon path lengths [m], shape (n,).
         jacobian: carried by the solver, shape (6 + n, 6 + n).
         residual: norm of force and moment missing at the tip [N, N m].

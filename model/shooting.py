@@ -29,6 +29,7 @@ class RodData(NamedTuple):
     constants: Any
     tableau: Any
     weights: Any
+    push: Any  # how a push is spread over the stages [1/m]
     flags: tuple[bool, bool]
     steps: int
     ds: float
@@ -43,7 +44,7 @@ def borrowed_rod(rod: RodData) -> RodData:
     """The same rod, its arrays borrowed."""
     return RodData(
         rod.one, rod.many, rod.x, rod.y, borrowed(rod.constants), borrowed(rod.tableau), borrowed(rod.weights),
-        rod.flags, rod.steps, rod.ds, rod.length, rod.stiffness, rod.tolerance, rod.budget,
+        borrowed(rod.push), rod.flags, rod.steps, rod.ds, rod.length, rod.stiffness, rod.tolerance, rod.budget,
     )  # fmt: skip
 
 
@@ -55,7 +56,7 @@ def evaluate(
     n = len(rod.x)
     march(
         rod.one, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0,
-        unknown[:6], unknown[6:], loads[n:], history, levels, geometry, work.march, work.node, work.length,
+        unknown[:6], unknown[6:], loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length,
         work.residual,
     )  # fmt: skip
     for j in range(6):
@@ -94,7 +95,7 @@ def differentiate(
                 work.tension[(column - 6) * LANES + lane] += _perturbation(work, unknown, column)
         march(
             rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0,
-            work.base, work.tension, loads[n:], history, levels, geometry, work.march, work.node, work.length,
+            work.base, work.tension, loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length,
             work.residual,
         )  # fmt: skip
         for lane in range(count):
@@ -195,7 +196,7 @@ def solve(
         displacement_driven: the first n loads are commanded displacements [m] rather than tensions [N].
         unknown: guess in, solution out: n(0), m(0), T; shape (6 + n,).
         loads: commanded displacements (or tensions), tip force, tip moment, distributed force, distributed moment;
-            shape (n + 12,).
+            shape (n + 15,).
         history: y_h, shape (stages, 18).
         levels, geometry: the solution, see `march.march`.
         jacobian: guess in (all zero: none), last one out, shape (6 + n, 6 + n).

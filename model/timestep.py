@@ -39,8 +39,8 @@ def advance(
         histories: y_h of each step, shape (2, stages, 18).
         geometries: shape (2, nodes, 12).
         unknowns: shape (8, 6 + n).
-        past_loads: loads of the last step, shape (n + 12,).
-        loads: of this step, shape (n + 12,).
+        past_loads: loads of the last step, shape (n + 15,).
+        loads: of this step, shape (n + 15,).
         lengths: tendon path lengths [m], written, shape (n,).
         jacobian: carried from step to step, shape (6 + n, 6 + n).
 

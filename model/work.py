@@ -26,7 +26,7 @@ class Work(NamedTuple):
     step: Any  # (m,)
     last: Any  # (m,): a continuation's last solution
     slope: Any  # (m,): and its change per part of the way
-    loads: Any  # (n + 12,): and its current loads
+    loads: Any  # (n + 15,): and its current loads
     matrix: Any  # (m, m)
     differences: Any  # (PAST, m): of past solutions
     tip: Any  # (24, m): the last node's state against the unknowns
@@ -48,8 +48,8 @@ def open_work(memory: Any, n: int) -> Work:
     """The arrays in `memory`, for n tendons."""
     m = 6 + n
     at = 7 * m
-    loads = memory[at : at + n + 12]
-    at += n + 12
+    loads = memory[at : at + n + 15]
+    at += n + 15
     matrix = _take(memory, at, m, m)
     at += m * m
     differences = _take(memory, at, PAST, m)
@@ -90,7 +90,7 @@ def open_work(memory: Any, n: int) -> Work:
 def new_work(n: int, stages: int) -> NDArray[np.float64]:
     """Memory for a rod with n tendons and a space scheme of that many stages."""
     m = 6 + n
-    solver = 7 * m + n + 12 + m * m + PAST * m + STATE * m
+    solver = 7 * m + n + 15 + m * m + PAST * m + STATE * m
     marches = (12 + 2 * n + STATE) * LANES + (2 + stages) * STATE * LANES
     memory = np.zeros(solver + marches)
     memory[:m] = 1.0

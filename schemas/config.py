@@ -106,17 +106,17 @@ class ObserverSection(Schema):
     )
     delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
-    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 8.0
-    proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.4
-    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.02
-    delay_scale: Annotated[float, Field(gt=0.0, le=10.0, description="delay at which the integral gain halves [s]")] = (
-        0.05
-    )
+    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 12.0
+    proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.6
+    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.025
+    delay_scale: Annotated[
+        float, Field(gt=0.0, le=10.0, description="delay at which the integral gain is halved [s]")
+    ] = 0.1
     quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller mean innovation is held for noise")] = (
-        4e-4
+        9e-4
     )
     quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; over which that mean is taken")] = 0.07
-    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.2
+    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.15
     force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 20.0
     offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2
 
@@ -137,7 +137,7 @@ class LimitsSection(Schema):
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
     )
     release_rate: Positive = Field(60.0, description="of the tension while it is released [N/s]")
-    sustained: Annotated[int, Field(ge=1, description="cycles at a displacement or rate limit that are a fault")] = 100
+    sustained: Annotated[int, Field(ge=1, description="cycles in a row at a limit that are a fault")] = 100
 
     @model_validator(mode="after")
     def _ordered(self) -> "LimitsSection":

@@ -41,7 +41,7 @@ class ServoSection(Schema):
     watchdog: Annotated[
         float, Field(ge=0.04, le=2.5, description="[s]; of silence on the bus after which a servo stops by itself")
     ] = 0.2
-    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.03
+    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.08
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.08
     displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="[m/s]")] = 0.085
     load_max: Annotated[float, Field(gt=0.0, le=1.0, description="of the stall torque [-]")] = 0.7
@@ -68,7 +68,7 @@ class ServoSection(Schema):
     )
     release_time: Annotated[
         float, Field(gt=0.0, le=10.0, description="[s]; after which the torque goes off in any case")
-    ] = 2.5
+    ] = 4.0
     home_window: Annotated[
         float, Field(gt=0.0, le=0.2, description="[m]; within which a tendon must be of its zero to be switched on")
     ] = 0.01

@@ -10,6 +10,8 @@ TENDON_COMMAND = "tendon/command"
 STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
+SERVO_RESET = "servo/reset"
+SIMULATOR_FAULT = "sim/fault"
 
 
 def key(rig: str, name: str) -> str:

@@ -19,3 +19,46 @@ position = [0.34, 0.0, 0.0398]
 path = "direct"
 rate = 20.0
 """
+
+WIRED = """\
+# The paper's robot behind real drivers: displacements wound by servos at their real speed, elastic tendons, and motion
+# capture at 100 Hz with 0.1 mm of noise that is 10 ms old when it arrives.
+
+[rod]
+tendon_stiffness = 20000.0
+
+[limits]
+tension_max = 60.0
+displacement_min = -0.08
+displacement_max = 0.08
+displacement_rate = 0.08
+slack = 0.001
+
+[observer]
+delay = 0.02
+lag = 0.03
+
+[reference]
+kind = "minimum_jerk"
+duration = 2.5
+
+[simulator]
+drive = "displacement"
+
+[simulator.rod]
+tendon_stiffness = 20000.0
+
+[simulator.mocap]
+noise = 1e-4
+latency = 0.01
+"""
+WIRED_VICON = """\
+address = "127.0.0.1"
+base_axes = ["+z", "+x", "+y"]
+latency = 0.01
+"""
+WIRED_SERVO = """\
+answer_timeout = 0.05
+watchdog = 0.5
+command_timeout = 0.2
+"""

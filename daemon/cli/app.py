@@ -64,15 +64,142 @@ def run(
 
 
 @app.command()
-def simulate(config: Config = None, lockstep: Lockstep = False, cycles: Cycles = None) -> None:
-    """Run the simulated robot in place of camera and servos.
+def simulate(
+    config: Config = None,
+    lockstep: Lockstep = False,
+    cycles: Cycles = None,
+    wired: Annotated[
+        bool, typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers.")
+    ] = False,
+) -> None:
+    """Run the simulated robot in place of camera and servos, or behind their drivers.
 
     Example: tendond simulate --config rig.toml
     """
     leave_on_signals()
-    from tendond.daemon.cli.simulate import run_simulator
+    from tendond.daemon.cli.simulate import run_simulator, run_wired
 
+    if wired:
+        if lockstep or cycles is not None:
+            raise typer.BadParameter("--wired goes by the clock, without --lockstep and --cycles")
+        run_wired(config)
+        return
     run_simulator(config, lockstep=lockstep, cycles=cycles)
+
+
+@app.command()
+def inject(
+    fault: Annotated[
+        str, typer.Argument(help="silent, stuck, hot, overload, reboot, mend; crc, unplug, plug for the whole bus.")
+    ],
+    config: Config = None,
+    servo_id: Annotated[int | None, typer.Option("--servo", help="Id of the servo.")] = None,
+) -> None:
+    """Cause a fault on a running 'tendond simulate --wired'.
+
+    Example: tendond inject overload --servo 3 --config rig.toml
+    """
+    from tendond.daemon.cli.simulate import inject_fault
+
+    inject_fault(config, fault, servo_id)
+
+
+@app.command()
+def vicon(config: Config = None) -> None:
+    """Publish tip poses from Vicon Tracker until Ctrl-C or SIGTERM.
+
+    Example: tendond vicon --config rig.toml
+    """
+    leave_on_signals()
+    from tendond.daemon.cli.vicon import run_vicon
+
+    run_vicon(config)
+
+
+servo = typer.Typer(name="servo", help="Drive the servos, or find, set up and calibrate them.", rich_markup_mode=None)
+app.add_typer(servo)
+
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
+
+
+@servo.callback(invoke_without_command=True)
+def servo_run(context: typer.Context, config: Config = None) -> None:
+    """Drive Dynamixel servos until Ctrl-C or SIGTERM, then let the tendons out and switch the torque off.
+
+    Example: tendond servo --config rig.toml
+    """
+    if context.invoked_subcommand is None:
+        leave_on_signals()
+        from tendond.daemon.cli.servo import run_servo
+
+        run_servo(config)
+
+
+@servo.command("reset")
+def servo_reset(config: Config = None) -> None:
+    """Let the running driver leave its fault, or open its port again."""
+    from tendond.daemon.cli.servo import reset_servos
+
+    reset_servos(config)
+
+
+@servo.command("scan")
+def servo_scan(
+    config: Config = None,
+    port: Annotated[str | None, typer.Option("--port", help="Left out: every serial adapter.")] = None,
+    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to ask for.")] = 20,
+) -> None:
+    """Find servos: every port, every rate, every id; nothing is moved or changed."""
+    leave_on_signals(130)
+    from tendond.daemon.cli.servo import scan_servos
+
+    scan_servos(config, port, last_id)
+
+
+@servo.command("setup")
+def servo_setup(
+    servo_id: Annotated[int, typer.Argument(metavar="ID", min=0, max=252, help="Of the servo, as it is now.")],
+    config: Config = None,
+    new_id: Annotated[int | None, typer.Option("--new-id", min=0, max=252, help="Left out: as it is.")] = None,
+    at: Annotated[int | None, typer.Option("--at", help="Rate that it listens at now. Left out: the rig's.")] = None,
+    yes: Yes = False,
+) -> None:
+    """Set a servo's id, rate and mode.
+
+    Example, a new servo: tendond servo setup 1 --new-id 3 --at 57600 --config rig.toml
+    """
+    from tendond.daemon.cli.servo import ask_terminal, set_up_servo
+
+    set_up_servo(config, servo_id, new_id, at, yes, ask_terminal)
+
+
+@servo.command("calibrate")
+def servo_calibrate(config: Config = None) -> None:
+    """Find zero, sign and spool of each tendon, and write the calibration; go on with an unfinished one."""
+    leave_on_signals(130)
+    from tendond.daemon.cli.servo import ask_terminal, calibrate_servos
+
+    calibrate_servos(config, ask_terminal)
+
+
+@servo.command("home")
+def servo_home(config: Config = None, yes: Yes = False) -> None:
+    """Bring every tendon slowly to its zero."""
+    from tendond.daemon.cli.servo import ask_terminal, home_servos
+
+    home_servos(config, yes, ask_terminal)
+
+
+@servo.command("pretension")
+def servo_pretension(
+    config: Config = None,
+    store: Annotated[bool, typer.Option("--store", help="Make the places found the calibration's zeros.")] = False,
+    yes: Yes = False,
+) -> None:
+    """Wind every tendon up slowly until it begins to pull."""
+    from tendond.daemon.cli.servo import ask_terminal, pretension_servos
+
+    pretension_servos(config, store, yes, ask_terminal)
 
 
 @app.command()
@@ -198,6 +325,17 @@ def robustness(
         cluster=cluster,
         fresh=fresh,
     )
+
+
+@app.command("rig-demo")
+def rig_demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/rig-demo"),
+) -> None:
+    """Simulate the robot behind its real drivers: servos on a serial line, Tracker on UDP; takes half a minute."""
+    leave_on_signals(130)
+    from tendond.daemon.cli.demo import run_rig_demo
+
+    run_rig_demo(out)
 
 
 bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)

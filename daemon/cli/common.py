@@ -6,8 +6,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
+from typing import TypeVar
 
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
+
+Section = TypeVar("Section")
 
 
 def load_config(path: Path | None) -> RigConfig:
@@ -51,6 +54,17 @@ def read_samples(path: Path) -> list[tuple[float, ...]]:
             raise ConfigError(f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]") from error
         samples.append((time, across, along))
     return samples
+
+
+def present(section: Section | None, name: str, path: Path | None) -> Section:
+    """A section that may be left out of a configuration, but not for this command.
+
+    Raises:
+        ConfigError: it is not there.
+    """
+    if section is None:
+        raise ConfigError(f"{path or 'built-in configuration'}: has no [{name}] section: add one, it may be empty")
+    return section
 
 
 def stop_on_signals() -> Callable[[], bool]:

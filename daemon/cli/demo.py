@@ -5,7 +5,9 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
 import zenoh
 from rich.console import Console
@@ -13,15 +15,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from tendond.daemon.cli.common import say
 from tendond.daemon.errors import DaemonError
+from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration, now, save_calibration
 from tendond.drivers.operator import ask
 from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
-from tendond.schemas.presets import PAPER
+from tendond.schemas.presets import PAPER, WIRED, WIRED_SERVO, WIRED_VICON
 
 START_SECONDS = 120.0
 HOLD_SECONDS = 3.0
+RIG_HOLD_SECONDS = 6.0
 POLL_SECONDS = 0.1
 END_SECONDS = 10.0
 RIG = "demo"
@@ -41,7 +46,52 @@ def run_demo(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         log_file.unlink(missing_ok=True)
         config_file.write_text(f'{PAPER}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
-        demo = _Demo(endpoint, config_file, log_file)
+        commands = {
+            "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
+            "simulator": ("simulate", "--config", str(config_file)),
+        }
+        demo = _Demo(endpoint, commands, HOLD_SECONDS)
+        demo.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
+        demo.run()
+        _report(out, log_file, demo.console)
+    except OSError as error:
+        raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+
+
+def run_rig_demo(out: Path) -> None:
+    """The same robot behind emulated servos and a simulated Tracker, driven through the real drivers.
+
+    Raises:
+        TendondError: a process could not be started or did not end as it should.
+    """
+    announce_compilation(say)
+    warm_up()
+    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    config_file, log_file, port = out / "rig.toml", out / "rig-demo.mcap", out / "ttyServos"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        log_file.unlink(missing_ok=True)
+        wiring = f'[bus]\nendpoint = "{endpoint}"\n\n[vicon]\nport = {_free_port(socket.SOCK_DGRAM)}\n'
+        servos = f'[servo]\nport = "{port.absolute()}"\n{WIRED_SERVO}'
+        text = f'{WIRED}\n[rig]\nname = "{RIG}"\n\n{wiring}{WIRED_VICON}\n{servos}'
+        config_file.write_text(text, encoding="utf-8")
+        signs: tuple[Literal[-1, 1], ...] = (1, -1, 1, -1)
+        tendons = (
+            TendonCalibration(servo=index + 1, zero=2048, sign=sign, spool_radius=ServoSection().spool_radius)
+            for index, sign in enumerate(signs)
+        )
+        save_calibration(out / "calibration.json", Calibration(rig=RIG, date=now(), tendons=tuple(tendons)))
+        commands = {
+            "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
+            "simulator": ("simulate", "--wired", "--config", str(config_file)),
+            "vicon driver": ("vicon", "--config", str(config_file)),
+            "servo driver": ("servo", "--config", str(config_file)),
+        }
+        demo = _Demo(endpoint, commands, RIG_HOLD_SECONDS, {"servo driver": port})
+        demo.console.print(
+            "Rod <- servos (emulated) <- serial line <- servo driver <- Zenoh <- controller <- Zenoh <- Vicon driver"
+            " <- UDP <- Tracker (simulated) <- rod: four processes in real time"
+        )
         demo.run()
         _report(out, log_file, demo.console)
     except OSError as error:
@@ -49,32 +99,53 @@ def run_demo(out: Path) -> None:
 
 
 class _Demo:
-    """The two processes, and what an operator does with them."""
+    """Processes, and what an operator does with them.
 
-    def __init__(self, endpoint: str, config_file: Path, log_file: Path) -> None:
+    Args:
+        endpoint: of the controller.
+        commands: arguments of each process, by name; ended in the reverse order.
+        hold: how long it tracks [s].
+        needs: a path that a process waits for before it is started, by the process' name.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        commands: Mapping[str, Sequence[str]],
+        hold: float,
+        needs: Mapping[str, Path] | None = None,
+    ) -> None:
         self.console = Console()
         self._endpoint = endpoint
-        self._commands = {
-            "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
-            "simulator": ("simulate", "--config", str(config_file)),
-        }
+        self._commands = commands
+        self._hold = hold
+        self._needs = needs or {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
 
     def run(self) -> None:
         """Start them, drive them, end them."""
-        self.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
         try:
             for name, arguments in self._commands.items():
+                self._await(name)
                 self._processes[name] = subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
             with open_client(self._endpoint, START_SECONDS, self._has_ended) as session:
                 self._drive(session)
         except StoppedError:
             self._watch()
         finally:
-            codes = {name: _end(process) for name, process in self._processes.items()}
+            codes = {name: _end(process) for name, process in reversed(self._processes.items())}
         for name, code in codes.items():
             if code:
                 raise DaemonError(f"the {name} ended with {code}; what it said stands above")
+
+    def _await(self, name: str) -> None:
+        """Wait for what a process needs."""
+        deadline = time.monotonic() + START_SECONDS
+        while name in self._needs and not self._needs[name].exists():
+            self._watch()
+            if time.monotonic() > deadline:
+                raise DaemonError(f"the {name} cannot be started: there is no {self._needs[name]}")
+            time.sleep(POLL_SECONDS)
 
     def _has_ended(self) -> bool:
         return any(process.poll() is not None for process in self._processes.values())
@@ -102,7 +173,7 @@ class _Demo:
             TimeElapsedColumn(),
         )
         with Progress(*columns, console=self.console, refresh_per_second=10) as progress:
-            task = progress.add_task("arming", total=HOLD_SECONDS, seen="")
+            task = progress.add_task("arming", total=self._hold, seen="")
             deadline = time.monotonic() + START_SECONDS
             while not (reply := self._ask(session, ControlAction.ARM)).done:
                 progress.update(task, seen=reply.message)
@@ -110,11 +181,11 @@ class _Demo:
                     raise DaemonError(f"the demo could not be armed: {reply.message}")
                 time.sleep(POLL_SECONDS)
             started = time.monotonic()
-            while (elapsed := time.monotonic() - started) < HOLD_SECONDS:
+            while (elapsed := time.monotonic() - started) < self._hold:
                 status = _status(self._ask(session, ControlAction.STATUS))
                 progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
                 time.sleep(POLL_SECONDS)
-            progress.update(task, completed=HOLD_SECONDS)
+            progress.update(task, completed=self._hold)
             self._ask(session, ControlAction.STOP)
             while (status := _status(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
                 progress.update(task, description=status.mode.value, seen=_seen(status))
@@ -162,7 +233,7 @@ def _end(process: "subprocess.Popen[bytes]") -> int:
     return process.wait()
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
+def _free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

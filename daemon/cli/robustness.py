@@ -5,7 +5,6 @@ import json
 import os
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
@@ -95,13 +94,13 @@ def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
 
 def _table(rows: Rows) -> Table:
     """How many points meet the goal."""
-    table = Table(box=box.SIMPLE_HEAD)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     names = (
         "law",
         "feedback",
         "told",
         "points",
-        "meet the goal",
+        "meet",
         "fault",
         "slow",
         "ripple",
@@ -109,7 +108,7 @@ def _table(rows: Rows) -> Table:
         "impact",
     )
     for name in names:
-        table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=name in names[:2])
+        table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=True)
     for told in (False, True):
         for (law, feedback), part in groups(rows, told=told).items():
             numbers = (str(value) for value in counts(part).values())

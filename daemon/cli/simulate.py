@@ -2,13 +2,55 @@
 
 from pathlib import Path
 
-from tendond.daemon.cli.common import load_config, say, stop_on_signals
+from tendond.daemon.cli.common import load_config, present, say, stop_on_signals
+from tendond.daemon.errors import DaemonError
 from tendond.daemon.state import rod_from_section
+from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.process import Simulator
+from tendond.drivers.wired.faults import request_fault
+from tendond.drivers.wired.rig import WiredRig
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
-from tendond.schemas.config import ConfigError
+from tendond.schemas.config import ConfigError, RigConfig
+from tendond.schemas.messages import WiredFault, WiredFaultRequest
+
+
+def run_wired(config_file: Path | None) -> None:
+    """Run the rig on wires until a signal comes; see `tendond simulate --help`.
+
+    Raises:
+        TendondError: as `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
+    """
+    config = load_config(config_file)
+    servo = present(config.servo, "servo", config_file)
+    vicon = present(config.vicon, "vicon", config_file)
+    folder = Path() if config_file is None else config_file.parent
+    ids = servo.servo_ids(len(config.rod.tendon_positions))
+    calibration = load_calibration(folder / servo.calibration, config.rig.name, ids)
+    rig = WiredRig(config, servo, vicon, calibration, _plant(config, config_file), stop_on_signals())
+    say(f"rig '{config.rig.name}' on wires: servos at {servo.port}, Tracker to UDP port {vicon.port}")
+    try:
+        rig.run()
+    finally:
+        rig.close()
+
+
+def inject_fault(config_file: Path | None, fault: str, servo: int | None) -> None:
+    """Ask the rig on wires for a fault; see `tendond inject --help`.
+
+    Raises:
+        TendondError: there is no such fault or servo, or no rig on wires.
+    """
+    try:
+        wanted = WiredFault(fault)
+    except ValueError:
+        known = ", ".join(one.value for one in WiredFault)
+        raise ConfigError(f"'{fault}' is no fault of the wires: choose from {known}") from None
+    reply = request_fault(load_config(config_file), WiredFaultRequest(fault=wanted, servo=servo))
+    if not reply.done:
+        raise DaemonError(reply.message)
+    print(reply.message)
 
 
 def run_simulator(config_file: Path | None, *, lockstep: bool, cycles: int | None) -> None:
@@ -18,15 +60,19 @@ def run_simulator(config_file: Path | None, *, lockstep: bool, cycles: int | Non
         TendondError: the configuration cannot be used, there is no controller, or the plant has no solution.
     """
     config = load_config(config_file)
-    announce_compilation(say)
-    try:
-        rod = rod_from_section(config.simulator.rod, config.simulator.period)
-        Plant(config, rod).step(None)  # for practice: the kernels are loaded before the first pose
-        plant = Plant(config, rod)
-    except ModelError as error:
-        raise ConfigError(f"{config_file or 'built-in configuration'}: simulator.rod: {error}") from error
-    simulator = Simulator(config, plant, stop_on_signals())
+    simulator = Simulator(config, _plant(config, config_file), stop_on_signals())
     say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
     simulator.run(lockstep=lockstep, cycles=cycles)
     if simulator.unreadable:
         say(f"{simulator.unreadable} commands could not be used")
+
+
+def _plant(config: RigConfig, config_file: Path | None) -> Plant:
+    """At rest."""
+    announce_compilation(say)
+    try:
+        rod = rod_from_section(config.simulator.rod, config.simulator.period)
+        Plant(config, rod).step(None)  # for practice: the kernels are loaded before the first pose
+        return Plant(config, rod)
+    except ModelError as error:
+        raise ConfigError(f"{config_file or 'built-in configuration'}: simulator.rod: {error}") from error

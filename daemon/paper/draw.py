@@ -5,10 +5,10 @@ from concurrent.futures import Executor, as_completed
 from functools import partial
 from pathlib import Path
 
-from tendond.daemon.paper.figures import both_laws, experiment_courses, loaded, lyapunov, name_of
+from tendond.daemon.paper.figures import both_laws, experiment_courses, force_found, loaded, lyapunov, name_of
 from tendond.daemon.paper.published import LAWS
 from tendond.daemon.paper.run import Runs
-from tendond.daemon.paper.scenarios import STRING, WEIGHTS_G
+from tendond.daemon.paper.scenarios import HUNG_AT, STRING, WEIGHTS_G
 from tendond.daemon.paper.shapes import configurations, snapshots
 
 Draw = Callable[[Runs, Path], Path]
@@ -55,6 +55,11 @@ def figures() -> dict[str, tuple[Draw, tuple[str, ...]]]:
     )
     for law in LAWS:
         found[f"snapshots_{law}"] = (partial(snapshots, rows, law), tuple(name for name, _ in rows))
+    hung = tuple((f"weight_{grams}g_found", f"{grams} g") for grams in WEIGHTS_G)
+    found["force"] = (
+        partial(force_found, hung, f"A weight hung on at iteration {HUNG_AT}, and the observer's estimate"),
+        tuple(name for name, _ in hung),
+    )
     values = (("normal", SAME_TITLE), ("normal_edge", EDGE_TITLE))
     found["lyapunov"] = (partial(lyapunov, values), tuple(name for name, _ in values))
     return found

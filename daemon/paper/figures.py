@@ -108,6 +108,25 @@ def experiment_courses(scenarios: Named, title: str, runs: Runs, path: Path) -> 
         return save(figure, path)
 
 
+def force_found(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
+    """The force on the tip along x and what the observer makes of it, a panel per scenario."""
+    with style():
+        figure = Figure((10.0, 3.6), layout="constrained")
+        for axes, (name, label) in zip(figure.subplots(1, len(scenarios), sharey=True), scenarios, strict=True):
+            for law, colour in reversed(COLOURS.items()):
+                axes.plot(runs[name, law].force[:, 0], color=colour, lw=1.8, label=f"estimate, {name_of(law)}",
+                          ls="--" if law == "backstepping" else "-")  # fmt: skip
+            truth = runs[name, "backstepping"].tip_force[:, 0]
+            axes.plot(truth, color=DARK, lw=1.0, ls=":", label="truth")
+            axes.fill_between(range(len(truth)), 0.9 * truth, 1.1 * truth, color=REFERENCE, alpha=0.25, lw=0.0,
+                              label="truth, 10 % either way")  # fmt: skip
+            axes.set(title=label, xlabel="iteration", xlim=(40, 160))
+        figure.axes[0].set_ylabel("force on the tip along x [N]")
+        figure.axes[-1].legend(loc="upper right", frameon=False)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=12)
+        return save(figure, path)
+
+
 def lyapunov(scenarios: Named, runs: Runs, path: Path) -> Path:
     """V of both laws, a row per scenario, with what theory promises and a mark wherever it rises."""
     with style():

@@ -61,6 +61,9 @@ def page(runs: Runs) -> str:
             for what in ("weights", "disturbance")
             for law in LAWS
         ),
+        "## The load, found",
+        account(runs, "force"),
+        _figure("force", "A weight hung on, and the observer's estimate"),
         "## The experiment, on a rig-like plant",
         account(runs, "rig"),
         compared(EXPERIMENT, runs, "rig_normal"),

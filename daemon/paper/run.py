@@ -37,6 +37,7 @@ class Run:
         displacement: of the agonist, commanded [m], shape (k,).
         tension: commanded [N], shape (k, n).
         tip_force: on the plant's tip [N], shape (k, 3).
+        force: that the observer makes of it [N], shape (k, 3).
         shapes: of the plant's rod [m], shape (k, points, 3).
         lyapunov: V of the law, shape (k,).
         errors: the vectors whose squares make 2 V, in the plane, shape (k, m, 2).
@@ -53,6 +54,7 @@ class Run:
     displacement: Array
     tension: Array
     tip_force: Array
+    force: Array
     shapes: Array
     lyapunov: Array
     errors: Array
@@ -103,6 +105,7 @@ def run_scenario(scenario: Scenario) -> Run:
         displacement=series.displacement[:, series.agonist],
         tension=series.tension,
         tip_force=np.array([one.truth.tip_force for one in part]),
+        force=np.array([one.record.observer.force for one in part]),
         shapes=np.array([one.shape for one in part]),
         lyapunov=np.array([_term(one, "lyapunov") for one in part]),
         errors=np.array([[_term(one, name) for name in ERRORS[scenario.law]] for one in part]),

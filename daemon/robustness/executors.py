@@ -20,8 +20,8 @@ from tendond.daemon.robustness.settings import source_hash
 from tendond.model.warm import warm_up
 from tendond.schemas.config import RigConfig
 
-CHUNK_POINTS = 4
-"""Handed over at once: about a second of work, which is what an interruption can cost a process."""
+CHUNK_POINTS = 2
+"""Handed over at once: half a second of work, which is what an interruption can cost a process."""
 
 CONNECT_SECONDS = 10
 INSTALL = "pip install 'tendond[cluster]'"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.drivers.simulator.loads import HungWeight, impacts_at
+from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
 from tendond.model.rod import Rod
@@ -73,13 +73,20 @@ class Plant:
             self._wound = wound
             self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
         self._force = self._weight.force(self.time, self._rod.time_step)
+        push = np.zeros(3)
         for place, force in impacts_at(self._section.impacts, self.time):
-            self._force = self._force + place * force
+            if place == 1.0:
+                self._force = self._force + force
+            else:  # of several at once along the rod, the last one's place counts for all
+                push = push + force
+                self._rod.spread_push(place, SPREAD)
         if self._wound:
             ends = self._servos.wind(self._command)
-            self._state = self._rod.step(self._state, displacements=ends, tip_force=self._force)
+            self._state = self._rod.step(self._state, displacements=ends, tip_force=self._force, push=push)
         else:
-            self._state = self._rod.step(self._state, self._servos.pull(self._command), tip_force=self._force)
+            self._state = self._rod.step(
+                self._state, self._servos.pull(self._command), tip_force=self._force, push=push
+            )
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
 

@@ -15,7 +15,7 @@ from tests.sil.rig import PATIENCE_SECONDS
 
 pytestmark = pytest.mark.sil
 
-COUNT = 10
+COUNT = 5
 POINTS = ("--points", "sample", "--count", str(COUNT), "--law", "backstepping", "--seed", "5")
 
 

@@ -1,13 +1,18 @@
 """The laws are the paper's formulas, and their parameters are checked."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendond.daemon.errors import LawError
 from tendond.daemon.laws import LAWS, backstepping, select_law, sliding_mode
-from tendond.daemon.laws.law import Observation
+from tendond.daemon.laws.law import Law, Observation
+from tendond.daemon.lockstep import closed_loop
+from tendond.schemas.config import parse_config
+from tendond.schemas.messages import ControlAction, Mode
 
 RNG = np.random.default_rng(7)
 
@@ -96,3 +101,19 @@ def test_an_unknown_law_and_bad_parameters_are_refused_by_key() -> None:
         select_law("backstepping", {"backstepping": {"alpha3": 1.0}})
     with pytest.raises(LawError, match=r"control\.laws\.sliding_mode\.c = -1"):
         select_law("backstepping", {"sliding_mode": {"c": -1.0}})
+
+
+def test_the_law_in_the_documentation_works_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "control.md").read_text(encoding="utf-8")
+    code = re.search(r"This is a whole law:\n\n```python\n(.*?)```", text, re.DOTALL)
+    assert code is not None
+    module: dict[str, object] = {"__name__": "documented_law"}
+    exec(code[1], module)
+    law = module["LAW"]
+    assert isinstance(law, Law)
+    monkeypatch.setitem(LAWS, law.name, law)
+    config = parse_config(f'[control]\nlaw = "{law.name}"\n', "test")
+    records = list(closed_loop(config, 250, {5: ControlAction.ARM}))
+    assert records[-1].mode is Mode.TRACKING
+    assert records[-1].measured is not None
+    assert records[-1].measured[0] == pytest.approx(0.34, abs=1e-3)

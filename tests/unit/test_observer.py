@@ -106,3 +106,16 @@ def test_the_compliance_is_near_that_of_the_bent_rod(tension: float) -> None:
         columns.append((there - back) / 2e-3)
     exact = np.column_stack(columns)
     assert np.linalg.norm(tip_compliance(rod, state) - exact) < 0.35 * np.linalg.norm(exact)
+
+
+def test_an_arm_that_an_impact_has_thrown_over_comes_back() -> None:
+    """Without the guard it stays curled up at 60 N: there the law's inverse of b_c points the wrong way."""
+    records = run(
+        "[[simulator.impacts]]\ntime = 1.0\nduration = 0.05\nforce = [0.0, 0.0, 10.0]\n"
+        "[simulator.rod]\nyoungs_modulus = 1.615e11\nbending_damping = [0.004, 0.004, 0.004]\n",
+        cycles=300,
+    )
+    x = [r.measured[0] for r in records[100:] if r.measured is not None]
+    assert min(x) < 0.1
+    assert records[-1].mode is Mode.TRACKING
+    assert x[-1] == pytest.approx(0.34, abs=2e-3)

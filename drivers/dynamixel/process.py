@@ -1,0 +1,154 @@
+"""The servo driver as a process: commands from the bus, tendon states onto it, `servo/reset` answered."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import zenoh
+
+from tendond.drivers.dynamixel.bus import ServoBus, ServoError
+from tendond.drivers.dynamixel.calibration import load_calibration
+from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.session import BusError, StoppedError, open_client
+from tendond.schemas.config import RigConfig
+from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
+from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TendonState
+from tendond.schemas.wire import UnreadableError, decode, encode
+
+CONNECT_SECONDS = 120.0
+ANSWER_SECONDS = 5.0
+QUEUE = 8
+
+Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
+Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
+
+
+class ServoProcess:
+    """A servo driver on the bus.
+
+    Args:
+        config: of the rig.
+        section: its [servo].
+        folder: in which the calibration's path begins.
+        stopped: true when the process is to end.
+        say: a line for people.
+    """
+
+    def __init__(
+        self,
+        config: RigConfig,
+        section: ServoSection,
+        folder: Path,
+        stopped: Callable[[], bool],
+        say: Callable[[str], None],
+    ) -> None:
+        self._config = config
+        self._section = section
+        self._folder = folder
+        self._stopped = stopped
+        self._say = say
+        self._seq = 0
+
+    def run(self) -> None:
+        """Drive until stopped; the tendons are let out and the torque is off afterwards.
+
+        Raises:
+            CalibrationError: there is none for this rig.
+            BusError: no controller.
+            ServoError: the servos are not as they have to be, or may still have torque.
+        """
+        section = self._section
+        ids = section.servo_ids(len(self._config.rod.tendon_positions))
+        calibration = load_calibration(self._folder / section.calibration, self._config.rig.name, ids)
+
+        def open_bus() -> ServoBus:
+            return ServoBus(section.port, section.baudrate, section.answer_timeout)
+
+        try:
+            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+        except StoppedError:
+            return
+        with session:
+            driver = ServoDriver(section, calibration, open_bus)
+            self._say(
+                f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
+            )
+            try:
+                self._run(session, driver)
+            finally:
+                driver.close(time.monotonic, time.sleep)
+                self._say(f"ended: {driver.farewell}")
+
+    def _run(self, session: zenoh.Session, driver: ServoDriver) -> None:
+        name, period = self._config.rig.name, self._section.period
+        commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(QUEUE))
+        resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
+        states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
+        reported, phase = "", driver.phase
+        deadline = time.monotonic()
+        while not self._stopped():
+            driver.cycle(time.monotonic(), self._newest(commands, driver))
+            states.put(encode(self._state(driver)))
+            self._answer(resets, driver)
+            if driver.report != reported:
+                reported = driver.report
+                self._say(f"fault: {reported}" if reported else "no fault any more")
+            if driver.phase is not phase:
+                phase = driver.phase
+                self._say(f"servos: {phase.value}")
+            deadline = max(deadline + period, time.monotonic() - period)
+            time.sleep(max(0.0, deadline - time.monotonic()))
+        if driver.counts:
+            self._say(", ".join(f"{count} {reason}" for reason, count in driver.counts.items()))
+
+    def _newest(self, commands: Subscriber, driver: ServoDriver) -> TendonCommand | None:
+        newest: TendonCommand | None = None
+        for _ in range(QUEUE):
+            if (sample := commands.try_recv()) is None:
+                break
+            try:
+                if sample.kind != zenoh.SampleKind.PUT:
+                    raise UnreadableError("deleted")
+                newest = decode(TendonCommand, sample.payload.to_bytes())
+            except UnreadableError as error:
+                driver.counts[error.reason] += 1
+        return newest
+
+    def _state(self, driver: ServoDriver) -> TendonState:
+        self._seq += 1
+        return TendonState(
+            seq=self._seq,
+            stamp_ns=time.monotonic_ns(),
+            displacement=driver.displacement,
+            tension=driver.tension,
+            fault=driver.report,
+        )
+
+    def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
+        if (query := resets.try_recv()) is None:
+            return
+        try:
+            reply = ControlReply(done=True, message=driver.reset(time.monotonic()))
+        except ServoError as error:
+            reply = ControlReply(done=False, message=f"not reset: {error}")
+        with suppress(zenoh.ZError):
+            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
+        query.drop()
+
+
+def request_reset(config: RigConfig, timeout: float = 1.0) -> ControlReply:
+    """Ask the servo driver to leave its fault.
+
+    Raises:
+        BusError: there is no controller, or no servo driver.
+    """
+    with open_client(config.bus.endpoint, timeout) as session:
+        for reply in session.get(key(config.rig.name, SERVO_RESET), timeout=ANSWER_SECONDS):
+            if reply.ok is not None:
+                try:
+                    return decode(ControlReply, reply.ok.payload.to_bytes())
+                except UnreadableError as error:
+                    raise BusError(f"the servo driver's answer is {error.reason}") from None
+    raise BusError(f"no servo driver of rig '{config.rig.name}' answers: start it with 'tendond servo'")

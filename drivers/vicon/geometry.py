@@ -1,0 +1,148 @@
+"""From two objects in the Vicon world to the tip's pose in the rod's base frame. Pure."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.rotation import quaternion
+from tendond.schemas.base import Quaternion, Vector3
+from tendond.schemas.config_vicon import Axes, EulerOrder, ViconSection, axis_vector
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where an object is: position [m], shape (3,), and rotation, object to world, shape (3, 3)."""
+
+    position: Array
+    rotation: Array
+
+    def after(self, inner: "Placement") -> "Placement":
+        """`inner`, which is given in this object's frame, in this object's world."""
+        return Placement(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
+
+    def seen_from(self, other: "Placement") -> "Placement":
+        """This object in the frame of `other`, both given in the same world."""
+        return Placement(other.rotation.T @ (self.position - other.position), other.rotation.T @ self.rotation)
+
+
+WORLD = Placement(np.zeros(3), np.eye(3))
+
+
+def rotation_from_euler(angles: Vector3, order: EulerOrder) -> Array:
+    """Rotation matrix, object to world, shape (3, 3).
+
+    Args:
+        angles: about the object's x, y and z axis [rad], as Tracker sends them: in this order whatever `order` is.
+        order: in which they are applied; capitals: about the axes moved by those before; small: about fixed axes.
+    """
+    matrix = np.eye(3)
+    for letter in order if order.isupper() else reversed(order):
+        matrix = matrix @ _about("XYZ".index(letter.upper()), angles["XYZ".index(letter.upper())])
+    return matrix
+
+
+def _about(axis: int, angle: float) -> Array:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    matrix = np.eye(3)
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    matrix[j, j] = matrix[k, k] = cosine
+    matrix[j, k], matrix[k, j] = -sine, sine
+    return matrix
+
+
+def rotation_from_quaternion(w: float, x: float, y: float, z: float) -> Array:
+    """Rotation matrix of a quaternion that is nearly a unit one, shape (3, 3).
+
+    Raises:
+        ValueError: it is none.
+    """
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if not 0.99 < norm < 1.01:
+        raise ValueError("no unit quaternion")
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def axes_matrix(axes: Axes) -> Array:
+    """Columns: the rod frame's x, y and z in the object's frame, shape (3, 3)."""
+    return np.array([axis_vector(axis) for axis in axes], dtype=np.float64).T
+
+
+class Alignment:
+    """How the two objects lie on the rod.
+
+    Args:
+        section: [vicon].
+        gravity: of the model, in the base frame [m/s^2].
+    """
+
+    def __init__(self, section: ViconSection, gravity: Vector3) -> None:
+        self._base = Placement(np.array(section.base_offset), axes_matrix(section.base_axes))
+        self._tip = Placement(np.array(section.tip_offset), axes_matrix(section.tip_axes))
+        self._down = -np.array(axis_vector(section.up), dtype=np.float64)
+        norm = math.hypot(*gravity)
+        self._gravity = np.array(gravity) / norm if norm > 0.0 else None
+
+    def tip_in_base(self, tip: Placement, base: Placement) -> Placement:
+        """The rod's tip in the rod's base frame, from the two objects in the Vicon world."""
+        return tip.after(self._tip).seen_from(base.after(self._base))
+
+    def gravity_error(self, base: Placement) -> float:
+        """Angle between the model's gravity and the measured one [rad]; 0 for a model without gravity."""
+        if self._gravity is None:
+            return 0.0
+        down = base.after(self._base).rotation.T @ self._down
+        return math.acos(float(np.clip(down @ self._gravity, -1.0, 1.0)))
+
+    def markers(self, tip: Placement) -> tuple[Placement, Placement]:
+        """The reverse, for simulated Trackers: tip and base object, with the rod's base at the world's origin and
+        turned so that gravity points as the model has it."""
+        base_frame = Placement(np.zeros(3), _turn(self._gravity, self._down))
+        return base_frame.after(tip).after(_inverse(self._tip)), base_frame.after(_inverse(self._base))
+
+
+def _inverse(placement: Placement) -> Placement:
+    return WORLD.seen_from(placement)
+
+
+def _turn(from_vector: Array | None, to_vector: Array) -> Array:
+    """A rotation that takes one unit vector to another, shape (3, 3)."""
+    if from_vector is None:
+        return np.eye(3)
+    axis, cosine = np.cross(from_vector, to_vector), float(from_vector @ to_vector)
+    if cosine < -1.0 + 1e-9:
+        other = np.eye(3)[int(np.argmin(np.abs(from_vector)))]
+        axis = np.cross(from_vector, other)
+        axis /= np.linalg.norm(axis)
+        return np.asarray(2.0 * np.outer(axis, axis) - np.eye(3))
+    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + cosine))
+
+
+def euler_from_rotation(matrix: Array) -> Vector3:
+    """Angles [rad] of order 'XYZ', shape of the input (3, 3); for simulated Trackers."""
+    if abs(matrix[0, 2]) > 1.0 - 1e-12:  # x and z turn about the same axis
+        return math.atan2(matrix[2, 1], matrix[1, 1]), math.copysign(0.5 * math.pi, matrix[0, 2]), 0.0
+    return (
+        math.atan2(-matrix[1, 2], matrix[2, 2]),
+        math.asin(float(np.clip(matrix[0, 2], -1.0, 1.0))),
+        math.atan2(-matrix[0, 1], matrix[0, 0]),
+    )
+
+
+def continued(matrix: Array, last: Quaternion | None) -> Quaternion:
+    """The rotation's quaternion, of the two signs the one that is nearer to the last."""
+    w, x, y, z = quaternion(matrix)
+    if last is not None and w * last[0] + x * last[1] + y * last[2] + z * last[3] < 0.0:
+        return -w, -x, -y, -z
+    return w, x, y, z

@@ -1,0 +1,73 @@
+"""From frames to messages: the tip's pose in the base's frame, or the last one marked invalid, and why."""
+
+from collections import Counter
+
+from tendond.drivers.vicon.frames import Frame
+from tendond.drivers.vicon.geometry import WORLD, Alignment, continued
+from tendond.schemas.base import Vector3
+from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.messages import TipPose
+
+MISSING = "not in the stream"
+HIDDEN = "hidden"
+TURNED = "base turned against gravity"
+
+
+class PoseBuilder:
+    """One message per frame.
+
+    Args:
+        section: [vicon].
+        gravity: of the model, in the base frame [m/s^2].
+
+    Attributes:
+        objections: why the last frame gave no valid pose; empty when it did.
+        counts: frames without a valid pose, by reason.
+    """
+
+    def __init__(self, section: ViconSection, gravity: Vector3) -> None:
+        self._section = section
+        self._alignment = Alignment(section, gravity)
+        self._last: TipPose | None = None
+        self._seq = 0
+        self.objections: tuple[str, ...] = ()
+        self.counts: Counter[str] = Counter()
+
+    def build(self, frame: Frame) -> TipPose | None:
+        """The message for a frame; none while no pose has been seen at all."""
+        stamp_ns = max(0, frame.stamp_ns - round(self._section.latency * 1e9))
+        placement, objections = None, []
+        tip, base = frame.objects.get(self._section.tip), WORLD
+        if tip is None:
+            objections.append(self._absent(frame, self._section.tip))
+        if self._section.base:
+            found = frame.objects.get(self._section.base)
+            if found is None:
+                objections.append(self._absent(frame, self._section.base))
+            else:
+                base = found
+        if not objections and self._alignment.gravity_error(base) > self._section.gravity_tolerance:
+            objections.append(TURNED)
+        if tip is not None and not objections:
+            placement = self._alignment.tip_in_base(tip, base)
+        self.objections = tuple(objections)
+        for objection in objections:
+            self.counts[objection] += 1
+        if placement is None:
+            if self._last is None:
+                return None
+            pose = self._last.model_copy(update={"seq": self._seq, "stamp_ns": stamp_ns, "valid": False})
+        else:
+            x, y, z = placement.position.tolist()
+            pose = TipPose(
+                seq=self._seq,
+                stamp_ns=stamp_ns,
+                position=(x, y, z),
+                orientation=continued(placement.rotation, None if self._last is None else self._last.orientation),
+            )
+        self._seq += 1
+        self._last = pose
+        return pose
+
+    def _absent(self, frame: Frame, name: str) -> str:
+        return f"'{name}' {HIDDEN if name in frame.objects else MISSING}"

@@ -1,0 +1,182 @@
+"""Emulated servos on a pseudo-terminal wind up the simulated rod, and a simulated Tracker sends what it would see."""
+
+import socket
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import zenoh
+
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
+from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
+from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.session import StoppedError, open_client
+from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
+from tendond.drivers.vicon.packet import Block, Reading, build
+from tendond.drivers.vicon.udp import MILLIMETRE
+from tendond.drivers.wired.faults import cause
+from tendond.schemas.config import ConfigError, RigConfig
+from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.keys import SIMULATOR_FAULT, SIMULATOR_TRUTH, key
+from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TipPose, WiredFaultRequest
+from tendond.schemas.wire import UnreadableError, decode, encode
+
+CONNECT_SECONDS = 120.0
+Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
+HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
+"""Where the rig stands in the simulated Vicon world."""
+
+
+class WiredError(ConfigError):
+    """The wires cannot be laid."""
+
+
+class Spooled:
+    """An emulated servo with a tendon of the rod on its spool; tension [N] is what the rod pulls with."""
+
+    def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
+        self._tendon = tendon
+        self.servo = EmulatedServo(tendon.servo, baudrate, tendon.zero)
+        self.servo.write(table.OPERATING_MODE.address, bytes([table.EXTENDED_POSITION]))
+        self.servo.torque = lambda ticks: -tendon.sign * self.tension * tendon.spool_radius
+        self._zero = self.servo.position  # a calibration may count turns, a servo does not at power-up
+        self.tension = 0.0
+
+    @property
+    def displacement(self) -> float:
+        """Of the tendon's end [m]."""
+        turned = (self.servo.position - self._zero) * table.TICK
+        return self._tendon.sign * turned * self._tendon.spool_radius
+
+
+class WiredRig:
+    """A plant behind wires, in real time.
+
+    Args:
+        config: of the rig; `simulator.drive` must be 'displacement'.
+        servo: its [servo]; `port` is where the pseudo-terminal appears.
+        vicon: its [vicon]; packets go to `port` on this computer.
+        calibration: how the tendons are put onto the servos.
+        plant: at rest.
+        stopped: true when the process is to end.
+
+    Raises:
+        WiredError: the port's path is taken by something else.
+
+    Attributes:
+        bus: of the servos, to cause faults on.
+    """
+
+    def __init__(
+        self,
+        config: RigConfig,
+        servo: ServoSection,
+        vicon: ViconSection,
+        calibration: Calibration,
+        plant: Plant,
+        stopped: Callable[[], bool],
+    ) -> None:
+        if config.simulator.drive != "displacement":
+            raise WiredError("simulator.drive = 'tension': servos wind displacements; set it to 'displacement'")
+        if vicon.euler_order != "XYZ":
+            raise WiredError(f"vicon.euler_order = '{vicon.euler_order}': the simulated Tracker speaks 'XYZ' alone")
+        if not vicon.base:
+            raise WiredError("vicon.base is empty: the simulated Tracker shows the base's markers, name them")
+        self._config = config
+        self._vicon = vicon
+        self._plant = plant
+        self._stopped = stopped
+        self._alignment = Alignment(vicon, config.rod.gravity)
+        self._tendons = [Spooled(tendon, servo.baudrate) for tendon in calibration.tendons]
+        self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
+
+    def close(self) -> None:
+        """Take the wires away."""
+        self.bus.close()
+
+    def run(self) -> None:
+        """Simulate until stopped; the truth is published for the controller's log.
+
+        Raises:
+            BusError: no controller.
+            ConvergenceError: the plant has no solution.
+        """
+        name, period = self._config.rig.name, self._config.simulator.period
+        try:
+            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+        except StoppedError:
+            return
+        with session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:
+            truths = session.declare_publisher(key(name, SIMULATOR_TRUTH), encoding=ENCODING, express=True)
+            faults = session.declare_queryable(key(name, SIMULATOR_FAULT), zenoh.handlers.RingChannel(8))
+            deadline = time.monotonic()
+            while not self._stopped():
+                self._step(truths, tracker)
+                self._fault(faults)
+                deadline = max(deadline + period, time.monotonic() - period)
+                time.sleep(max(0.0, deadline - time.monotonic()))
+
+    def _step(self, truths: zenoh.Publisher, tracker: socket.socket) -> None:
+        """Wind the rod as far as the servos are, and tell everyone what comes of it."""
+        self._plant.step(
+            TendonCommand(
+                seq=self._plant.seq,
+                stamp_ns=0,
+                pose_seq=None,
+                displacement=tuple(tendon.displacement for tendon in self._tendons),
+                tension=(0.0,) * len(self._tendons),
+                armed=True,  # spools hold their tendons, with torque or without
+            )
+        )
+        pose, _, truth = self._plant.observe(time.monotonic_ns())
+        for tendon, tension in zip(self._tendons, truth.tension, strict=True):
+            tendon.tension = tension
+        truths.put(encode(truth))
+        if pose is not None:
+            tracker.sendto(self._packet(pose), ("127.0.0.1", self._vicon.port))
+
+    def _fault(self, faults: Queryable) -> None:
+        """Cause the fault that is asked for, if one is."""
+        if (query := faults.try_recv()) is None:
+            return
+        try:
+            request = decode(WiredFaultRequest, b"" if query.payload is None else query.payload.to_bytes())
+            reply = cause(self.bus, request)
+        except UnreadableError as error:
+            reply = ControlReply(done=False, message=f"the request is {error.reason}")
+        with suppress(zenoh.ZError):
+            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
+        query.drop()
+
+    def _packet(self, pose: TipPose) -> bytes:
+        placement = Placement(np.array(pose.position), rotation_from_quaternion(*pose.orientation))
+        tip, base = self._alignment.markers(placement)
+        objects = {self._vicon.tip: _reading(tip) if pose.valid else HIDDEN}
+        if self._vicon.base:
+            objects[self._vicon.base] = _reading(base)
+        return build(Block(pose.seq, objects))
+
+
+def _reading(placement: Placement) -> Reading:
+    x, y, z = ((placement.position + ROOM.position) / MILLIMETRE).tolist()
+    return Reading((x, y, z), euler_from_rotation(placement.rotation))
+
+
+def _free_link(path: Path) -> Path:
+    """A path at which nothing is, or an earlier pseudo-terminal's link.
+
+    Raises:
+        WiredError: something else is there: a real port must not be replaced by a simulated one.
+    """
+    ours = path.is_symlink() and str(path.readlink()).startswith("/dev/pts/")
+    if path.is_relative_to("/dev") or (path.exists() and not ours):
+        raise WiredError(f"servo.port = {path}: may be a real port; name a path at which nothing is")
+    if not path.parent.is_dir():
+        raise WiredError(f"servo.port = {path}: there is no folder {path.parent}")
+    return path

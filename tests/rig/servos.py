@@ -1,0 +1,57 @@
+"""Emulated servos on a pseudo-terminal, set up for a rig."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
+from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
+from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.spool import Spool
+
+BAUDRATE = 1_000_000
+ANSWER_SECONDS = 0.06
+"""Generous: the emulator is a thread of a busy machine."""
+
+
+@contextmanager
+def emulated(folder: Path, count: int = 4, *, position: int = 2048, ready: bool = True) -> Iterator[EmulatedBus]:
+    """A bus with servos 1 to `count`, in extended position mode when `ready`."""
+    servos = [EmulatedServo(i + 1, BAUDRATE if ready else 57600, position) for i in range(count)]
+    if ready:
+        for servo in servos:
+            servo.write(table.OPERATING_MODE.address, bytes([table.EXTENDED_POSITION]))
+    with EmulatedBus(folder / "ttyUSB0", servos) as bus:
+        yield bus
+
+
+RADIUS = 0.015
+SPRING = 600.0
+"""[N/m] of the tendons that are hung on the spools here."""
+
+
+def calibration(signs: Sequence[Literal[-1, 1]] = (1, -1, 1, -1), zero: int = 2048, rig: str = "paper") -> Calibration:
+    """Of servos 1, 2 and so on."""
+    tendons = (
+        TendonCalibration(servo=index + 1, zero=zero, sign=sign, spool_radius=RADIUS)
+        for index, sign in enumerate(signs)
+    )
+    return Calibration(rig=rig, date="2026-01-01T00:00:00+00:00", tendons=tuple(tendons))
+
+
+def hang_springs(bus: EmulatedBus, calibrated: Calibration) -> None:
+    """A spring on each spool, slack below zero."""
+
+    def spring(tendon: TendonCalibration) -> Callable[[float], float]:
+        spool = Spool(tendon)
+
+        def torque(position: float) -> float:
+            pull = SPRING * max(0.0, spool.displacement(round(position)))
+            return -tendon.sign * pull * tendon.spool_radius
+
+        return torque
+
+    for servo, tendon in zip(bus.servos, calibrated.tendons, strict=True):
+        servo.torque = spring(tendon)

@@ -1,0 +1,270 @@
+"""The whole chain: rod <- emulated servos <- pseudo-terminal <- SDK <- `tendond servo` <- Zenoh <- `tendond run` <-
+Zenoh <- `tendond vicon` <- UDP <- simulated Tracker <- rod. Drivers and controller are processes; the rig is a thread
+here, so that faults can be caused on it. The tests share one rig; each leaves it idle.
+"""
+
+import signal
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+
+from tendond.daemon.analysis.log import load
+from tendond.daemon.state import rod_from_section
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.calibration import save_calibration
+from tendond.drivers.dynamixel.process import request_reset
+from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.wired.faults import cause, request_fault
+from tendond.drivers.wired.rig import WiredError, WiredRig
+from tendond.schemas.config import RigConfig, check_config, parse_config
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, WiredFault, WiredFaultRequest
+from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tests.rig.servos import calibration, emulated
+from tests.rig.tracker import free_port
+from tests.sil.rig import Rig
+
+pytestmark = [pytest.mark.rig, pytest.mark.sil]
+
+PATIENCE_SECONDS = 40.0
+LANDING = np.array([0.340, 0.0, 0.0475])
+
+
+class Chain(Rig):
+    """A rig on wires, its drivers and its controller."""
+
+    def __init__(self, folder: Path) -> None:
+        port = free_port(socket.SOCK_DGRAM)
+        super().__init__(
+            folder,
+            "[faults]\nmissed_ticks = 1000\n"
+            + WIRED.replace("duration = 2.5", "duration = 1.5")
+            + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
+            + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',
+        )
+        self.ended = threading.Event()
+        self.settings: RigConfig = parse_config(self.config.read_text(), "rig.toml")
+        servo, vicon = self.settings.servo, self.settings.vicon
+        assert servo is not None
+        assert vicon is not None
+        calibrated = calibration(rig=self.name)
+        save_calibration(folder / "calibration.json", calibrated)
+        rod = rod_from_section(self.settings.simulator.rod, self.settings.simulator.period)
+        plant = Plant(self.settings, rod)
+        self.wired = WiredRig(self.settings, servo, vicon, calibrated, plant, self.ended.is_set)
+        self._thread = threading.Thread(target=self.wired.run)
+        self._thread.start()
+        self.drivers = {"servo": self.start("servo"), "vicon": self.start("vicon")}
+
+    def close(self) -> None:
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+        self.ended.set()
+        self._thread.join()
+        self.wired.close()
+
+    @property
+    def torques(self) -> list[bool]:
+        return [servo.energised for servo in self.wired.bus.servos]
+
+    def track(self, session: zenoh.Session, beyond: float) -> None:
+        """Arm, and wait until the tip is beyond so many metres."""
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not (reply := self.ask(session, ControlAction.ARM)).done:
+            assert time.monotonic() < deadline, reply.message
+            time.sleep(0.05)
+        status = self.until(
+            session,
+            lambda s: s.mode is Mode.FAULT or (s.mode is Mode.TRACKING and s.tip is not None and s.tip[0] > beyond),
+        )
+        assert status.mode is Mode.TRACKING, status.reason
+
+    def reset_servos(self) -> ControlReply:
+        """`tendond servo reset`, once the driver has come back from letting out."""
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not (reply := request_reset(self.settings, 30.0)).done and "being let out" in reply.message:
+            assert time.monotonic() < deadline, reply.message
+        return reply
+
+    def wait_for_slack_and_off(self) -> None:
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while any(self.torques):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        assert max(tendon.displacement for tendon in self.wired._tendons) < 0.004
+
+
+@pytest.fixture(scope="module")
+def chain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chain]:
+    one = Chain(tmp_path_factory.mktemp("chain"))
+    try:
+        one.controller()
+        yield one
+    finally:
+        one.close()
+
+
+@pytest.fixture
+def session(chain: Chain) -> Iterator[zenoh.Session]:
+    with chain.session() as one:
+        yield one
+
+
+def test_the_tip_lands_where_it_should_and_stop_leaves_every_servo_off(chain: Chain, session: zenoh.Session) -> None:
+    chain.track(session, 0.05)
+    status = chain.until(session, lambda s: np.allclose(s.tip or (0, 0, 0), LANDING, atol=1e-3))
+    assert status.displacement[0] == pytest.approx(0.0598, abs=1e-3)
+    assert chain.torques == [True] * 4
+    assert chain.wired._tendons[0].tension == pytest.approx(43.0, abs=2.0)
+    loads = [servo.value(table.PRESENT_LOAD) for servo in chain.wired.bus.servos]
+    assert loads[0] == pytest.approx(43.0 * 0.015 / 1.4 * 1000.0, rel=0.1)
+    assert chain.ask(session, ControlAction.STOP).done
+    chain.until(session, lambda s: s.mode is Mode.IDLE)
+    chain.wait_for_slack_and_off()
+
+
+def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_slack(
+    chain: Chain, session: zenoh.Session
+) -> None:
+    chain.track(session, 0.2)
+    inject = ["inject", "overload", "--servo", "2"]
+    assert chain.start(*inject).wait(PATIENCE_SECONDS) == 0
+    status = chain.until(session, lambda s: s.mode is Mode.FAULT)
+    assert "servo 2: Overload Error (bit 5)" in status.reason
+    chain.wait_for_slack_and_off()
+    chain.until(session, lambda s: s.tension == (0.0,) * 4)
+    assert not chain.ask(session, ControlAction.ARM).done
+    refused = chain.reset_servos()
+    assert not refused.done
+    assert "Overload Error" in refused.message
+    assert request_fault(chain.settings, WiredFaultRequest(fault=WiredFault.MEND, servo=2), 30.0).done
+    assert chain.reset_servos().done
+    chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
+    chain.track(session, 0.05)
+    assert chain.ask(session, ControlAction.STOP).done
+    chain.until(session, lambda s: s.mode is Mode.IDLE)
+    chain.wait_for_slack_and_off()
+
+
+def test_a_tracker_that_falls_silent_releases_the_tendons(chain: Chain, session: zenoh.Session) -> None:
+    chain.track(session, 0.2)
+    chain.drivers["vicon"].send_signal(signal.SIGSTOP)
+    try:
+        status = chain.until(session, lambda s: s.mode is Mode.FAULT)
+        assert "pose stale" in status.reason
+        chain.until(session, lambda s: s.tension == (0.0,) * 4)
+        chain.wait_for_slack_and_off()
+    finally:
+        chain.drivers["vicon"].send_signal(signal.SIGCONT)
+    chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
+
+
+def test_a_killed_controller_leaves_servos_that_stop_by_themselves_and_the_next_is_told_why(chain: Chain) -> None:
+    controller = next(one for one in chain.processes if one.args[3] == "run")  # type: ignore[index]
+    with chain.session() as session:
+        chain.track(session, 0.12)
+    controller.kill()
+    controller.wait()
+    deadline = time.monotonic() + PATIENCE_SECONDS
+    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in chain.wired.bus.servos):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert chain.torques == [True] * 4
+    assert chain.wired._tendons[0].displacement > 0.01
+    chain.start("run", "--log", str(chain.folder / "second.mcap"))
+    with chain.session() as session:
+        chain.until(session, lambda s: s.tip is not None)
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while "no command for" not in (reply := chain.ask(session, ControlAction.ARM)).message:
+            assert not reply.done
+            assert time.monotonic() < deadline, reply.message
+        assert chain.reset_servos().done
+        chain.wait_for_slack_and_off()
+        chain.track(session, 0.02)
+
+
+def test_the_servo_driver_lets_out_and_switches_off_when_it_is_told_to_end(chain: Chain) -> None:
+    """The chain is still tracking from the test before; the controller learns it from the silence."""
+    driver = chain.drivers["servo"]
+    code, said = chain.end(driver)
+    assert code == 0, said
+    assert "ended: the tendons are let out, the torque is off" in said
+    assert "Traceback" not in said
+    assert not any(chain.torques)
+
+
+def test_the_log_of_a_chain_holds_the_truth_beside_what_was_measured(chain: Chain) -> None:
+    log = load(chain.folder / "run.mcap")
+    states = [record.inputs.tendon_state for record in log.records if record.inputs.tendon_state is not None]
+    assert max(state.displacement[0] for state in states) == pytest.approx(0.0598, abs=1e-3)
+    assert any("servo 2: Overload Error" in state.fault for state in states)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"simulator": {"drive": "tension"}}, "simulator.drive = 'tension'"),
+        ({"vicon": {"base": ""}}, "vicon.base is empty"),
+        ({"vicon": {"euler_order": "ZYX"}}, "vicon.euler_order = 'ZYX'"),
+        ({"servo": {"port": "/dev/ttyUSB0"}}, "may be a real port"),
+        ({"servo": {"port": "/nowhere/at/all"}}, "there is no folder /nowhere/at"),
+    ],
+)
+def test_wires_are_not_laid_where_they_would_replace_or_miss_something(
+    change: dict[str, dict[str, object]], message: str
+) -> None:
+    data: dict[str, dict[str, object]] = {
+        "simulator": {"drive": "displacement"},
+        "vicon": {},
+        "servo": {},
+        "limits": {"displacement_min": -0.08, "displacement_max": 0.08, "displacement_rate": 0.08},
+    }
+    config = check_config({name: {**section, **change.get(name, {})} for name, section in data.items()}, "test")
+    assert config.servo is not None
+    assert config.vicon is not None
+    plant = Plant(config, rod_from_section(config.simulator.rod, 0.01))
+    with pytest.raises(WiredError, match=message):
+        WiredRig(config, config.servo, config.vicon, calibration(), plant, lambda: True)
+
+
+def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) -> None:
+    with emulated(tmp_path) as bus:
+        second = bus.servos[1]
+        seen: dict[WiredFault, Callable[[], bool]] = {
+            WiredFault.SILENT: lambda: second.silent,
+            WiredFault.STUCK: lambda: second.stuck,
+            WiredFault.OVERLOAD: lambda: second.alert,
+            WiredFault.HOT: lambda: second.temperature > 72.0,
+            WiredFault.CRC: lambda: bus.corrupt > 0,
+            WiredFault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
+            WiredFault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
+            WiredFault.REBOOT: lambda: not second.energised,
+        }
+        assert {*seen, WiredFault.MEND} == set(WiredFault)
+        for fault, happened in seen.items():
+            second.write(table.TORQUE_ENABLE.address, b"\x01")
+            assert cause(bus, WiredFaultRequest(fault=fault, servo=2)).done
+            assert happened(), fault
+            assert cause(bus, WiredFaultRequest(fault=WiredFault.MEND, servo=2)).done
+            assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
+        refused = cause(bus, WiredFaultRequest(fault=WiredFault.HOT, servo=9))
+        assert not refused.done
+        assert "the servos are 1, 2, 3, 4" in refused.message
+
+
+def test_a_section_that_a_driver_needs_is_asked_for(tmp_path: Path) -> None:
+    one = Rig(tmp_path)
+    for command in ("vicon", "servo"):
+        process = one.start(command)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 2
+        assert said == f"tendond: {one.config}: has no [{command}] section: add one, it may be empty\n"
+    assert isinstance(process, subprocess.Popen)

@@ -1,0 +1,224 @@
+"""`tendond vicon` against a scripted Tracker on a real UDP port, with a real Zenoh hub."""
+
+import math
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zenoh
+from scipy.spatial.transform import Rotation
+
+from tendond.daemon.bus import Hub
+from tendond.drivers.vicon.datastream import DataStreamSource
+from tendond.drivers.vicon.packet import Reading
+from tendond.drivers.vicon.process import ViconDriver
+from tendond.drivers.vicon.udp import UdpSource, ViconError
+from tendond.schemas.config import RigConfig, check_config
+from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.keys import TIP_POSE, key
+from tendond.schemas.messages import TipPose
+from tendond.schemas.wire import decode
+from tests.rig.tracker import BASE, HIDDEN, OTHER, TIP, Tracker, free_port
+
+pytestmark = pytest.mark.rig
+
+PATIENCE_SECONDS = 60.0
+MARK = Reading((500.0, 500.0, 500.0), (0.0, 0.0, 0.0))
+
+
+class Listener:
+    """A running driver, what it publishes and what it says."""
+
+    def __init__(self, config: RigConfig, session: zenoh.Session) -> None:
+        assert config.vicon is not None
+        self.config, self.section = config, config.vicon
+        self.said: list[str] = []
+        self.poses: list[TipPose] = []
+        self._subscriber = session.declare_subscriber(key(config.rig.name, TIP_POSE), zenoh.handlers.FifoChannel(10000))
+
+    def until(self, wanted: Callable[["Listener"], bool], prod: Callable[[], None] = lambda: None) -> None:
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not wanted(self):
+            assert time.monotonic() < deadline, (self.said, self.poses[-3:])
+            prod()
+            time.sleep(0.005)
+            while (sample := self._subscriber.try_recv()) is not None:
+                self.poses.append(decode(TipPose, sample.payload.to_bytes()))
+
+    def heard(self, tracker: Tracker) -> None:
+        """Send frames until the driver hears them; what came so far is then forgotten."""
+        self.until(lambda one: bool(one.poses), lambda: tracker.send({"tip": TIP, "base": BASE}))
+        tracker.send({"tip": MARK, "base": BASE})
+        marked = self.poses[0].position
+        self.until(lambda one: one.poses[-1].position != marked)
+        self.poses.clear()
+
+
+@contextmanager
+def driver(**section: Any) -> Iterator[tuple[Listener, Tracker]]:
+    """A driver in a thread; base markers stand as the model's gravity wants them unless told otherwise."""
+    port = free_port(socket.SOCK_DGRAM)
+    vicon = {"address": "127.0.0.1", "port": port, "gravity_tolerance": math.pi, "silence": 0.3, **section}
+    endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    config = check_config({"rig": {"name": "rig"}, "bus": {"endpoint": endpoint}, "vicon": vicon}, "test")
+    ended = threading.Event()
+    with Hub(config) as hub, Tracker(port) as tracker:
+        listener = Listener(config, hub._session)
+        one = ViconDriver(config, listener.section, ended.is_set, listener.said.append)
+        thread = threading.Thread(target=one.run)
+        thread.start()
+        try:
+            yield listener, tracker
+        finally:
+            ended.set()
+            thread.join(PATIENCE_SECONDS)
+            assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("rate", [100, 500])
+def test_every_frame_of_several_objects_becomes_one_pose_of_the_tip_in_the_bases_frame(rate: int) -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        started = time.monotonic()
+        for count in range(rate // 5):
+            moved = Reading((TIP.translation[0] + count, *TIP.translation[1:]), TIP.rotation)
+            tracker.send({"drone": OTHER, "base": BASE, "tip": moved})
+            time.sleep(max(0.0, started + count / rate - time.monotonic()))
+        listener.until(lambda one: len(one.poses) >= rate // 5)
+    base = Rotation.from_euler("XYZ", BASE.rotation)
+    turned = base.inv() * Rotation.from_euler("XYZ", TIP.rotation)
+    for count, pose in enumerate(listener.poses):
+        offset = np.subtract(np.add(TIP.translation, (count, 0.0, 0.0)), BASE.translation)
+        assert np.allclose(pose.position, base.inv().apply(offset) * 1e-3, atol=1e-12)
+        w, *xyz = pose.orientation
+        assert (Rotation.from_quat([*xyz, w]) * turned.inv()).magnitude() < 1e-9
+        assert pose.valid
+        assert pose.stamp_ns > 0
+    sequence = [pose.seq for pose in listener.poses]
+    assert sequence == list(range(sequence[0], sequence[0] + len(sequence)))
+
+
+def test_a_hidden_or_missing_object_gives_invalid_poses_and_is_named() -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        for tip, base in ((HIDDEN, BASE), (TIP, HIDDEN), (TIP, BASE)):
+            tracker.send({"tip": tip, "base": base})
+        tracker.send({"base": BASE})
+        tracker.send({"tip": TIP, "base": BASE})
+        listener.until(lambda one: len(one.poses) >= 5)
+    assert [pose.valid for pose in listener.poses] == [False, False, True, False, True]
+    assert len({pose.position for pose in listener.poses[2:]}) == 1
+    assert [line for line in listener.said if "no valid pose" in line] == [
+        "no valid pose: 'tip' hidden",
+        "no valid pose: 'base' hidden",
+        "no valid pose: 'tip' not in the stream",
+    ]
+
+
+def test_garbage_truncated_and_wrong_packets_are_counted_and_give_no_pose() -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        for payload in (b"", b"hello", b"\xff" * 256, bytes(200), b"\x07" * 1024, b"\xa5" * 60000):
+            tracker.send_bytes(payload)
+        tracker.send({"tip": TIP, "base": BASE})
+        listener.until(lambda one: bool(one.poses))
+    assert len(listener.poses) == 1
+    report = next(line for line in listener.said if "since the last report" in line)
+    assert "4 wrong size" in report
+    assert "2 truncated" in report
+
+
+def test_gaps_late_frames_and_a_restart_of_tracker() -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        for number in (5000, 5001, 5005, 5003, 5005, 1, 2):
+            tracker.send({"tip": TIP, "base": BASE}, number)
+        listener.until(lambda one: len(one.poses) >= 5)
+        time.sleep(0.1)
+    assert len(listener.poses) == 5
+    report = next(line for line in listener.said if "since the last report" in line)
+    assert all(part in report for part in ("1 late", "1 duplicate", "1 restarts", "frames lost"))
+
+
+def test_silence_is_said_once_and_its_end_too() -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        listener.until(lambda one: any("nothing from Tracker" in line for line in one.said))
+        listener.until(
+            lambda one: any("heard again" in line for line in one.said),
+            lambda: tracker.send({"tip": TIP, "base": BASE}),
+        )
+    assert sum("nothing from Tracker" in line for line in listener.said) == 1
+
+
+def test_a_base_that_is_mounted_otherwise_than_the_model_thinks_gives_no_pose_at_all() -> None:
+    with driver(gravity_tolerance=0.17) as (listener, tracker):
+        listener.until(
+            lambda one: any("base turned against gravity" in line for line in one.said),
+            lambda: tracker.send({"tip": TIP, "base": BASE}),
+        )
+    assert not listener.poses
+
+
+def test_packets_that_waited_while_the_driver_could_not_run_are_not_taken_for_fresh() -> None:
+    section = ViconSection(address="127.0.0.1", port=free_port(socket.SOCK_DGRAM))
+    source = UdpSource(section)
+    with Tracker(section.port) as tracker:
+        for _ in range(3):
+            tracker.send({"tip": TIP, "base": BASE})
+        time.sleep(0.2)
+        assert [source.receive() for _ in range(3)] == [None] * 3
+        assert source.counts == {"stale": 3}
+        tracker.send({"tip": TIP, "base": BASE})
+        before = time.monotonic_ns()
+        time.sleep(0.02)
+        fresh = source.receive()
+        source.close()
+    assert fresh is not None
+    assert abs(fresh.stamp_ns - before) < 15_000_000
+
+
+def test_a_second_driver_on_the_same_port_is_refused_in_one_line() -> None:
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        with pytest.raises(ViconError, match=r"cannot listen on UDP .*another driver running"):
+            ViconDriver(listener.config, listener.section, lambda: False, print).run()
+
+
+def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path) -> None:
+    port = free_port(socket.SOCK_DGRAM)
+    endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    file = tmp_path / "rig.toml"
+    file.write_text(f'[bus]\nendpoint = "{endpoint}"\n[vicon]\nport = {port}\n')
+    with subprocess.Popen(
+        [sys.executable, "-m", "tendond.daemon.cli", "vicon", "--config", str(file)], stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        first = process.stderr.readline()
+        process.terminate()
+        rest = process.stderr.read()
+        assert process.wait(PATIENCE_SECONDS) == 0
+    assert first == f"tendond: rig 'paper': tip 'tip' seen from 'base', from UDP port {port}\n"
+    assert "Traceback" not in rest
+
+
+def test_a_datastream_server_that_is_not_there_is_an_error_and_no_hang() -> None:
+    pytest.importorskip("motioncapture", reason="the extra [vicon-sdk] is not installed")
+    server = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    source = DataStreamSource(ViconSection(source="datastream", server=server, server_timeout=0.8))
+    child = source._child
+    try:
+        with pytest.raises(ViconError, match=f"no frame from the DataStream server {server} in 0.8 s"):
+            deque(iter(source.receive, "never"), maxlen=0)
+    finally:
+        source.close()
+    assert child.poll() is not None

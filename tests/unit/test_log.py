@@ -2,10 +2,13 @@
 
 import csv
 import json
-import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any, get_args
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -21,6 +24,7 @@ from tendond.daemon.analysis.log import load as load_log
 from tendond.daemon.analysis.recover import recover
 from tendond.daemon.analysis.units import UNITS, column_name, components
 from tendond.daemon.channels import CYCLE
+from tendond.daemon.cli.app import main
 from tendond.daemon.errors import UsageError
 from tendond.schemas.record import CycleRecord
 from tests.golden.scripts import CYCLES, FOLDER
@@ -29,10 +33,24 @@ from tests.unit.logs import rewritten
 NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
 
 
-def run_command(*arguments: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "tendond.daemon.cli", *arguments], capture_output=True, text=True, timeout=120
-    )
+@dataclass(frozen=True)
+class Said:
+    """What a command has printed, and its exit status."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def run_command(*arguments: str) -> Said:
+    """The program, from its entry point, in this process."""
+    out, err, code = StringIO(), StringIO(), 0
+    with redirect_stdout(out), redirect_stderr(err), mock.patch.object(sys, "argv", ["tendond", *arguments]):
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 0
+    return Said(code, out.getvalue(), err.getvalue())
 
 
 def damaged(path: Path, out: Path) -> Path:

@@ -1,16 +1,19 @@
 """Which inputs a cycle uses: each one that it does not use is named with its reason."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tendond.daemon.state import CycleSetup, CycleState
+from tendond.daemon.state import CycleSetup, CycleState, changed
 from tendond.schemas.messages import TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 
 REACH = 1.5
 """Rod lengths from the base beyond which no tip can be."""
+
+
+OCCLUDED = "occluded"
 
 
 @dataclass(frozen=True)
@@ -24,29 +27,63 @@ class Admission:
 
 def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admission:
     """Take over the inputs that can be trusted and age the rest."""
+    pose, tendons, missed, runs = inputs.pose, inputs.tendon_state, inputs.missed_ticks, state.runs
     rejected = [reason for reason, count in sorted(inputs.unreadable.items()) for _ in range(count)]
-    reason = _objection(setup, state, inputs.pose) if inputs.pose is not None else None
-    if reason is not None:
-        rejected.append(reason)
-    fresh = inputs.pose is not None and reason is None
-    counts = dict(state.rejected)
-    for name in rejected:
-        counts[name] = counts.get(name, 0) + 1
-    runs = replace(
-        state.runs,
-        rejected=0 if fresh else state.runs.rejected + len(rejected),
-        teleports=0 if fresh else state.runs.teleports + (reason == "teleport"),
-        missed_ticks=state.runs.missed_ticks + inputs.missed_ticks if inputs.missed_ticks else 0,
-    )
-    if fresh:
+    objection = None if pose is None else _objection(setup, state, pose)
+    if objection is not None:
+        rejected.append(objection)
+    fresh = pose is not None and objection is None
+    hidden = objection == OCCLUDED
+    bad = 0 if fresh else runs.rejected + len(rejected) - hidden
+    teleports = 0 if fresh else runs.teleports + (objection == "teleport")
+    late = None if tendons is None else _late(setup, state, tendons)
+    if late is not None:
+        rejected.append(late)
+    counts = state.rejected
+    if rejected:
+        counts = dict(counts)
+        for name in rejected:
+            counts[name] = counts.get(name, 0) + 1
+
+    age, earlier, interval, way, equal = state.pose_age, state.earlier, state.interval, state.way, runs.equal_poses
+    if fresh and pose is not None:
+        same = state.pose is not None and state.pose.position == pose.position
+        equal, way = (equal + 1, way) if same else (0, 0.0)
         earlier = None if state.pose is None else np.array(state.pose.position)
-        interval = 1 + inputs.missed_ticks + (state.pose_age or 0)
-        state = replace(state, pose=inputs.pose, pose_age=0, earlier=earlier, interval=interval)
-    elif state.pose_age is not None:
-        state = replace(state, pose_age=state.pose_age + 1 + inputs.missed_ticks)
-    if inputs.tendon_state is not None:
-        state = replace(state, tendon_state=_with_count_checked(setup, inputs.tendon_state))
-    return Admission(replace(state, runs=runs, rejected=counts), fresh, tuple(rejected))
+        interval, age = 1 + missed + (age or 0), 0
+    elif age is not None:
+        age += 1 + missed
+    tendon_state, tendon_age = state.tendon_state, state.tendon_age + 1 + missed
+    if tendons is not None and late is None:
+        tendon_state, tendon_age = _with_count_checked(setup, tendons), 0
+    runs = changed(
+        runs,
+        rejected=bad,
+        teleports=teleports,
+        missed_ticks=runs.missed_ticks + missed if missed else 0,
+        equal_poses=equal,
+        occluded=0 if fresh else runs.occluded + hidden,
+    )
+    state = changed(
+        state,
+        pose=pose if fresh else state.pose,
+        pose_age=age,
+        earlier=earlier,
+        interval=interval,
+        way=way,
+        tendon_state=tendon_state,
+        tendon_age=tendon_age,
+        runs=runs,
+        rejected=counts,
+    )
+    return Admission(state, fresh, tuple(rejected))
+
+
+def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | None:
+    """Why a tendon state cannot be used, if so; a driver that has started anew counts from zero again."""
+    if state.tendon_state is None or state.tendon_age > setup.config.faults.tendon_stale:
+        return None
+    return None if tendons.seq > state.tendon_state.seq else "tendons out of order"
 
 
 def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
@@ -62,7 +99,7 @@ def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
 def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | None:
     """Why a pose cannot be used, if so."""
     if not pose.valid:
-        return "occluded"
+        return OCCLUDED
     if math.hypot(*pose.position) > REACH * setup.rod.parameters.length:
         return "out of reach"
     if state.pose is None or state.pose_age is None or state.pose_age > setup.config.faults.pose_stale:

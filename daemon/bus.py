@@ -1,30 +1,44 @@
 """The controller's end of the bus: the Zenoh hub that drivers and operators connect to."""
 
 import json
+import os
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
+from typing import TypeVar
 
 import zenoh
 
 from tendond.daemon.errors import DaemonError
 from tendond.schemas.config import RigConfig
-from tendond.schemas.keys import CONTROL, SIMULATOR_TRUTH, STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.keys import (
+    ALIVE,
+    CONFIG_VARIABLE,
+    CONTROL,
+    SIMULATOR_TRUTH,
+    STATUS,
+    TENDON_COMMAND,
+    TENDON_STATE,
+    TIP_POSE,
+    key,
+)
 from tendond.schemas.messages import (
     ENCODING,
     ControlReply,
     ControlRequest,
+    Message,
     SimulatorTruth,
     Status,
     TendonCommand,
     TendonState,
     TipPose,
 )
-from tendond.schemas.wire import S, UnreadableError, decode, encode
+from tendond.schemas.wire import UnreadableError, decode, encode
 
 QUEUE = 64
 """Messages kept between two cycles; older ones are overwritten."""
 
+M = TypeVar("M", bound=Message)
 Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 
@@ -70,7 +84,7 @@ class Hub:
 
     def __init__(self, config: RigConfig) -> None:
         zenoh.init_log_from_env_or("off")
-        settings = zenoh.Config()
+        settings = _own_config(config)
         settings.insert_json5("mode", '"peer"')
         settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
         settings.insert_json5("scouting/multicast/enabled", "false")
@@ -90,6 +104,7 @@ class Hub:
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
+        self._token = self._session.liveliness().declare_token(key(name, ALIVE))
         self.last_command: TendonCommand | None = None
 
     def __enter__(self) -> "Hub":
@@ -111,13 +126,16 @@ class Hub:
         arrivals.truth = self._newest(SimulatorTruth, self._truths, arrivals)
         return arrivals
 
-    def _newest(self, kind: type[S], subscriber: Subscriber, arrivals: Arrivals) -> S | None:
-        newest: S | None = None
+    def _newest(self, kind: type[M], subscriber: Subscriber, arrivals: Arrivals) -> M | None:
+        newest: M | None = None
         for _ in range(QUEUE):  # no flood keeps the loop here
             if (sample := subscriber.try_recv()) is None:
                 break
             try:
-                newest = decode(kind, _payload(sample))
+                message = decode(kind, _payload(sample))
+                if newest is not None and message.seq <= newest.seq:
+                    raise UnreadableError("out of order")
+                newest = message
             except UnreadableError as error:
                 arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
         return newest
@@ -160,6 +178,26 @@ class Hub:
     def publish_status(self, status: Status) -> None:
         """To whoever watches."""
         self._status.put(encode(status))
+
+
+def _own_config(config: RigConfig) -> zenoh.Config:
+    """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
+
+    Raises:
+        DaemonError: the file cannot be used, or the bus would be open to a network.
+    """
+    path = os.environ.get(CONFIG_VARIABLE)
+    try:
+        settings = zenoh.Config.from_file(path) if path else zenoh.Config()
+    except zenoh.ZError as error:
+        raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
+    guarded = json.loads(settings.get_json("access_control"))["enabled"]
+    if not (guarded or config.bus.unguarded or config.bus.is_loopback):
+        raise DaemonError(
+            f"bus.endpoint = {config.bus.endpoint} is open to the network and has no access list: name a Zenoh "
+            "configuration with one in ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
+        )
+    return settings
 
 
 def _brief(error: zenoh.ZError) -> str:

@@ -57,6 +57,10 @@ CHANNELS: tuple[Channel[Any], ...] = (
 )
 
 
+BEGINNING = next((channel for channel in CHANNELS if channel.topic == "state"), CYCLE)
+"""What stands first in each file of a run that is split: never half of a cycle, and a state where there is one."""
+
+
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     """The JSON Schema of what `model` serialises to, as Foxglove's and Lichtblick's parsers take it.
 
@@ -78,7 +82,9 @@ def _simple(schema: dict[str, Any], definitions: dict[str, Any]) -> dict[str, An
         return _simple({**_without(schema, "anyOf"), **option}, definitions)
     simple = _without(schema, "$defs", "prefixItems", "default")
     if schema.get("type") == "array":
-        simple["items"] = _simple(schema["prefixItems"][0] if "prefixItems" in schema else schema["items"], definitions)
+        items = _simple(schema["prefixItems"][0] if "prefixItems" in schema else schema["items"], definitions)
+        # An array of arrays they refuse as well: samples of a reference pass for objects, and are shown as they are.
+        simple["items"] = {"type": "object", "properties": {}} if items.get("type") == "array" else items
     if schema.get("type") == "object":
         properties = schema.get("properties", {})
         simple["properties"] = {key: _simple(value, definitions) for key, value in properties.items()}

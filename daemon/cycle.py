@@ -3,31 +3,25 @@
 The same `step` runs live and in lockstep with the simulator; run on recorded inputs it gives the recorded outputs.
 """
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit
-from tendond.daemon.laws.law import Decision, Observation
+from tendond.daemon.laws.law import Observation
 from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request
 from tendond.daemon.reference import PLANES
-from tendond.daemon.state import CycleSetup, CycleState
+from tendond.daemon.state import CycleSetup, CycleState, changed
+from tendond.daemon.write_record import write_record
 from tendond.model.errors import ConvergenceError
-from tendond.model.observer import ObserverState, observe
-from tendond.model.rotation import quaternion
+from tendond.model.observer import observe
 from tendond.model.tip import Tip
 from tendond.schemas.base import Vector3
 from tendond.schemas.messages import Mode, TendonCommand
-from tendond.schemas.record import (
-    CycleInputs,
-    CycleRecord,
-    ModelState,
-    ObserverEstimate,
-    ReferencePoint,
-    TipEstimate,
-)
+from tendond.schemas.record import CycleInputs, CycleRecord, ReferencePoint, TipEstimate
 
 Array = NDArray[np.float64]
 
@@ -55,101 +49,86 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     Returns:
         The new state, the command to publish, and the record of it all.
     """
-    tick, config = state.tick, setup.config
+    config, period = setup.config, setup.config.loop.period
     admission = admit(setup, state, inputs)
-    state = admission.state
-    if state.mode is Mode.STARTING:
-        state = enter(state, Mode.IDLE, "started")
-    answer = Answer(False, "")
-    if inputs.request is not None:
-        state, answer = handle_request(setup, state, inputs.request)
-    state = advance_mode(setup, state)
-
-    tip = setup.rod.tip(state.rod)
-    measured = None if state.pose is None else np.array(state.pose.position)
-    fresh = measured if admission.fresh else None
-    state = replace(state, observer=observe(setup.observer, state.observer, setup.rod, state.rod, tip.position, fresh))
-    since = tick - state.since if state.mode is Mode.TRACKING else 0
-    elapsed = since * config.loop.period
-    reference = setup.reference.at(elapsed, state.slip)
+    state, answer = _advance_mode(setup, admission.state, inputs)
+    fresh = np.array(state.pose.position) if admission.fresh and state.pose is not None else None
+    state = _observe(setup, state, fresh)
+    tip, choice = state.tip, state.choice
+    elapsed = (state.tick - state.since) * period if state.mode is Mode.TRACKING else 0.0
+    reference = choice.reference.at(elapsed, state.slip)
 
     estimate, decision = None, None
     if state.mode is Mode.TRACKING:
         estimate = _estimate(setup, state, tip, fresh)
         if estimate is not None:
-            decision = setup.law.decide(setup.law_parameters, _observation(setup, state, tip, estimate, reference))
+            decision = choice.law.decide(choice.parameters, _observation(setup, state, tip, estimate, reference))
     wanted = state.tension if decision is None else decision.tension
     overbent = None
     if decision is not None and config.control.feedback == "observer":
-        overbent = setup.reference.overbent(tip.rotation[:, 2])
+        overbent = choice.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
     if state.mode is Mode.PRETENSION:
         wanted = _pretension(setup, state)
-    command, met_tension = limit_tension(
-        config.limits, config.loop.period, lead(wanted, state.tension, setup.lagging), state.commanded
-    )
-    if state.mode not in ACTIVE:
-        command = np.maximum(state.commanded - config.limits.release_rate * config.loop.period, 0.0)
+    if state.mode in ACTIVE:
+        command, met = limit_tension(config.limits, period, lead(wanted, state.tension, setup.lagging), state.commanded)
+    else:
+        command, met = np.maximum(state.commanded - config.limits.release_rate * period, 0.0), ()
 
     wound = _wind(setup, state, command)
     if wound.met and state.mode in ACTIVE:  # what cannot be wound is not pulled
         held = _wind(setup, state, state.tension)
         part = attainable(held.asked, wound.asked, wound.command)
-        met_displacement = wound.met
+        met += wound.met
         wound = held if part == 0.0 else _wind(setup, state, state.tension + part * (command - state.tension))
-        wound = replace(wound, met=met_displacement)
     state = wound.state
-    met = met_tension + wound.met if state.mode in ACTIVE else ()
     command, displacement = state.commanded, wound.command
-    if not (np.all(np.isfinite(command)) and np.all(np.isfinite(displacement))):
+    if not (_finite(command) and _finite(displacement)):
         state = enter(state, Mode.FAULT, "the command was not finite")
-        zero = np.zeros_like(command)
-        command, displacement = zero, zero
-        state = replace(state, commanded=zero, tension=zero, wound=zero)
-    state = replace(state, displacement=displacement, lagging=bool(wound.met) and state.mode not in ACTIVE)
+        displacement = command = np.zeros_like(command)
+        state = changed(state, commanded=command, tension=command, wound=command)
+    lagging = bool(wound.met) and state.mode not in ACTIVE
     armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
-        state.mode is Mode.FAULT and (bool(np.any(command > 0.0)) or state.lagging)
-    )
-    message = TendonCommand(
-        seq=tick,
-        stamp_ns=0,
-        pose_seq=None if state.pose is None else state.pose.seq,
-        displacement=_numbers(displacement),
-        tension=_numbers(command),
-        armed=armed,
-    )
-    model_tip = setup.rod.tip(state.rod)
-    record = CycleRecord(
-        tick=tick,
-        time=tick * config.loop.period,
-        mode=state.mode,
-        reason=state.reason,
-        reply=answer.text,
-        accepted=answer.accepted,
-        inputs=inputs,
-        rejected=admission.rejected,
-        pose_age=state.pose_age,
-        measured=None if state.pose is None else state.pose.position,
-        reference=reference,
-        observer=_observer_estimate(state.observer),
-        estimate=estimate,
-        terms={} if decision is None else decision.terms,
-        wanted=_wanted(decision),
-        tension=_numbers(state.tension),
-        limited=met,
-        model=ModelState(
-            position=_vector(model_tip.position),
-            orientation=quaternion(model_tip.rotation),
-            residual=state.rod.residual,
-            marches=state.rod.marches,
-            error=wound.error,
-        ),
-        command=message,
+        state.mode is Mode.FAULT and (bool((command > 0.0).any()) or lagging)
     )
     slip = _slip(setup, state, elapsed, None if met else estimate, reference)
-    runs = replace(state.runs, limited=state.runs.limited + 1 if met else 0)
-    return replace(state, tick=tick + 1, runs=runs, slip=slip), message, record
+    last = changed(
+        state,
+        tick=state.tick + 1,
+        tip=setup.rod.tip(state.rod),
+        displacement=displacement,
+        lagging=lagging,
+        slip=slip,
+        runs=changed(state.runs, limited=state.runs.limited + 1 if met else 0),
+    )
+    record = write_record(
+        last, inputs, admission.rejected, answer, period, reference, estimate, decision, met, wound.error, armed
+    )
+    return last, record.command, record
+
+
+def _advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+    """The operator's request first, then faults and the changes of mode that happen by themselves."""
+    if state.mode is Mode.STARTING:
+        state = enter(state, Mode.IDLE, "started")
+    answer = Answer(False, "")
+    if inputs.request is not None:
+        state, answer = handle_request(setup, state, inputs)
+    return advance_mode(setup, state), answer
+
+
+def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> CycleState:
+    """The observer's cycle, and what tells a frozen pose or another robot than the model from all is well."""
+    observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, fresh)
+    way = state.way + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
+    runs = state.runs
+    if fresh is not None:
+        apart = math.hypot(*observer.innovation.tolist())
+        gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
+        if gross or runs.mismatches:
+            runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
+    return changed(state, observer=observer, way=way, runs=runs)
 
 
 def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | None) -> TipEstimate | None:
@@ -162,7 +141,9 @@ def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | Non
         velocity = (fresh - earlier) / (state.interval * setup.config.loop.period)
     else:
         return None
-    return TipEstimate(position=_vector(position), velocity=_vector(velocity), acceleration=_vector(tip.acceleration))
+    return TipEstimate.trusted(
+        position=_vector(position), velocity=_vector(velocity), acceleration=_vector(tip.acceleration)
+    )
 
 
 def _observation(
@@ -195,9 +176,9 @@ def _slip(
     """
     if state.mode is not Mode.TRACKING:
         return 0.0
-    if estimate is None or not setup.reference.yields or elapsed < setup.reference.arrival:
+    if estimate is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
         return state.slip
-    across, along = setup.reference.curve.axes
+    across, along = state.choice.reference.curve.axes
     if abs(estimate.position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
         return state.slip
     slip = state.slip + YIELD * (estimate.position[along] - reference.position[along])
@@ -243,7 +224,7 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
         wanted = np.where(tension > 0.0, wanted, wanted - config.limits.slack)
     asked = lead(wanted, state.wound, setup.lagging)
     displacement, met = limit_displacement(config.limits, config.loop.period, asked, state.displacement)
-    after = replace(after, tension=tension, commanded=command, wound=follow(displacement, state.wound, setup.lagging))
+    after = changed(after, tension=tension, commanded=command, wound=follow(displacement, state.wound, setup.lagging))
     return _Wound(after, asked, displacement, met, error)
 
 
@@ -253,30 +234,15 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
     for force in (observer.tip_force, observer.force):
         try:
             rod = setup.rod.step(state.rod, tension, tip_force=force)
-            return replace(state, rod=rod, runs=replace(state.runs, solver_failures=0)), ""
+            return changed(state, rod=rod, runs=changed(state.runs, solver_failures=0)), ""
         except ConvergenceError as failure:
             error = str(failure)
-    runs = replace(state.runs, solver_failures=state.runs.solver_failures + 1)
-    return replace(state, runs=runs), error
+    runs = changed(state.runs, solver_failures=state.runs.solver_failures + 1)
+    return changed(state, runs=runs), error
 
 
-def _observer_estimate(state: ObserverState) -> ObserverEstimate:
-    return ObserverEstimate(
-        innovation=_vector(state.innovation),
-        force=_vector(state.force),
-        pull=_vector(state.pull),
-        offset=_vector(state.offset),
-    )
-
-
-def _wanted(decision: Decision | None) -> tuple[float, ...] | None:
-    if decision is None or not np.all(np.isfinite(decision.tension)):
-        return None
-    return _numbers(decision.tension)
-
-
-def _numbers(values: Array) -> tuple[float, ...]:
-    return tuple(values.tolist())
+def _finite(values: Array) -> bool:
+    return bool(np.isfinite(values).all())
 
 
 def _vector(values: Array) -> Vector3:

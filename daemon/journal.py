@@ -1,10 +1,10 @@
 """What goes into the log, and when: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
 
-import functools
 import platform
 import subprocess
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Self
@@ -74,6 +74,8 @@ class Journal:
             {**run_metadata(config), **(notes or {})},
             {CONFIG: config.model_dump_json()},
             config.log.queue if queue is None else queue,
+            split_bytes=config.log.split_size * 1e6,
+            split_seconds=config.log.split_time,
         )
         self._counts = Counts(0, 0, 0)
 
@@ -90,6 +92,11 @@ class Journal:
         return self._recorder.dropped
 
     @property
+    def waiting(self) -> int:
+        """Entries that wait for the disk."""
+        return self._recorder.waiting
+
+    @property
     def error(self) -> str:
         """What ended the file before its time; empty while all is well."""
         return self._recorder.error
@@ -104,7 +111,10 @@ class Journal:
     def cycle(
         self, record: CycleRecord, timing: LoopTiming | None, state: RodState, truth: SimulatorTruth | None
     ) -> None:
-        """A cycle, with the state of the model's rod; no timing where no clock ran."""
+        """A cycle, with the state of the model's rod; no timing where no clock ran.
+
+        What viewers want of it is made in the recorder's thread.
+        """
         now = self._now()
         put = self._recorder.put
         put(CYCLE, now, record)
@@ -112,25 +122,23 @@ class Journal:
             put(TIMING, now, timing)
         pose = record.inputs.pose
         if pose is not None:
-            put(TIP_MEASURED, now, foxglove.pose_in_frame(now, pose.position, pose.orientation))
-        put(TIP_MODEL, now, foxglove.pose_in_frame(now, record.model.position, record.model.orientation))
+            put(TIP_MEASURED, now, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation))
+        put(TIP_MODEL, now, partial(foxglove.pose_in_frame, now, record.model.position, record.model.orientation))
         if truth is not None:
             put(TRUTH, now, truth)
         if record.tick % self._shape_period == 0:
-            points = self._rod.curve(state)
-            holes = self._rod.parameters.tendon_positions
-            tendons = foxglove.tendon_paths(state.rotations, points, holes)
-            put(ROD_SHAPE, now, foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons))
-            frames = {"tip_model": (record.model.position, record.model.orientation)}
-            if pose is not None:
-                frames["tip_measured"] = (pose.position, pose.orientation)
-            put(TRANSFORMS, now, foxglove.frame_transforms(now, frames))
+            put(ROD_SHAPE, now, partial(self._shape, now, record, state))
+            put(TRANSFORMS, now, partial(_frames, now, record))
+
+    def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
+        points = self._rod.curve(state)
+        tendons = foxglove.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
+        return foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons)
 
     def state(self, state: CycleState) -> None:
         """The state before the next cycle; one a second goes into the log. It is turned into text by the recorder."""
         if state.tick % self._snapshot_period == 0:
-            text = functools.partial(encode_state, state)
-            self._recorder.put(STATE, self._now(), StateSnapshot(tick=state.tick, state=text))
+            self._recorder.put(STATE, self._now(), StateSnapshot(tick=state.tick, state=partial(encode_state, state)))
 
     def status(self, status: Status, *, changed: bool) -> None:
         """A status; a change of mode is a line for people as well."""
@@ -144,6 +152,13 @@ class Journal:
         """Why the controller ends before its time."""
         now = self._now()
         self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.FATAL, trace))
+
+
+def _frames(now: int, record: CycleRecord) -> foxglove.FrameTransforms:
+    frames = {"tip_model": (record.model.position, record.model.orientation)}
+    if record.inputs.pose is not None:
+        frames["tip_measured"] = (record.inputs.pose.position, record.inputs.pose.orientation)
+    return foxglove.frame_transforms(now, frames)
 
 
 def run_metadata(config: RigConfig) -> dict[str, str]:

@@ -4,6 +4,7 @@ import gc
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from tendond.daemon.pacing import Pacer
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
+from tendond.schemas.wire import encode
 
 STATUS_SECONDS = 1.0
 RELEASE_SECONDS = 4.0
@@ -86,6 +88,18 @@ class Loop:
             gc.enable()
             self._hub.publish_last(_slack(self._setup, self._health.cycles))
 
+    def rehearse(self) -> None:
+        """A cycle on the last inputs whose outcome is thrown away: the next one finds its code and data in the caches.
+
+        Other processes push them out while the loop sleeps, and a cycle then takes two to three times as long. `step`
+        changes nothing that it is given, so this is not seen in any command or record.
+        """
+        pose = self._state.pose
+        if pose is not None:
+            pose = pose.model_copy(update={"seq": pose.seq + 1})
+        with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
+            encode(step(self._setup, self._state, CycleInputs(pose=pose))[1])
+
     def _let_go(self) -> None:
         """Release the tendons without the cycle, along a ramp, from what was commanded last."""
         config, tension, displacement = self._setup.config, self._state.tension, self._state.displacement
@@ -107,7 +121,7 @@ class Loop:
             time.sleep(config.loop.period)
 
     def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
-        mode: Mode | None = None
+        seen: object = None  # by whoever watches the status
         next_status = 0.0
         give_up: float | None = None
         question: Question | None = None
@@ -120,9 +134,9 @@ class Loop:
             wake = pacer.wait()
             if wake is None:
                 break
-            started = time.monotonic()
             question = question or self._hub.question()
-            requested = None if question is None else question.request.action
+            request = None if question is None else question.request
+            requested = None if request is None else request.action
             if stopping and self._state.mode in ACTIVE:
                 requested = ControlAction.STOP
             elif self._state.tick == self._arm_at:
@@ -131,12 +145,14 @@ class Loop:
                 pose=wake.arrivals.pose,
                 tendon_state=wake.arrivals.tendon_state,
                 request=requested,
+                law=request.law if request is not None and request.action is requested else None,
+                reference=request.reference if request is not None and request.action is requested else None,
                 unreadable=wake.arrivals.unreadable,
                 missed_ticks=wake.missed_ticks,
             )
             self._state, command, record = step(self._setup, self._state, inputs)
             self._hub.publish_command(command.model_copy(update={"stamp_ns": time.monotonic_ns()}))
-            work_us = (time.monotonic() - started) * 1e6
+            work_us = (time.monotonic() - wake.at) * 1e6
             self._health.add(work_us, wake.missed_ticks)
             if question is not None and question.request.action is requested:
                 question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
@@ -149,11 +165,12 @@ class Loop:
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
             self._journal.state(self._state)
-            if record.mode is not mode or time.monotonic() >= next_status:
+            now = (record.mode, record.law, record.reference.target, self._journal.error)
+            if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
-                self._journal.status(status, changed=record.mode is not mode)
-                mode, next_status = record.mode, time.monotonic() + STATUS_SECONDS
+                self._journal.status(status, changed=now != seen)
+                seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
 
@@ -167,10 +184,10 @@ class Loop:
             mode=record.mode,
             reason=record.reason,
             tick=record.tick,
-            law=control.law,
+            law=record.law,
             feedback=control.feedback,
             tip=record.measured,
-            target=self._setup.reference.target,
+            target=record.reference.target,
             tension=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,

@@ -4,13 +4,16 @@ idle -> (arm) -> pretension -> tracking -> (stop) -> releasing -> idle
 any but idle and releasing -> fault, until reset
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tendond.daemon.state import CycleSetup, CycleState, Runs
+from tendond.daemon.errors import DaemonError
+from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
+from tendond.model.errors import ModelError
 from tendond.model.observer import start_observer
 from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.record import CycleInputs
 
 ACTIVE = (Mode.PRETENSION, Mode.TRACKING)
 
@@ -25,7 +28,7 @@ class Answer:
 
 def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
     """`state` in another mode."""
-    return replace(state, mode=mode, reason=reason, since=state.tick)
+    return changed(state, mode=mode, reason=reason, since=state.tick)
 
 
 def is_taut(state: CycleState) -> bool:
@@ -36,17 +39,20 @@ def is_taut(state: CycleState) -> bool:
 def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     """With the model solved anew, slack and at rest, where it had no solution any more."""
     rod = setup.rod.solve_static(np.zeros_like(state.tension))
-    observer = start_observer(setup.observer, setup.rod.tip(rod).position)
-    return replace(state, rod=rod, observer=observer)
+    tip = setup.rod.tip(rod)
+    return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
 
 
-def handle_request(setup: CycleSetup, state: CycleState, action: ControlAction) -> tuple[CycleState, Answer]:
+def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
     """Carry out a request, or say why not."""
+    action = inputs.request
+    if action in (ControlAction.LAW, ControlAction.REFERENCE):
+        return _choose(setup, state, inputs)
     if action is ControlAction.ARM:
         refusal = _arming_refused(setup, state)
         if refusal:
             return state, Answer(False, f"not armed: {refusal}")
-        return enter(replace(state, runs=Runs()), Mode.PRETENSION, "armed by the operator"), Answer(True, "armed")
+        return enter(changed(state, runs=Runs()), Mode.PRETENSION, "armed by the operator"), Answer(True, "armed")
     if action is ControlAction.STOP:
         if state.mode in ACTIVE:
             return enter(state, Mode.RELEASING, "asked to stop"), Answer(True, "stopped: releasing the tendons")
@@ -60,8 +66,28 @@ def handle_request(setup: CycleSetup, state: CycleState, action: ControlAction) 
             return state, Answer(False, "not reset: the tendons are still being released")
         if state.runs.solver_failures:
             state = _with_model_at_rest(setup, state)
-        return enter(replace(state, runs=Runs()), Mode.IDLE, "reset by the operator"), Answer(True, "reset")
+        return enter(changed(state, runs=Runs()), Mode.IDLE, "reset by the operator"), Answer(True, "reset")
     return state, Answer(True, state.mode.value)
+
+
+def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+    """Another law or reference, validated as the configuration's; only while nothing moves."""
+    if state.mode is not Mode.IDLE:
+        remedy = "reset" if state.mode is Mode.FAULT else "stop"
+        return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
+    try:
+        if inputs.law is not None:
+            choice = state.choice.with_law(setup.config, inputs.law)
+            done = f"law: {inputs.law}"
+        elif inputs.reference is not None:
+            choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference)
+            x, y, z = choice.reference.target
+            done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
+        else:
+            return state, Answer(False, "not changed: the request does not say to what")
+    except (DaemonError, ModelError) as error:
+        return state, Answer(False, "not changed: " + "; ".join(str(error).splitlines()))
+    return changed(state, choice=choice), Answer(True, done)
 
 
 def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
@@ -77,6 +103,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return "the servo driver has not reported yet"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"the tendon driver reports {state.tendon_state.fault}"
+    if state.tendon_state is not None and state.tendon_age > setup.config.faults.tendon_stale:
+        return f"the tendon driver has said nothing for {state.tendon_age} cycles"
     if state.runs.solver_failures:
         return "the model has no solution"
     return ""
@@ -85,20 +113,30 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
     """What must end pretension or tracking now, in words; empty if nothing."""
     limits, runs = setup.config.faults, state.runs
+    if runs.missed_ticks >= limits.missed_ticks:
+        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
     if state.pose_age is None or state.pose_age > limits.pose_stale:
-        return f"pose stale: none accepted for {state.pose_age} cycles" if state.pose_age else "no pose"
+        if state.pose_age is None:
+            return "no pose"
+        cause = "occluded: the tip was not seen" if runs.occluded else "pose stale: none accepted"
+        return f"{cause} for {state.pose_age} cycles"
     if runs.teleports >= limits.teleports:
         return f"teleport: {runs.teleports} poses in a row beyond what the tip can do"
     if runs.rejected >= limits.rejected_burst:
         return f"bad poses: {runs.rejected} rejected in a row"
-    if runs.missed_ticks >= limits.missed_ticks:
-        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
     if runs.solver_failures > limits.solver_failures:
         return f"model: no solution for {runs.solver_failures} cycles"
     if runs.limited >= setup.config.limits.sustained:
         return f"limits: the command stood at one for {runs.limited} cycles"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"tendons: {state.tendon_state.fault}"
+    if state.tendon_state is not None and state.tendon_age > limits.tendon_stale:
+        return f"tendons stale: no state for {state.tendon_age} cycles"
+    if runs.equal_poses >= limits.equal_poses and state.way > limits.equal_way:
+        return f"pose frozen: {runs.equal_poses} equal ones while the model's tip went {state.way * 1e3:.0f} mm"
+    if runs.mismatches >= limits.mismatches:
+        apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
+        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {runs.mismatches} cycles"
     return ""
 
 

@@ -12,10 +12,15 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 """That a simulator may take for a step before it counts as gone."""
 
 
+REHEARSAL_SHARE = 0.3
+"""Of the period, before the deadline, that a rehearsal may take."""
+
+
 @dataclass(frozen=True)
 class Wake:
-    """A cycle's start: what has arrived; lateness after the deadline [s]; deadlines skipped before it."""
+    """A cycle's start: when on the monotonic clock [s]; what has arrived; how late [s]; deadlines skipped before it."""
 
+    at: float
     arrivals: Arrivals
     lateness: float
     missed_ticks: int
@@ -34,11 +39,14 @@ class Clock:
     Args:
         hub: of the controller.
         period: of the cycle [s].
+        rehearse: called shortly before each deadline, where there is time for it.
     """
 
-    def __init__(self, hub: Hub, period: float) -> None:
+    def __init__(self, hub: Hub, period: float, rehearse: Callable[[], None] | None = None) -> None:
         self._hub = hub
         self._period = period
+        self._rehearse = rehearse
+        self._took = 0.0
         self._deadline: float | None = None
 
     def wait(self) -> Wake:
@@ -51,8 +59,22 @@ class Clock:
         if now >= self._deadline:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
-        time.sleep(max(0.0, self._deadline - now))
-        return Wake(self._hub.receive(), time.monotonic() - self._deadline, missed)
+        if self._rehearse is not None:
+            self._prepare(self._rehearse, self._deadline - REHEARSAL_SHARE * self._period)
+        time.sleep(max(0.0, self._deadline - time.monotonic()))
+        now = time.monotonic()
+        return Wake(now, self._hub.receive(), now - self._deadline, missed)
+
+    def _prepare(self, rehearse: Callable[[], None], at: float) -> None:
+        """Rehearse at that time, if the last rehearsal was short enough; a long one is tried again much later."""
+        now = time.monotonic()
+        if now > at or self._took > REHEARSAL_SHARE * self._period:
+            self._took *= 0.99
+            return
+        time.sleep(at - now)
+        started = time.monotonic()
+        rehearse()
+        self._took = 1.5 * (time.monotonic() - started)
 
 
 class Lockstep:
@@ -84,11 +106,11 @@ class Lockstep:
                 self._patience = LOCKSTEP_PATIENCE_SECONDS
                 if arrivals.pose.seq != self._seq:
                     self._seq = arrivals.pose.seq
-                    return Wake(arrivals, 0.0, 0)
+                    return Wake(time.monotonic(), arrivals, 0.0, 0)
                 arrivals.pose = None
                 self._hub.repeat_command()
             elif self._seq is not None and time.monotonic() - started > self._patience:
                 self._patience = self._period
-                return Wake(arrivals, 0.0, 0)
+                return Wake(time.monotonic(), arrivals, 0.0, 0)
             time.sleep(LOCKSTEP_POLL_SECONDS)
         return None

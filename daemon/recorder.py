@@ -1,4 +1,4 @@
-"""The log: one MCAP file per run, written by one thread behind a bounded queue.
+"""The log: one MCAP file per run, or several in a row, written by one thread behind a bounded queue.
 
     with Recorder(path, metadata, {CONFIG: config.model_dump_json()}, queue_size=4000) as recorder:
         recorder.put(CYCLE, time_ns, record)
@@ -7,8 +7,10 @@ Of a process that is killed, `StreamReader` reads everything up to the last flus
 """
 
 import importlib.util
+import math
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -18,7 +20,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from pydantic import BaseModel
 
-from tendond.daemon.channels import CHANNELS, Channel, M
+from tendond.daemon.channels import BEGINNING, CHANNELS, Channel, M
 from tendond.daemon.errors import DaemonError
 
 METADATA = "tendond"
@@ -27,11 +29,19 @@ METADATA = "tendond"
 CONFIG = "rig.json"
 """Name of the attachment that holds the configuration, so that the file replays on its own."""
 
+PART = "part"
+"""Name in the metadata of the number of a file in its run, from 0."""
+
 CHUNK_BYTES = 128 * 1024
 FLUSH_SECONDS = 0.5
 """That an entry stays in memory at most; 1 s is what the design promises."""
 
 CLOSE_SECONDS = 5.0
+
+
+def part_path(path: Path, part: int) -> Path:
+    """Of a further file of the run whose first is `path`."""
+    return path.with_name(f"{path.stem}-{part:03d}{path.suffix}")
 
 
 class RecorderError(DaemonError):
@@ -54,10 +64,23 @@ class Recorder:
         metadata: of the run, by name: revision, versions.
         attachments: texts by name, `CONFIG` among them.
         queue_size: messages that may wait for the disk; more are dropped.
+        split_bytes, split_seconds: size and age from which on the run goes on in another file, `run-001.mcap` after
+            `run.mcap`; metadata and attachments are in each, and so is the number of the part.
     """
 
-    def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str], queue_size: int) -> None:
+    def __init__(
+        self,
+        path: Path,
+        metadata: dict[str, str],
+        attachments: dict[str, str],
+        queue_size: int,
+        split_bytes: float = math.inf,
+        split_seconds: float = math.inf,
+    ) -> None:
         self.path = path
+        self._split_bytes = split_bytes
+        self._split_seconds = split_seconds
+        self._part = 0
         self._metadata = metadata
         self._attachments = attachments
         self._queue_size = queue_size
@@ -83,19 +106,24 @@ class Recorder:
         """
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = _File(self.path, self._metadata, self._attachments)
+            self._file = self._next_file()
         except OSError as error:
             raise RecorderError(f"{self.path}: no log can be written: {_reason(error)}; choose another file") from error
         self._accepting = True
         self._thread.start()
 
-    def put(self, channel: Channel[M], log_time_ns: int, message: M) -> bool:
+    def _next_file(self) -> "_File":
+        path = self.path if self._part == 0 else part_path(self.path, self._part)
+        return _File(path, {**self._metadata, PART: str(self._part)}, self._attachments)
+
+    def put(self, channel: Channel[M], log_time_ns: int, message: M | Callable[[], M]) -> bool:
         """Queue a message; never waits, never raises.
 
         Args:
             channel: one of `CHANNELS`.
             log_time_ns: of the message [ns], since an epoch of the caller's choice.
-            message: is serialised later, so it must not change (all of ours are frozen).
+            message: or what makes it, called in the recorder's thread. It is serialised later, so neither it nor what
+                it is made from may change (all of ours are frozen).
 
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
@@ -113,6 +141,11 @@ class Recorder:
         """Messages that are not in the file and never will be."""
         with self._lock:
             return self._put - self._written if self._error else self._refused
+
+    @property
+    def waiting(self) -> int:
+        """Messages that wait for the disk."""
+        return self._queue.qsize()
 
     @property
     def error(self) -> str:
@@ -159,17 +192,34 @@ class Recorder:
                     flush_at = time.monotonic() + FLUSH_SECONDS
                 if entry is None:
                     closing = True
-                elif self._write(entry):
-                    unflushed += 1
+                else:
+                    if entry.topic == BEGINNING.topic and self._is_full():
+                        self._split(unflushed)
+                        unflushed = 0
+                    unflushed += self._write(entry)
             if unflushed and (closing or time.monotonic() >= flush_at):
                 self._file.flush()
-                with self._lock:
-                    self._written += unflushed
+                self._count(unflushed)
                 unflushed = 0
+
+    def _is_full(self) -> bool:
+        return self._file.size >= self._split_bytes or self._file.age >= self._split_seconds
+
+    def _count(self, written: int) -> None:
+        with self._lock:
+            self._written += written
+
+    def _split(self, unflushed: int) -> None:
+        """End the file and go on in the next one."""
+        self._file.finish()
+        self._count(unflushed)
+        self._part += 1
+        self._file = self._next_file()
 
     def _write(self, entry: "_Entry") -> bool:
         try:
-            data = entry.message.model_dump_json().encode()
+            message = entry.message if isinstance(entry.message, BaseModel) else entry.message()
+            data = message.model_dump_json().encode()
         except ValueError:  # a text that is no Unicode, say: losing this message must not cost the others
             with self._lock:
                 self._refused += 1
@@ -186,13 +236,14 @@ class Recorder:
 class _Entry(NamedTuple):
     topic: str
     log_time_ns: int
-    message: BaseModel
+    message: BaseModel | Callable[[], BaseModel]
 
 
 class _File:
     """The MCAP file. After the first error mcap's writer holds half a chunk and must not be used again."""
 
     def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str]) -> None:
+        self._begun = time.monotonic()
         self._stream = path.open("xb")
         self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=_compression())
         try:
@@ -214,6 +265,16 @@ class _File:
             schema = self._writer.register_schema(channel.schema_name, SchemaEncoding.JSONSchema, channel.schema())
             self._channels[channel.topic] = self._writer.register_channel(channel.topic, MessageEncoding.JSON, schema)
         self.flush()
+
+    @property
+    def size(self) -> int:
+        """On the disk [bytes]: without the chunk in progress."""
+        return self._stream.tell()
+
+    @property
+    def age(self) -> float:
+        """[s]"""
+        return time.monotonic() - self._begun
 
     def write(self, topic: str, time_ns: int, data: bytes) -> None:
         """Add a message to the chunk in progress, which goes to the disk when it is full."""

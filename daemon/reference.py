@@ -87,19 +87,21 @@ class Reference:
         )
 
 
-def build_reference(config: RigConfig, rod: Rod) -> Reference:
+def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> Reference:
     """The reference that a configuration asks for.
 
     Args:
         config: of the rig.
         rod: the controller's model.
+        curve: of its resting tips, where it is known already.
 
     Raises:
         TargetError: the target cannot be reached; the message names the nearest that can.
         ConvergenceError: the rod has no equilibrium.
     """
     section, axes = config.reference, PLANES[config.control.plane]
-    curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
+    if curve is None:
+        curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
     if section.kind == "samples":
         return _sampled(section, curve)
     point, arc = _resolve(section, curve)

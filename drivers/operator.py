@@ -1,4 +1,4 @@
-"""An operator's requests to the controller: arm, stop, reset, status."""
+"""An operator's requests to the controller: arm, stop, reset, status, another law or reference."""
 
 import zenoh
 
@@ -11,15 +11,21 @@ from tendond.schemas.wire import UnreadableError, decode, encode
 ANSWER_SECONDS = 2.0
 
 
-def ask(session: zenoh.Session, rig: str, action: ControlAction) -> ControlReply:
+def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest) -> ControlReply:
     """Put a request to the controller and wait for its answer.
+
+    Args:
+        session: to the controller.
+        rig: its name.
+        asked: the request, or its action where that says it all.
 
     Raises:
         BusError: no answer, or one that cannot be read.
     """
+    wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
     replies = session.get(
-        control_key(rig, action.value),
-        payload=encode(ControlRequest(action=action)),
+        control_key(rig, wanted.action.value),
+        payload=encode(wanted),
         encoding=ENCODING,
         timeout=ANSWER_SECONDS,
     )
@@ -34,11 +40,11 @@ def ask(session: zenoh.Session, rig: str, action: ControlAction) -> ControlReply
     )
 
 
-def request(config: RigConfig, action: ControlAction, timeout: float = 1.0) -> ControlReply:
+def request(config: RigConfig, asked: ControlAction | ControlRequest, timeout: float = 1.0) -> ControlReply:
     """Connect, ask, disconnect.
 
     Raises:
         BusError: there is no controller, or no answer.
     """
     with open_client(config.bus.endpoint, timeout) as session:
-        return ask(session, config.rig.name, action)
+        return ask(session, config.rig.name, asked)

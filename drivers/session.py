@@ -1,12 +1,14 @@
 """A driver's end of the bus: a Zenoh client session to the controller, which is the hub."""
 
 import json
+import os
 import time
 from collections.abc import Callable
 
 import zenoh
 
 from tendond import TendondError
+from tendond.schemas.keys import CONFIG_VARIABLE
 
 RETRY_SECONDS = 0.2
 
@@ -19,9 +21,26 @@ class StoppedError(Exception):
     """The process was asked to end while it waited."""
 
 
+def own_config() -> zenoh.Config:
+    """What the file that ZENOH_CONFIG names says of credentials and certificates; Zenoh's defaults without it.
+
+    Raises:
+        BusError: the file cannot be used.
+    """
+    path = os.environ.get(CONFIG_VARIABLE)
+    if not path:
+        return zenoh.Config()
+    try:
+        return zenoh.Config.from_file(path)
+    except zenoh.ZError as error:
+        raise BusError(
+            f"ZENOH_CONFIG = {path}: {str(error).split(' at ', 1)[0].strip()}; mend it or unset it"
+        ) from error
+
+
 def client_config(endpoint: str) -> zenoh.Config:
     """A client of one endpoint; nothing is searched for on the network."""
-    config = zenoh.Config()
+    config = own_config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     config.insert_json5("scouting/multicast/enabled", "false")
@@ -49,7 +68,9 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
             if stopped():
                 raise StoppedError from error
             if time.monotonic() > deadline:
+                own = os.environ.get(CONFIG_VARIABLE)
+                refused = f", or the credentials in {own}" if own else ""
                 raise BusError(
-                    f"no controller at {endpoint}: start it with 'tendond run', or mend bus.endpoint"
+                    f"no controller at {endpoint}: start it with 'tendond run', or mend bus.endpoint{refused}"
                 ) from error
         time.sleep(RETRY_SECONDS)

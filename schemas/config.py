@@ -1,6 +1,7 @@
 """The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
 
 import tomllib
+from ipaddress import ip_address
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -39,6 +40,7 @@ class BusSection(Schema):
     """[bus]"""
 
     endpoint: str = Field("tcp/127.0.0.1:7447", description="Zenoh endpoint on which the controller listens")
+    unguarded: bool = Field(False, description="listen beyond this machine without an access list; see deploy/bus")
 
     @field_validator("endpoint")
     @classmethod
@@ -48,6 +50,17 @@ class BusSection(Schema):
         if protocol not in {"tcp", "tls", "quic"} or not host or not port.isdigit() or not 0 < int(port) < 65536:
             raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7447")
         return value
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only processes of this machine can reach it."""
+        host = self.endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+        if host == "localhost":
+            return True
+        try:
+            return ip_address(host).is_loopback
+        except ValueError:
+            return False
 
 
 class RodSection(Schema):
@@ -78,6 +91,14 @@ class LoopSection(Schema):
     """[loop]"""
 
     period: Annotated[float, Field(ge=0.001, le=0.1, description="of the cycle, and time step of the model [s]")] = 0.01
+    priority: Annotated[
+        int, Field(ge=0, le=98, description="first-in-first-out priority of the loop, where permitted; 0: none")
+    ] = 50
+    cpu: Annotated[int, Field(ge=0, le=4095)] | None = Field(
+        None, description="to which the loop is bound; left out: any"
+    )
+    rehearse: bool = Field(True, description="run each cycle once for nothing before its deadline: it is faster then")
+    lock_memory: bool = Field(True, description="keep the process in memory, where permitted")
 
 
 class ControlSection(Schema):
@@ -168,6 +189,15 @@ class FaultsSection(Schema):
     teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
     solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
     missed_ticks: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 10
+    tendon_stale: Annotated[
+        int, Field(ge=1, le=1000, description="cycles without a tendon state, once there has been one")
+    ] = 50
+    equal_poses: Annotated[int, Field(ge=2, description="new poses in a row that are equal to the last bit")] = 20
+    equal_way: Positive = Field(0.01, description="that the model's tip goes meanwhile, for them to be a fault [m]")
+    mismatch: Annotated[
+        float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
+    ] = 0.3
+    mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
 
 
 class SimulatorSection(Schema):
@@ -193,6 +223,10 @@ class LogSection(Schema):
 
     queue: Annotated[int, Field(ge=10, description="entries between the loop and the recorder")] = 4000
     shape_period: Annotated[int, Field(ge=1, description="cycles between two rod shapes in the log")] = 5
+    split_size: Annotated[
+        float, Field(ge=0.1, le=1e6, description="of a file, from which on the run goes on in another one [MB]")
+    ] = 1000.0
+    split_time: Annotated[float, Field(ge=1.0, le=1e7, description="the same, by the file's age [s]")] = 3600.0
 
 
 class RigConfig(Schema):

@@ -2,6 +2,9 @@
 
 import re
 
+CONFIG_VARIABLE = "ZENOH_CONFIG"
+"""Environment variable that names a process's own Zenoh configuration: users, certificates, access."""
+
 RIG_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,31}")
 
 TIP_POSE = "tip/pose"
@@ -12,6 +15,8 @@ SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
 SERVO_RESET = "servo/reset"
 SIMULATOR_FAULT = "sim/fault"
+ALIVE = "controller"
+"""Liveliness token: there while the controller is."""
 
 
 def key(rig: str, name: str) -> str:

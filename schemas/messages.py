@@ -4,9 +4,10 @@ import math
 from enum import StrEnum
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.config_reference import ReferenceSection
 
 ENCODING = "application/json"
 LARGEST_PAYLOAD = 65536
@@ -168,13 +169,33 @@ class ControlAction(StrEnum):
     STOP = "stop"
     RESET = "reset"
     STATUS = "status"
+    REFERENCE = "reference"
+    LAW = "law"
 
 
 class ControlRequest(Schema):
-    """A request by an operator."""
+    """A request by an operator.
+
+    Attributes:
+        action: what is asked for.
+        law: to select, with the action `law`.
+        reference: to set, with the action `reference`; its samples in it, not in a file.
+    """
 
     version: Literal[1] = SCHEMA_VERSION
     action: ControlAction
+    law: Annotated[str, Field(max_length=64)] | None = None
+    reference: ReferenceSection | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> "ControlRequest":
+        if (self.law is not None) != (self.action is ControlAction.LAW):
+            raise ValueError("a law goes with the action 'law'")
+        if (self.reference is not None) != (self.action is ControlAction.REFERENCE):
+            raise ValueError("a reference goes with the action 'reference'")
+        if self.reference is not None and self.reference.kind == "samples" and not self.reference.samples:
+            raise ValueError("the samples are missing: a file's name means nothing to another process")
+        return self
 
 
 class ControlReply(Schema):

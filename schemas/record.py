@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
 
 
@@ -14,7 +15,7 @@ class CycleInputs(Schema):
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
         tendon_state: likewise.
-        request: of the operator, if there is one.
+        request: of the operator, if there is one; law, reference: what it is about.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         missed_ticks: deadlines skipped just before this cycle.
     """
@@ -22,6 +23,8 @@ class CycleInputs(Schema):
     pose: TipPose | None = None
     tendon_state: TendonState | None = None
     request: ControlAction | None = None
+    law: str | None = None
+    reference: ReferenceSection | None = None
     unreadable: dict[str, int] = Field(default_factory=dict)
     missed_ticks: Annotated[int, Field(ge=0)] = 0
 
@@ -103,6 +106,7 @@ class CycleRecord(Schema):
         terms: of the law, by name, for plots; SI.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
         tension: that the actuators are estimated to apply, and the model is given [N].
+        law: in use.
         limited: limits that the command met.
         model: the rod after the cycle.
         command: what was published.
@@ -125,6 +129,7 @@ class CycleRecord(Schema):
     terms: dict[str, float | tuple[float, ...]]
     wanted: PerTendon | None
     tension: PerTendon
+    law: str = ""
     limited: tuple[str, ...]
     model: ModelState
     command: TendonCommand

@@ -227,6 +227,32 @@ def reset(config: Config = None) -> None:
 
 
 @app.command()
+def law(
+    name: Annotated[str, typer.Argument(help="Of the law, for instance sliding_mode.")], config: Config = None
+) -> None:
+    """Select another control law while the arm is idle; its parameters are the configuration's."""
+    from tendond.daemon.cli.operator import select_law
+
+    select_law(name, config)
+
+
+@app.command()
+def reference(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others have their defaults.")
+    ],
+    config: Config = None,
+) -> None:
+    """Set another reference while the arm is idle; it is checked as the configuration's would be.
+
+    Example: tendond reference across=0.3 kind=minimum_jerk duration=2.0
+    """
+    from tendond.daemon.cli.operator import set_reference
+
+    set_reference(settings, config)
+
+
+@app.command()
 def status(
     config: Config = None,
     json: Annotated[bool, typer.Option("--json", help="Print the status message as JSON.")] = False,
@@ -354,6 +380,23 @@ def bench_rod(
     from tendond.daemon.cli.bench import run_bench_rod
 
     run_bench_rod(json, against)
+
+
+@bench.command("loop")
+def bench_loop(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
+    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+) -> None:
+    """Time the controller's loop beside a bare one: wake-up, work of a cycle, pose to command, recorder.
+
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
+
+    Example: tendond bench loop --json now.json
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.bench_loop import run_bench_loop
+
+    run_bench_loop(seconds, json)
 
 
 @bench.command("schemes")

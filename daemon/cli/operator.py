@@ -1,14 +1,20 @@
-"""`tendond arm`, `stop`, `reset`, `status`: an operator's requests."""
+"""`tendond arm`, `stop`, `reset`, `status`, `law`, `reference`: an operator's requests."""
 
+import tomllib
 from pathlib import Path
+from typing import Any
 
+from pydantic import ValidationError
 from rich.console import Console
 from rich.table import Table
 
-from tendond.daemon.cli.common import load_config
-from tendond.daemon.errors import DaemonError
+from tendond.daemon.cli.common import load_config, read_samples
+from tendond.daemon.errors import DaemonError, UsageError
 from tendond.drivers.operator import request
-from tendond.schemas.messages import ControlAction, Status
+from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.explain import explain
+from tendond.schemas.messages import LARGEST_PAYLOAD, ControlAction, ControlRequest, Status
+from tendond.schemas.wire import encode
 
 
 def operate(action: str, config_file: Path | None) -> None:
@@ -17,7 +23,57 @@ def operate(action: str, config_file: Path | None) -> None:
     Raises:
         TendondError: no controller, or it refused.
     """
-    reply = request(load_config(config_file), ControlAction(action))
+    _request(config_file, ControlRequest(action=ControlAction(action)))
+
+
+def select_law(name: str, config_file: Path | None) -> None:
+    """Ask for another law.
+
+    Raises:
+        TendondError: no controller, or it refused.
+    """
+    _request(config_file, ControlRequest(action=ControlAction.LAW, law=name[:64]))
+
+
+def set_reference(settings: list[str], config_file: Path | None) -> None:
+    """Ask for another reference; see `tendond reference --help`.
+
+    Args:
+        settings: keys of [reference] with their values, as KEY=VALUE.
+        config_file: of the rig.
+
+    Raises:
+        UsageError: settings that make no reference.
+        TendondError: no controller, or it refused.
+    """
+    table: dict[str, Any] = {}
+    for setting in settings:
+        name, sign, value = setting.partition("=")
+        if not sign:
+            raise UsageError(f"'{setting}': give KEY=VALUE, as in across=0.3")
+        table[name.strip()] = _value(value.strip())
+    if table.get("file"):
+        table["samples"] = read_samples(Path(str(table.pop("file"))))
+        table.setdefault("kind", "samples")
+    try:
+        wanted = ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection.model_validate(table))
+    except ValidationError as error:
+        raise UsageError("\n".join(f"reference: {line}" for line in explain(error, ReferenceSection))) from error
+    if len(encode(wanted)) > LARGEST_PAYLOAD:
+        raise UsageError(f"the samples are more than {LARGEST_PAYLOAD} bytes: give them to the controller in its file")
+    _request(config_file, wanted)
+
+
+def _value(text: str) -> Any:
+    """As TOML; a bare word is a text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _request(config_file: Path | None, wanted: ControlRequest) -> None:
+    reply = request(load_config(config_file), wanted)
     if not reply.done:
         raise DaemonError(reply.message)
     print(reply.message)

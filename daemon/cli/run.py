@@ -5,10 +5,11 @@ from pathlib import Path
 
 from tendond.daemon.bus import Hub
 from tendond.daemon.cli.common import load_config, say, stop_on_signals
-from tendond.daemon.errors import LawError
+from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
-from tendond.daemon.pacing import Clock, Lockstep
+from tendond.daemon.pacing import Clock, Lockstep, Pacer
+from tendond.daemon.realtime import become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
@@ -38,9 +39,16 @@ def run_controller(
         except ModelError as error:
             raise _refusal(config_file, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
-        pacer = Lockstep(hub, config.loop.period, stopped) if lockstep else Clock(hub, config.loop.period)
+        if lockstep:
+            pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
+        else:
+            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
+        if not lockstep and (missing := become_punctual(config.loop)):
+            say(f"without real-time guarantees: {'; '.join(missing)}")
         say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
         loop.run(state, pacer, stopped, cycles)
+    if journal.error:
+        raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
 
 

@@ -43,6 +43,11 @@ class Rig:
         self.processes.append(process)
         return process
 
+    def tell(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
+        """An operator's command, to its end."""
+        command = [sys.executable, "-m", "tendond.daemon.cli", *arguments, "--config", str(self.config)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_SECONDS)
+
     def controller(self, *arguments: str) -> subprocess.Popen[str]:
         """The controller, logging to run.mcap."""
         return self.start("run", "--log", str(self.folder / "run.mcap"), *arguments)

@@ -1,6 +1,7 @@
 """A cycle that fails as nobody foresaw: the last thing that leaves the process is a ramp to slack."""
 
 import itertools
+import time
 from pathlib import Path
 
 import pytest
@@ -40,7 +41,7 @@ class FromPlant:
         arrivals.pose, arrivals.tendon_state, _ = self._plant.observe(0)
         if self._hub.last_command is not None:
             self._plant.step(self._hub.last_command)
-        return Wake(arrivals, 0.0, 0)
+        return Wake(time.monotonic(), arrivals, 0.0, 0)
 
 
 def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(

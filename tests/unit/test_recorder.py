@@ -1,6 +1,7 @@
 """The recorder: what is put is in the file, and nothing that befalls the file reaches the caller."""
 
 import json
+import random
 import subprocess
 import sys
 import threading
@@ -50,7 +51,9 @@ def test_a_file_names_its_run_and_lists_its_channels(tmp_path: Path) -> None:
         summary = reader.get_summary()
         assert summary is not None
         assert {channel.topic for channel in summary.channels.values()} == {channel.topic for channel in CHANNELS}
-        assert [(item.name, item.metadata) for item in reader.iter_metadata()] == [(METADATA, {"revision": "abc"})]
+        assert [(item.name, item.metadata) for item in reader.iter_metadata()] == [
+            (METADATA, {"revision": "abc", "part": "0"})
+        ]
         assert [RigConfig.model_validate_json(item.data) for item in reader.iter_attachments()] == [RigConfig()]
         ((schema, channel, message),) = reader.iter_messages()
     assert (channel.topic, channel.message_encoding, message.log_time) == ("log", "json", 5)
@@ -220,3 +223,43 @@ def test_a_full_disk_ends_the_file_and_nothing_else(tmp_path: Path) -> None:
     assert read == list(range(len(read)))
     assert 0 < put - dropped <= len(read) < put
     assert not log.complete
+
+
+def test_a_long_run_is_split_into_files_that_stand_alone_and_miss_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    log = Recorder(path, {"revision": "abc"}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=100_000)
+    with log:
+        for tick in range(2000):
+            log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
+            log.put(LOG, tick, line(str(tick)))
+    assert log.close() == (4000, 4000, 0)
+    parts = [load(part) for part in sorted(tmp_path.iterdir(), key=lambda file: (len(file.name), file.name))]
+    assert len(parts) > 3
+    assert [part.path.name for part in parts[:3]] == ["run.mcap", "run-001.mcap", "run-002.mcap"]
+    assert all(part.complete and part.config == RigConfig() for part in parts)
+    assert [part.metadata["part"] for part in parts] == [str(k) for k in range(len(parts))]
+    assert [record.tick for part in parts for record in part.records] == list(range(2000))
+    for part in parts:  # a cycle is never torn apart
+        assert [record.tick for record in part.records] == [int(entry.message) for entry in part.log_lines]
+
+
+def test_a_run_is_split_by_time_as_well(tmp_path: Path) -> None:
+    log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 1000, split_seconds=0.05)
+    with log:
+        for tick in range(20):
+            log.put(CYCLE, tick, cycle_record(tick))
+            time.sleep(0.01)
+    assert len(list(tmp_path.iterdir())) > 1
+
+
+def test_a_next_file_that_cannot_be_opened_ends_the_log_and_says_so(tmp_path: Path) -> None:
+    (tmp_path / "run-001.mcap").write_text("precious")
+    log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=10_000)
+    with log:
+        for tick in range(500):
+            log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
+    put, written, dropped = log.close()
+    assert (put, written + dropped) == (500, 500)
+    assert "File exists" in log.error
+    assert [record.tick for record in load(log.path).records] == list(range(written))
+    assert (tmp_path / "run-001.mcap").read_text() == "precious"

@@ -1,0 +1,260 @@
+"""`tendond bench loop`: the controller's punctuality beside that of a bare loop, in one run on one machine."""
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import zenoh
+from rich.console import Console
+from rich.table import Table
+
+from tendond.daemon.analysis.log import load
+from tendond.daemon.bench.loop import Quantiles
+from tendond.daemon.cli.common import say
+from tendond.daemon.cli.demo import END_SECONDS, START_SECONDS, _free_port
+from tendond.daemon.cycle import step
+from tendond.daemon.errors import DaemonError
+from tendond.daemon.journal import Journal
+from tendond.daemon.lockstep import closed_loop
+from tendond.daemon.state import CycleSetup, initial_state
+from tendond.drivers.operator import ask
+from tendond.drivers.session import BusError, open_client
+from tendond.model.announce import announce_compilation
+from tendond.model.warm import warm_up
+from tendond.schemas.config import RigConfig
+from tendond.schemas.keys import TENDON_COMMAND, TIP_POSE, key
+from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.presets import PAPER
+from tendond.schemas.record import LoopTiming
+from tendond.schemas.wire import encode
+
+RIG = "bench"
+ROUND_TRIPS = 300
+ANSWER_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing measured [us], and its bare counterpart, if there is one."""
+
+    name: str
+    controller: Quantiles
+    bare: Quantiles | None = None
+    note: str = ""
+
+
+def run_bench_loop(seconds: float, json_file: Path | None) -> None:
+    """Measure and print the table; see `tendond bench loop --help`.
+
+    Raises:
+        TendondError: a process could not be started, or the file not written.
+    """
+    announce_compilation(say)
+    warm_up()
+    console = Console()
+    with tempfile.TemporaryDirectory() as name, console.status("") as status:
+        folder = Path(name)
+        rows = []
+        for label, extra, period in (
+            ("100 Hz, euler, 200 nodes", PAPER, 0.01),
+            ("250 Hz, default scheme", "[loop]\nperiod = 0.004\n[simulator]\nperiod = 0.004\n", 0.004),
+        ):
+            status.update(label)
+            rows += _punctuality(folder, label, extra, period, seconds)
+        status.update("pose to command")
+        rows.append(_latency(folder, "pose to command at once (lockstep)", 0.0))
+        rows.append(_latency(folder, "pose to command at 100 Hz, wait for the tick in it", 0.01))
+        status.update("recorder")
+        rows.append(Row("recorder's share of a cycle", _recorder(folder)))
+    _print(console, rows)
+    if json_file is not None:
+        data = [
+            {
+                "name": row.name,
+                "us": row.controller.as_json(),
+                "bare_us": row.bare.as_json() if row.bare else None,
+                "ratio": row.controller.over(row.bare).as_json() if row.bare else None,
+                "note": row.note,
+            }
+            for row in rows
+        ]
+        try:
+            json_file.parent.mkdir(parents=True, exist_ok=True)
+            json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise DaemonError(f"{json_file}: cannot be written: {error.strerror}") from error
+
+
+def _print(console: Console, rows: list[Row]) -> None:
+    header = ("us", "median", "p99", "p99.9", "bare", "p99", "p99.9", "ratio", "p99", "p99.9", "note")
+    lines = []
+    for row in rows:
+        cells = [row.name, *_three(row.controller, ".0f")]
+        cells += [*_three(row.bare, ".0f"), *_three(row.controller.over(row.bare), ".2f")] if row.bare else ["-"] * 6
+        lines.append([*cells, row.note])
+    if console.is_terminal:
+        table = Table()
+        for name in header:
+            table.add_column(name)
+        for line in lines:
+            table.add_row(*line)
+        console.print(table)
+    else:
+        print("\n".join("| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *lines)))
+
+
+def _three(value: Quantiles, form: str) -> list[str]:
+    return [format(part, form) for part in (value.median, value.p99, value.p999)]
+
+
+@contextmanager
+def _process(*arguments: str) -> "Iterator[subprocess.Popen[str]]":
+    """A process of ours, ended with the block."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+        try:
+            process.communicate(timeout=END_SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+
+
+def _bare(seconds: float, period: float) -> tuple[list[float], int]:
+    with _process("tendond.daemon.bench.loop", "bare", str(seconds), str(period)) as process:
+        output, _ = process.communicate(timeout=seconds + START_SECONDS)
+    try:
+        result = json.loads(output)
+    except ValueError as error:
+        raise DaemonError("the bare loop gave no result") from error
+    return result["late_us"], result["missed"]
+
+
+def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: float) -> list[Row]:
+    """Wake-up lateness and work of the tracking controller, between two halves of the bare loop."""
+    before, missed_before = _bare(seconds / 2.0, period)
+    config, log, endpoint = _configure(folder, f"run-{period}", extra)
+    with (
+        _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log)),
+        _process("tendond.daemon.cli", "simulate", "--config", str(config)),
+        open_client(endpoint, START_SECONDS) as session,
+    ):
+        _arm(session)
+        time.sleep(seconds)
+    after, missed_after = _bare(seconds / 2.0, period)
+    data = load(log)
+    tracked = {record.tick for record in data.records if record.mode is Mode.TRACKING}
+    timings = [timing for timing in data.timings if timing.tick in tracked]
+    if not timings:
+        raise DaemonError(f"{label}: the controller did not track; a run by hand with 'tendond demo' tells why")
+    missed = sum(timing.missed_ticks for timing in timings)
+    note = f"{missed} of {len(timings)} missed, bare {missed_before + missed_after} of {len(before) + len(after)}"
+    return [
+        Row(
+            f"{label}: wake-up after deadline",
+            Quantiles.of([t.lateness_us for t in timings]),
+            Quantiles.of(before + after),
+            note,
+        ),
+        Row(f"{label}: work of a cycle", Quantiles.of([t.work_us for t in timings])),
+    ]
+
+
+def _configure(folder: Path, name: str, extra: str) -> tuple[Path, Path, str]:
+    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    config = folder / f"{name}.toml"
+    config.write_text(f'{extra}\n[rig]\nname = "{RIG}"\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+    return config, folder / f"{name}.mcap", endpoint
+
+
+def _arm(session: zenoh.Session) -> None:
+    deadline = time.monotonic() + START_SECONDS
+    while True:
+        try:
+            if (reply := ask(session, RIG, ControlAction.ARM)).done:
+                return
+            said = reply.message
+        except BusError as error:
+            said = str(error)
+        if time.monotonic() > deadline:
+            raise DaemonError(f"the controller could not be armed: {said}")
+        time.sleep(0.05)
+
+
+def _latency(folder: Path, name: str, period: float) -> Row:
+    """From a pose handed to Zenoh to the command that answers it, and the same of an echo."""
+    config, log, endpoint = _configure(folder, f"latency-{period}", PAPER)
+    mode = [] if period else ["--lockstep"]
+    with (
+        _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log), *mode),
+        open_client(endpoint, START_SECONDS) as session,
+    ):
+        controller = _round_trips(session, key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), "pose_seq", period)
+    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    with (
+        _process("tendond.daemon.bench.loop", "echo", endpoint, str(period)),
+        open_client(endpoint, START_SECONDS) as session,
+    ):
+        bare = _round_trips(session, "bare/pose", "bare/command", "seq", period)
+    return Row(name, Quantiles.of(controller), Quantiles.of(bare))
+
+
+def _round_trips(session: zenoh.Session, pose_key: str, command_key: str, field: str, period: float) -> list[float]:
+    """Times [us] from poses, published at any phase of the period, to their answers."""
+    answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
+    poses = session.declare_publisher(pose_key, express=True)
+    times: list[float] = []
+    deadline = time.monotonic() + START_SECONDS
+    draw = random.Random(0)
+    seq = 0
+    while len(times) < ROUND_TRIPS + 20:
+        seq += 1
+        payload = encode(
+            TipPose(seq=seq, stamp_ns=0, position=(0.0, 1e-6 * (seq % 2), 0.49), orientation=(1.0, 0.0, 0.0, 0.0))
+        )
+        started = time.monotonic()
+        poses.put(payload)
+        while time.monotonic() < started + ANSWER_SECONDS:
+            sample = answers.try_recv()
+            if sample is None:
+                time.sleep(20e-6)
+            elif json.loads(sample.payload.to_bytes()).get(field) == seq:
+                times.append((time.monotonic() - started) * 1e6)
+                break
+        if time.monotonic() > deadline:
+            raise DaemonError(f"no answers on {command_key}")
+        time.sleep(0.005 + draw.random() * period)
+    return times[20:]
+
+
+def _recorder(folder: Path) -> Quantiles:
+    """Time that handing a cycle to the recorder takes the loop, a hundred times a second."""
+    config = RigConfig()
+    setup = CycleSetup.from_config(config)
+    state = initial_state(setup)
+    records = list(closed_loop(config, 200, {5: ControlAction.ARM}))
+    times = []
+    with Journal(folder / "recorder.mcap", config, setup.rod) as journal:
+        hand_over = partial(journal.cycle, truth=None)
+        for record in records * 3:
+            state = step(setup, initial_state(setup), record.inputs)[0] if record.tick == 0 else state
+            timing = LoopTiming(tick=record.tick, lateness_us=1.0, work_us=1.0, missed_ticks=0)
+            started = time.monotonic()
+            hand_over(record, timing, state.rod)
+            times.append((time.monotonic() - started) * 1e6)
+            time.sleep(0.005)
+    return Quantiles.of(times)

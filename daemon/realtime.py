@@ -1,0 +1,68 @@
+"""What the operating system can do for the loop's punctuality, each where it is permitted; a line where it is not."""
+
+import ctypes
+import gc
+import os
+import resource
+import sys
+from pathlib import Path
+
+from tendond.schemas.config import LoopSection
+
+MCL_CURRENT, MCL_FUTURE = 1, 2
+CAP_IPC_LOCK = 14
+
+SWITCH_SECONDS = 0.5e-3
+"""That the recorder's thread may keep the interpreter from the loop; Python's default is 5 ms."""
+
+
+def become_punctual(section: LoopSection) -> list[str]:
+    """For the calling thread, or the process: memory locked, first-in-first-out priority, one CPU, no garbage hunts.
+
+    Threads that exist already (the recorder's, Zenoh's) keep their priority, and the loop goes before them.
+
+    Args:
+        section: [loop].
+
+    Returns:
+        What was not permitted, in words.
+    """
+    missing = []
+    sys.setswitchinterval(SWITCH_SECONDS)
+    gc.collect()
+    gc.freeze()
+    if section.lock_memory and not _lock_memory():
+        missing.append("memory is not locked (LimitMEMLOCK=infinity)")
+    if section.cpu is not None:
+        try:
+            os.sched_setaffinity(0, {section.cpu})
+        except OSError as error:
+            missing.append(f"not bound to loop.cpu = {section.cpu} ({error.strerror})")
+    if section.priority:
+        try:
+            policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+            os.sched_setscheduler(0, policy, os.sched_param(section.priority))
+        except OSError as error:
+            missing.append(f"no FIFO priority {section.priority} ({error.strerror}; LimitRTPRIO={section.priority})")
+    return missing
+
+
+def _lock_memory() -> bool:
+    """No page of the process, now or later, is fetched from the disk again.
+
+    Under a limit it is not tried: with MCL_FUTURE an allocation beyond the limit would fail, in the middle of a run.
+    """
+    unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
+    if not (unlimited or _has_capability(CAP_IPC_LOCK)):
+        return False
+    libc = ctypes.CDLL(None, use_errno=True)
+    return bool(libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
+
+
+def _has_capability(bit: int) -> bool:
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+    except OSError:
+        return False
+    (mask,) = (line.split()[1] for line in status.splitlines() if line.startswith("CapEff:"))
+    return bool(int(mask, 16) >> bit & 1)

@@ -1,0 +1,138 @@
+"""Long runs, by hand: memory over lockstep cycles, and a real-time run that loses nothing.
+
+    python -m tests.soak cycles 1000000     closed loop in this process, log and all; resident memory as it goes
+    python -m tests.soak minutes 10         controller and simulator as processes, in real time, tracking
+
+Both print a line of JSON and exit with 1 where a promise is broken.
+"""
+
+import gc
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from tendond.daemon.analysis.log import load
+from tendond.daemon.bench.loop import bare_loop
+from tendond.daemon.cycle import step
+from tendond.daemon.journal import Journal
+from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.drivers.simulator.plant import Plant
+from tendond.schemas.config import parse_config
+from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.record import CycleInputs, LoopTiming
+from tests.sil.rig import rig
+
+MEGABYTE = 1e6
+FLAT = 2.0 * MEGABYTE
+WARM = 0.1
+"""Part of a run after which memory must not grow."""
+
+SPLIT = "[log]\nsplit_size = 20.0\n"
+
+
+def resident() -> float:
+    """Of this process [bytes]."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return float(line.split()[1]) * 1024.0
+    raise OSError("no VmRSS")
+
+
+def lockstep(cycles: int) -> bool:
+    """Closed loop with arming, stopping and resting in turn; memory every hundredth."""
+    config = parse_config(SPLIT, "soak")
+    setup = CycleSetup.from_config(config)
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
+    state, memory = initial_state(setup), []
+    gc.collect()
+    gc.freeze()
+    gc.disable()  # as in the loop
+    started = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "soak.mcap", config, setup.rod) as journal:
+        for tick in range(cycles):
+            pose, tendons, truth = plant.observe(0)
+            request = {5: ControlAction.ARM, 3000: ControlAction.STOP}.get(tick % 4000)
+            inputs = CycleInputs(pose=pose, tendon_state=tendons, request=request)
+            state, command, record = step(setup, state, inputs)
+            timing = LoopTiming(tick=tick, lateness_us=0.0, work_us=0.0, missed_ticks=0)
+            journal.cycle(record, timing, state.rod, truth)
+            plant.step(command)
+            if tick % 100 == 0:
+                gc.collect(0)
+                while journal.waiting > 1000:  # the recorder is slower than lockstep: nothing may be dropped here
+                    time.sleep(0.001)
+            if tick % max(1, cycles // 100) == 0:
+                memory.append(resident())
+    warm = memory[int(WARM * len(memory)) :]
+    growth = max(warm) - warm[0]
+    print(
+        json.dumps(
+            {
+                "cycles": cycles,
+                "seconds": round(time.monotonic() - started, 1),
+                "resident_mb_after_warm_up": round(warm[0] / MEGABYTE, 2),
+                "resident_mb_most": round(max(warm) / MEGABYTE, 2),
+                "resident_mb_end": round(warm[-1] / MEGABYTE, 2),
+                "growth_mb": round(growth / MEGABYTE, 2),
+                "log": journal.summary.replace(folder, "..."),
+            }
+        ),
+        flush=True,
+    )
+    return growth <= FLAT and journal.dropped == 0
+
+
+def real_time(minutes: float) -> bool:
+    """Track for so long; then count what is in the log, and let the bare loop run as long for comparison."""
+    with tempfile.TemporaryDirectory() as name, rig(Path(name), SPLIT) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            time.sleep(60.0 * minutes)
+            status = one.status(session)
+        one.end(simulator)
+        code, said = one.end(controller)
+        ticks = [record.tick for part in parts(Path(name)) for record in load(part).records]
+        files = len(list(parts(Path(name))))
+    _, missed = bare_loop(60.0, 0.01)
+    whole = ticks == list(range(len(ticks)))
+    print(
+        json.dumps(
+            {
+                "minutes": minutes,
+                "mode": status.mode.value,
+                "cycles": len(ticks),
+                "files": files,
+                "every_cycle_logged": whole,
+                "deadlines_missed": status.loop.missed_ticks,
+                "bare_loop_missed_in_one_minute": missed,
+                "rejected": status.rejected,
+                "log_dropped": status.loop.log_dropped,
+                "exit": code,
+                "said": said.splitlines()[-1].replace(name, "..."),
+            }
+        ),
+        flush=True,
+    )
+    return code == 0 and whole and status.mode is Mode.TRACKING and status.loop.log_dropped == 0
+
+
+def parts(folder: Path) -> Iterator[Path]:
+    """The files of the run, in order."""
+    yield folder / "run.mcap"
+    yield from sorted(folder.glob("run-*.mcap"))
+
+
+def main() -> None:
+    """See the module."""
+    if len(sys.argv) != 3 or sys.argv[1] not in ("cycles", "minutes"):
+        raise SystemExit(__doc__)
+    sound = lockstep(int(sys.argv[2])) if sys.argv[1] == "cycles" else real_time(float(sys.argv[2]))
+    raise SystemExit(0 if sound else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -18,7 +18,7 @@ from tendond.daemon import foxglove
 from tendond.daemon.analysis.container import Damage, records
 from tendond.daemon.analysis.container import LogError as LogError
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel, M
-from tendond.daemon.recorder import CONFIG, METADATA
+from tendond.daemon.recorder import CONFIG, METADATA, PART
 from tendond.schemas.config import ConfigError, RigConfig, check_config
 from tendond.schemas.explain import explain
 from tendond.schemas.messages import SimulatorTruth
@@ -27,9 +27,6 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 Array = NDArray[np.float64]
 
 READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
-
-PART = "part"
-"""In the metadata of a file: its number, from 0, where the recorder splits a run."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -45,6 +45,9 @@ format: .venv/.dev ## format the code and fix what ruff can fix
 
 bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
+
+golden: .venv/.dev ## make the recorded logs of the tests anew, where the cycle has changed
+	@$(BIN)/python -m tests.golden.renew
 
 clean: ## remove out, caches and build leftovers, not .venv
 	rm -rf out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -7,6 +7,7 @@ from typing import Any, Generic, TypeVar
 from pydantic import BaseModel
 
 from tendond.daemon import foxglove
+from tendond.daemon.snapshot import StateSnapshot
 from tendond.schemas.messages import SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
 
@@ -39,8 +40,21 @@ TIP_MODEL = Channel("tip/model", foxglove.PoseInFrame)
 ROD_SHAPE = Channel("rod/shape", foxglove.SceneUpdate)
 LOG = Channel("log", foxglove.Log)
 TRUTH = Channel("truth", SimulatorTruth)
+STATE = Channel("state", StateSnapshot)
+TRANSFORMS = Channel("tf", foxglove.FrameTransforms)
 
-CHANNELS: tuple[Channel[Any], ...] = (CYCLE, TIMING, STATUS, TIP_MEASURED, TIP_MODEL, ROD_SHAPE, LOG, TRUTH)
+CHANNELS: tuple[Channel[Any], ...] = (
+    CYCLE,
+    TIMING,
+    STATUS,
+    TIP_MEASURED,
+    TIP_MODEL,
+    ROD_SHAPE,
+    LOG,
+    TRUTH,
+    STATE,
+    TRANSFORMS,
+)
 
 
 BEGINNING = next((channel for channel in CHANNELS if channel.topic == "state"), CYCLE)

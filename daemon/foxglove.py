@@ -26,6 +26,8 @@ TICK = "tick"
 _ROD_THICKNESS = 0.004  # [m] drawn: twice the backbone's diameter, to be seen
 _MARKER = 0.012  # [m] diameter of the spheres at tip and target
 _SHAPE_POINTS = 50  # a shape is for the eye: this many points, to the micrometre, are a smooth curve in 2 kB,
+_TENDON_POINTS = 10
+_TENDON_THICKNESS = 0.001  # [m]
 _SHAPE_DECIMALS = 6  # and building them takes the control loop 0.1 ms; 200 points take 0.5 ms
 
 _Nanoseconds = Annotated[int, Field(ge=0, lt=1_000_000_000)]
@@ -92,6 +94,22 @@ class PoseInFrame(WellKnown):
     timestamp: Time
     frame_id: str = FRAME
     pose: Pose
+
+
+class FrameTransform(WellKnown):
+    """Where a frame is in another: position [m] and orientation."""
+
+    timestamp: Time
+    parent_frame_id: str = FRAME
+    child_frame_id: str
+    translation: Vector3
+    rotation: Quaternion
+
+
+class FrameTransforms(WellKnown):
+    """Frames, all at once."""
+
+    transforms: tuple[FrameTransform, ...]
 
 
 class LogLevel(IntEnum):
@@ -211,32 +229,81 @@ def pose_in_frame(time_ns: int, position: base.Vector3, orientation: base.Quater
     )
 
 
-def rod_shape(time_ns: int, tick: int, points: NDArray[np.float64], target: base.Vector3) -> SceneUpdate:
-    """The rod, its tip and the target, as one scene.
+def frame_transforms(time_ns: int, frames: dict[str, tuple[base.Vector3, base.Quaternion]]) -> FrameTransforms:
+    """Frames by name in the base's frame: position [m], orientation w, x, y, z."""
+    poses = {name: pose_in_frame(time_ns, *place) for name, place in frames.items()}
+    return FrameTransforms(
+        transforms=tuple(
+            FrameTransform(
+                timestamp=stamped.timestamp,
+                child_frame_id=name,
+                translation=stamped.pose.position,
+                rotation=stamped.pose.orientation,
+            )
+            for name, stamped in poses.items()
+        )
+    )
+
+
+def tendon_paths(
+    rotations: NDArray[np.float64], points: NDArray[np.float64], holes: Sequence[tuple[float, float]]
+) -> list[NDArray[np.float64]]:
+    """The tendons beside the backbone, for the eye: a few points each [m], shape (k, 3).
+
+    Args:
+        rotations: of the rod's nodes, equally spaced, body to world, shape (nodes, 3, 3).
+        points: of the backbone, equally spaced [m], shape (p, 3).
+        holes: (x, y) of each tendon in the cross-section [m].
+    """
+    kept = np.linspace(0, len(points) - 1, min(len(points), _TENDON_POINTS)).round().astype(np.intp)
+    at = kept / (len(points) - 1) * (len(rotations) - 1)
+    nodes = np.arange(len(rotations))
+    paths = []
+    for x, y in holes:
+        arms = rotations[:, :, 0] * x + rotations[:, :, 1] * y
+        paths.append(points[kept] + np.stack([np.interp(at, nodes, arms[:, i]) for i in range(3)], axis=1))
+    return paths
+
+
+def rod_shape(
+    time_ns: int,
+    tick: int,
+    points: NDArray[np.float64],
+    target: base.Vector3,
+    tendons: Sequence[NDArray[np.float64]] = (),
+) -> SceneUpdate:
+    """The rod, its tendons, its tip and the target, as one scene; the rod is the first line.
 
     Args:
         time_ns: time of the shape [ns].
         tick: index of the cycle.
         points: of the backbone, base to tip [m], shape (nodes, 3); at most 50 are kept, the ends among them.
         target: of the tip [m].
+        tendons: see `tendon_paths`.
     """
     kept = np.linspace(0, len(points) - 1, min(len(points), _SHAPE_POINTS)).round().astype(np.intp)
     rounded: list[list[float]] = np.round(points[kept], _SHAPE_DECIMALS).tolist()
     steel, orange = Color(r=0.25, g=0.45, b=0.7), Color(r=0.9, g=0.45, b=0.1)
-    rod = LinePrimitive(
-        thickness=_ROD_THICKNESS, points=tuple(Point3(x=x, y=y, z=z) for x, y, z in rounded), color=steel
-    )
+    rod = _line(rounded, _ROD_THICKNESS, steel)
+    strings = [
+        _line(np.round(path, _SHAPE_DECIMALS).tolist(), _TENDON_THICKNESS, Color(r=0.5, g=0.5, b=0.5))
+        for path in tendons
+    ]
     return SceneUpdate(
         entities=(
             SceneEntity(
                 timestamp=timestamp(time_ns),
                 id=ROD,
                 metadata=(KeyValuePair(key=TICK, value=str(tick)),),
-                lines=(rod,),
+                lines=(rod, *strings),
                 spheres=(_sphere(rounded[-1], steel), _sphere(target, orange)),
             ),
         )
     )
+
+
+def _line(points: Sequence[Sequence[float]], thickness: float, color: Color) -> LinePrimitive:
+    return LinePrimitive(thickness=thickness, points=tuple(Point3(x=x, y=y, z=z) for x, y, z in points), color=color)
 
 
 def _vector(values: Sequence[float]) -> Vector3:

@@ -3,15 +3,31 @@
 import platform
 import subprocess
 import time
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Self
 
+import llvmlite.binding
+
 from tendond import __version__
 from tendond.daemon import foxglove
-from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, STATUS, TIMING, TIP_MEASURED, TIP_MODEL, TRUTH
+from tendond.daemon.channels import (
+    CYCLE,
+    LOG,
+    ROD_SHAPE,
+    STATE,
+    STATUS,
+    TIMING,
+    TIP_MEASURED,
+    TIP_MODEL,
+    TRANSFORMS,
+    TRUTH,
+)
 from tendond.daemon.recorder import CONFIG, Counts, Recorder
+from tendond.daemon.snapshot import StateSnapshot, encode_state
+from tendond.daemon.state import CycleState
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
 from tendond.schemas.config import RigConfig
@@ -19,6 +35,9 @@ from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
+
+SNAPSHOT_SECONDS = 1.0
+"""Between two states in the log, each of which a replay can start from."""
 
 
 class Journal:
@@ -28,19 +47,33 @@ class Journal:
         path: of the MCAP file.
         config: of the rig; attached to the file.
         rod: of the controller's model, to draw its states.
+        now: gives the time of an entry [ns]; left out: wall time.
+        notes: for the metadata, beside versions.
+        queue: entries that may wait for the disk; left out: the configuration's.
     """
 
-    def __init__(self, path: Path, config: RigConfig, rod: Rod) -> None:
+    def __init__(
+        self,
+        path: Path,
+        config: RigConfig,
+        rod: Rod,
+        *,
+        now: Callable[[], int] | None = None,
+        notes: dict[str, str] | None = None,
+        queue: int | None = None,
+    ) -> None:
         self.path = path
         self._rod = rod
         self._shape_period = config.log.shape_period
         # Wall time once, at the start: what happens to that clock later does not reach the log.
-        self._epoch_ns = time.time_ns() - time.monotonic_ns()
+        epoch_ns = time.time_ns() - time.monotonic_ns()
+        self._now = now or (lambda: epoch_ns + time.monotonic_ns())
+        self._snapshot_period = max(1, round(SNAPSHOT_SECONDS / config.loop.period))
         self._recorder = Recorder(
             path,
-            _metadata(config),
+            {**run_metadata(config), **(notes or {})},
             {CONFIG: config.model_dump_json()},
-            config.log.queue,
+            config.log.queue if queue is None else queue,
             split_bytes=config.log.split_size * 1e6,
             split_seconds=config.log.split_time,
         )
@@ -75,12 +108,18 @@ class Journal:
         lost = f", {dropped} dropped" if dropped else ""
         return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
 
-    def cycle(self, record: CycleRecord, timing: LoopTiming, state: RodState, truth: SimulatorTruth | None) -> None:
-        """A cycle, with the state of the model's rod. What viewers want of it is made in the recorder's thread."""
+    def cycle(
+        self, record: CycleRecord, timing: LoopTiming | None, state: RodState, truth: SimulatorTruth | None
+    ) -> None:
+        """A cycle, with the state of the model's rod; no timing where no clock ran.
+
+        What viewers want of it is made in the recorder's thread.
+        """
         now = self._now()
         put = self._recorder.put
         put(CYCLE, now, record)
-        put(TIMING, now, timing)
+        if timing is not None:
+            put(TIMING, now, timing)
         pose = record.inputs.pose
         if pose is not None:
             put(TIP_MEASURED, now, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation))
@@ -89,9 +128,17 @@ class Journal:
             put(TRUTH, now, truth)
         if record.tick % self._shape_period == 0:
             put(ROD_SHAPE, now, partial(self._shape, now, record, state))
+            put(TRANSFORMS, now, partial(_frames, now, record))
 
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
-        return foxglove.rod_shape(now, record.tick, self._rod.curve(state), record.reference.position)
+        points = self._rod.curve(state)
+        tendons = foxglove.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
+        return foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons)
+
+    def state(self, state: CycleState) -> None:
+        """The state before the next cycle; one a second goes into the log. It is turned into text by the recorder."""
+        if state.tick % self._snapshot_period == 0:
+            self._recorder.put(STATE, self._now(), StateSnapshot(tick=state.tick, state=partial(encode_state, state)))
 
     def status(self, status: Status, *, changed: bool) -> None:
         """A status; a change of mode is a line for people as well."""
@@ -106,11 +153,15 @@ class Journal:
         now = self._now()
         self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.FATAL, trace))
 
-    def _now(self) -> int:
-        return self._epoch_ns + time.monotonic_ns()
+
+def _frames(now: int, record: CycleRecord) -> foxglove.FrameTransforms:
+    frames = {"tip_model": (record.model.position, record.model.orientation)}
+    if record.inputs.pose is not None:
+        frames["tip_measured"] = (record.inputs.pose.position, record.inputs.pose.orientation)
+    return foxglove.frame_transforms(now, frames)
 
 
-def _metadata(config: RigConfig) -> dict[str, str]:
+def run_metadata(config: RigConfig) -> dict[str, str]:
     """Whose log this is, and of which code: revision and versions."""
     versions = {}
     for name in LIBRARIES:
@@ -124,6 +175,7 @@ def _metadata(config: RigConfig) -> dict[str, str]:
         "revision": _revision(),
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
+        "cpu": llvmlite.binding.get_host_cpu_name(),  # compiled code, and so the last bit, is the processor's own
         **versions,
     }
 

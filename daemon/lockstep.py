@@ -1,13 +1,14 @@
 """Controller and simulated plant in one process, cycle by cycle: faster than real time, and the same every time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.cycle import step
-from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, SimulatorTruth
@@ -47,15 +48,32 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
 
 
 def watched_loop(
-    config: RigConfig, cycles: int, requests: dict[int, ControlAction], points: int = 0
+    config: RigConfig,
+    cycles: int,
+    requests: Mapping[int, ControlAction | CycleInputs],
+    points: int = 0,
+    see_state: Callable[[CycleState], None] | None = None,
 ) -> Iterator[Watched]:
-    """As `closed_loop`, with the plant beside each record; `points` of its shape, none without."""
+    """As `closed_loop`, with the plant beside each record; `points` of its shape, none without.
+
+    A request may be given as the inputs of a recorded cycle, with all that the operator said.
+
+    `see_state` is called with the controller's state before the first cycle and after each.
+    """
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
+    if see_state is not None:
+        see_state(state)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
     for tick in range(cycles):
         pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
-        inputs = CycleInputs(pose=pose, tendon_state=tendon_state, request=requests.get(tick))
+        asked = requests.get(tick)
+        if not isinstance(asked, CycleInputs):
+            asked = CycleInputs(request=asked)
+        seen: dict[str, Any] = {"pose": pose, "tendon_state": tendon_state, "unreadable": {}, "missed_ticks": 0}
+        inputs = asked.model_copy(update=seen)
         state, command, record = step(setup, state, inputs)
+        if see_state is not None:
+            see_state(state)
         yield Watched(record, truth, plant.shape(points) if points else np.zeros((0, 3)))
         plant.step(command)

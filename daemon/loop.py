@@ -77,6 +77,7 @@ class Loop:
         gc.freeze()
         gc.disable()
         self._state = state
+        self._journal.state(state)
         try:
             self._run(pacer, stopped, cycles)
         except Exception as error:
@@ -163,6 +164,7 @@ class Loop:
                 missed_ticks=wake.missed_ticks,
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
+            self._journal.state(self._state)
             now = (record.mode, record.law, record.reference.target, self._journal.error)
             if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)

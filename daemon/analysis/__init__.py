@@ -1,1 +1,10 @@
-"""What a log says: reading it, the paper's metrics, figures, a summary."""
+"""What a log says: reading it, the paper's metrics, figures, a summary, tables for others.
+
+from tendond.daemon.analysis import load
+run = load("run.mcap")
+run["measured"], run.units["measured"]
+"""
+
+from tendond.daemon.analysis.arrays import Arrays, load
+
+__all__ = ["Arrays", "load"]

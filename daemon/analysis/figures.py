@@ -28,32 +28,44 @@ SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.0, 5.4)
 
 
-def draw(log: Log, folder: Path) -> list[Path]:
-    """Draw the tracking part of a log into `folder`, which is made: PNG files, the overview last.
+def draw(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
+    """Draw the tracking part of a log into `folder`, which is made: PNG files (or SVG), the overview last.
 
     Raises:
         LogError: as `tracking`.
     """
     run = _Run(log)
-    panels: dict[str, Callable[[Axes], None]] = {
-        f"tip_{run.letter}": run.tip_bending,
-        "tip_z": run.tip_z,
-        "displacement": run.displacement,
-        "error": run.error,
-    }
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     with style():
-        for name, panel in {**panels, "shapes": run.shapes}.items():
+        for name, panel in {**run.panels, "shapes": run.shapes}.items():
             figure = Figure(SHAPES_SIZE if name == "shapes" else SIZE, layout="constrained")
             panel(figure.subplots())
-            paths.append(save(figure, folder / f"{name}.png"))
-        overview = Figure((2 * SIZE[0], 2 * SIZE[1]), layout="constrained")
-        for axes, panel in zip(overview.subplots(2, 2).flat, panels.values(), strict=True):
-            panel(axes)
-        overview.suptitle(f"{log.path.name}: {run.law}", x=0.01, ha="left", fontsize=12)
-        paths.append(save(overview, folder / "overview.png"))
+            paths.append(save(figure, folder / f"{name}.{suffix}"))
+        paths.append(save(_overview(run, log), folder / f"overview.{suffix}"))
     return paths
+
+
+def overview(log: Log) -> Figure:
+    """The four panels in one figure; raises LogError as `tracking`."""
+    with style():
+        return _overview(_Run(log), log)
+
+
+def shapes_figure(log: Log) -> Figure:
+    """The rod's shapes; raises LogError as `tracking`."""
+    with style():
+        figure = Figure(SHAPES_SIZE, layout="constrained")
+        _Run(log).shapes(figure.subplots())
+    return figure
+
+
+def _overview(run: "_Run", log: Log) -> Figure:
+    figure = Figure((2 * SIZE[0], 2 * SIZE[1]), layout="constrained")
+    for axes, panel in zip(figure.subplots(2, 2).flat, run.panels.values(), strict=True):
+        panel(axes)
+    figure.suptitle(f"{log.path.name}: {run.law}", x=0.01, ha="left", fontsize=12)
+    return figure
 
 
 class _Run:
@@ -75,6 +87,16 @@ class _Run:
         settling = self._metrics.settling_iterations
         self._shown = len(self._tip) if settling is None else min(len(self._tip), max(FEWEST_ITERATIONS, 3 * settling))
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]
+
+    @property
+    def panels(self) -> dict[str, Callable[[Axes], None]]:
+        """The paper's four, by the names of their files."""
+        return {
+            f"tip_{self.letter}": self.tip_bending,
+            "tip_z": self.tip_z,
+            "displacement": self.displacement,
+            "error": self.error,
+        }
 
     def tip_bending(self, axes: Axes) -> None:
         """x of the tip (or y), its reference, and the band round the target in which it has settled."""

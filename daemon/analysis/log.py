@@ -1,22 +1,24 @@
-"""Reading a log, whole or of a process that was killed."""
+"""Reading a log, whole, in parts, or of a process that was killed."""
 
+import glob
 import json
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.records import Attachment, Footer, Header, McapRecord, Message, Metadata
+from mcap.records import Attachment, Footer, Message, Metadata
 from mcap.records import Channel as ChannelRecord
-from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from tendond.daemon import foxglove
+from tendond.daemon.analysis.container import Damage, records
+from tendond.daemon.analysis.container import LogError as LogError
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel, M
-from tendond.daemon.errors import DaemonError
-from tendond.daemon.recorder import CONFIG, METADATA
+from tendond.daemon.recorder import CONFIG, METADATA, PART
 from tendond.schemas.config import ConfigError, RigConfig, check_config
 from tendond.schemas.explain import explain
 from tendond.schemas.messages import SimulatorTruth
@@ -25,10 +27,6 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 Array = NDArray[np.float64]
 
 READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
-
-
-class LogError(DaemonError):
-    """A log that cannot be used: file, what is wrong, what to do."""
 
 
 @dataclass(frozen=True)
@@ -59,42 +57,24 @@ class Log:
 
 
 def load(path: Path) -> Log:
-    """Read a log of the recorder's.
+    """Read a log of the recorder's, with all the files that it was spread over.
 
     Raises:
-        LogError: no file, not an MCAP file, not one of ours, without configuration or cycles, or of another version.
+        LogError: no file, not an MCAP file, not one of ours, damaged, without configuration or cycles, or of another
+            version.
     """
-    complete = False
-    config: RigConfig | None = None
-    metadata: dict[str, str] | None = None
-    topics: dict[int, str] = {}
     models = {channel.topic: channel.model for channel in READ}
     messages: dict[str, list[Any]] = {channel.topic: [] for channel in READ}
-    for record in _records(path):
-        match record:
-            case Metadata(name=name) if name == METADATA:
-                metadata = record.metadata
-            case Attachment(name=name) if name == CONFIG:
-                config = _config(path, record.data)
-            case ChannelRecord():
-                topics[record.id] = record.topic
-            case Message():
-                topic = topics.get(record.channel_id, "")
-                if metadata is not None and topic in models:
-                    messages[topic].append(_decode(path, topic, models[topic], record.data))
-            case Footer():
-                complete = True
-    if metadata is None:
-        raise LogError(f"{path}: is an MCAP file, but not of tendond; give a log that 'tendond run' has written")
-    if config is None:
-        raise LogError(f"{path}: has no configuration ('{CONFIG}'), so its start is lost; use another log")
+    run = open_run(path)
+    for topic, message in run.messages(tuple(models)):
+        messages[topic].append(_decode(path, topic, models[topic], message.data))
     if not messages[CYCLE.topic]:
-        raise LogError(f"{path}: holds no cycles, the run ended before its first half second; record another one")
+        raise no_cycles(path)
     return Log(
         path=path,
-        complete=complete,
-        config=config,
-        metadata=metadata,
+        complete=run.complete,
+        config=run.config,
+        metadata=run.metadata,
         records=messages[CYCLE.topic],
         timings=messages[TIMING.topic],
         shapes=[_shape(path, scene) for scene in messages[ROD_SHAPE.topic]],
@@ -103,24 +83,106 @@ def load(path: Path) -> Log:
     )
 
 
-def _records(path: Path) -> Iterator[McapRecord]:
-    """The records of the file up to its end, or to where it is cut off or damaged."""
-    try:
-        with path.open("rb") as stream:
-            # No record is longer than the file: a damaged length is no reason to ask for all of the memory.
-            reader = StreamReader(stream, validate_crcs=True, record_size_limit=path.stat().st_size)
-            started = False
-            try:
-                for record in reader.records:
-                    started = started or isinstance(record, Header)
-                    yield record
-            except Exception as error:
-                # mcap meets a cut or damaged end with any of a dozen errors (EndOfFile, struct.error, zstd's own...);
-                # what stands before it is whole, its checksums say so.
-                if not started:
-                    raise LogError(f"{path}: is no MCAP file; give a log that 'tendond run' has written") from error
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read: {error.strerror}; check name and permissions") from error
+def no_cycles(path: Path) -> LogError:
+    """The error of a log in which nothing is."""
+    return LogError(f"{path}: holds no cycles, the run ended before its first half second; record another one")
+
+
+@dataclass
+class Run:
+    """The files of one run, their configuration and metadata.
+
+    Attributes:
+        paths: of the files, in the order in which they were written.
+        config: of the rig.
+        attachment: the configuration as it stands in the file.
+        metadata: revision and versions, by name.
+        complete: the last file was finished; known once all messages have been read.
+    """
+
+    paths: tuple[Path, ...]
+    config: RigConfig
+    attachment: bytes
+    metadata: dict[str, str]
+    complete: bool = False
+
+    def decode(self, topic: str, model: type[M], data: bytes) -> M:
+        """A message; raises LogError where it is none, or of another version."""
+        return _decode(self.paths[0], topic, model, data)
+
+    def messages(self, topics: Collection[str]) -> Iterator[tuple[str, Message]]:
+        """The messages of these topics, file after file.
+
+        Raises:
+            LogError: a part is damaged; what is cut off at the end of a file is not an error.
+        """
+        for path in self.paths:
+            self.complete = False
+            names: dict[int, str] = {}
+            for record in records(path, topics):
+                match record:
+                    case Message():
+                        yield names[record.channel_id], record
+                    case ChannelRecord():
+                        names[record.id] = record.topic
+                    case Footer():
+                        self.complete = True
+                    case Damage(cut=False):
+                        raise LogError(f"{path}: {record}; 'tendond log recover {path}' saves what is whole")
+
+
+def open_run(path: Path) -> Run:
+    """The run that a file is of: the file, or all the parts in its folder where the recorder began new ones.
+
+    Raises:
+        LogError: no file, not an MCAP file, not one of ours, without configuration.
+    """
+    metadata, attachment = _head(path)
+    if attachment is None:
+        raise LogError(f"{path}: has no configuration ('{CONFIG}'), so its start is lost; use another log")
+    return Run(_parts(path, metadata), _config(path, attachment), attachment, metadata)
+
+
+def _head(path: Path) -> tuple[dict[str, str], bytes | None]:
+    """Metadata and configuration; they come before the first message."""
+    metadata: dict[str, str] | None = None
+    attachment: bytes | None = None
+    for record in records(path):
+        match record:
+            case Metadata(name=name) if name == METADATA:
+                metadata = record.metadata
+            case Attachment(name=name) if name == CONFIG:
+                attachment = record.data
+            case Damage(cut=False) if metadata is None or attachment is None:
+                raise LogError(f"{path}: {record}, at its start; use another log")
+            case Message():
+                break
+        if metadata is not None and attachment is not None:
+            break
+    if metadata is None:
+        raise LogError(f"{path}: is an MCAP file, but not of tendond; give a log that 'tendond run' has written")
+    return metadata, attachment
+
+
+def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
+    """All files of the same run in the same folder: `run.mcap`, `run-001.mcap`, ..., with the same metadata."""
+    number = metadata.get(PART, "")
+    if not number.isdecimal():
+        return (path,)
+    stem = path.stem if number == "0" else path.stem.removesuffix(f"-{int(number):03d}")
+    found = {int(number): path}
+    for other in path.parent.glob(f"{glob.escape(stem)}*{path.suffix}"):
+        match = re.fullmatch(rf"{re.escape(stem)}(?:-(\d{{3,}}))?", other.stem)
+        if match is None or other == path:
+            continue
+        part = int(match[1] or 0)
+        try:
+            theirs = _head(other)[0]
+        except LogError:  # of the last part, which was cut off before it had begun, say
+            continue
+        if theirs == {**metadata, PART: str(part)}:
+            found[part] = other
+    return tuple(found[part] for part in sorted(found))
 
 
 def _config(path: Path, data: bytes) -> RigConfig:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from tendond import TendondError, __version__
+from tendond.daemon.cli import log_commands
 from tendond.daemon.cli.signals import leave_on_signals
 
 app = typer.Typer(
@@ -404,6 +405,9 @@ def bench_schemes() -> None:
     from tendond.daemon.cli.bench import run_bench_schemes
 
     run_bench_schemes()
+
+
+log_commands.add_to(app)
 
 
 def main() -> None:

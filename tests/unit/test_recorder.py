@@ -15,8 +15,9 @@ from pydantic import model_serializer
 
 from tendond.daemon import foxglove
 from tendond.daemon.analysis.log import LogError, load
-from tendond.daemon.channels import CHANNELS, CYCLE, LOG
+from tendond.daemon.channels import CHANNELS, CYCLE, LOG, STATE
 from tendond.daemon.recorder import CONFIG, METADATA, Recorder, RecorderError
+from tendond.daemon.snapshot import StateSnapshot
 from tendond.schemas.config import RigConfig
 from tendond.schemas.record import CycleRecord
 from tests.unit.records import cycle_record
@@ -225,15 +226,27 @@ def test_a_full_disk_ends_the_file_and_nothing_else(tmp_path: Path) -> None:
     assert not log.complete
 
 
+def state(tick: int) -> StateSnapshot:
+    """What a file of a split run begins with."""
+    return StateSnapshot(tick=tick, state="{}")
+
+
 def test_a_long_run_is_split_into_files_that_stand_alone_and_miss_nothing(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     log = Recorder(path, {"revision": "abc"}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=100_000)
     with log:
         for tick in range(2000):
+            if tick % 20 == 0:
+                log.put(STATE, tick, state(tick))
             log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
             log.put(LOG, tick, line(str(tick)))
-    assert log.close() == (4000, 4000, 0)
-    parts = [load(part) for part in sorted(tmp_path.iterdir(), key=lambda file: (len(file.name), file.name))]
+    assert log.close() == (4100, 4100, 0)
+    assert [record.tick for record in load(path).records] == list(range(2000))
+    parts = []
+    for number, file in enumerate(sorted(tmp_path.glob("*.mcap"), key=lambda file: (len(file.name), file.name))):
+        alone = tmp_path / str(number) / file.name
+        alone.parent.mkdir()
+        parts.append(load(file.rename(alone)))
     assert len(parts) > 3
     assert [part.path.name for part in parts[:3]] == ["run.mcap", "run-001.mcap", "run-002.mcap"]
     assert all(part.complete and part.config == RigConfig() for part in parts)
@@ -247,6 +260,7 @@ def test_a_run_is_split_by_time_as_well(tmp_path: Path) -> None:
     log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 1000, split_seconds=0.05)
     with log:
         for tick in range(20):
+            log.put(STATE, tick, state(tick))
             log.put(CYCLE, tick, cycle_record(tick))
             time.sleep(0.01)
     assert len(list(tmp_path.iterdir())) > 1
@@ -257,9 +271,10 @@ def test_a_next_file_that_cannot_be_opened_ends_the_log_and_says_so(tmp_path: Pa
     log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=10_000)
     with log:
         for tick in range(500):
+            log.put(STATE, tick, state(tick))
             log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
     put, written, dropped = log.close()
-    assert (put, written + dropped) == (500, 500)
+    assert (put, written + dropped) == (1000, 1000)
     assert "File exists" in log.error
     assert [record.tick for record in load(log.path).records] == list(range(written))
     assert (tmp_path / "run-001.mcap").read_text() == "precious"

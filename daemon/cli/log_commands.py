@@ -1,0 +1,153 @@
+"""The commands that take a log: their options and their help; what they do stands in the modules that they import."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; of a set, any part.")]
+LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.")]
+
+log = typer.Typer(name="log", help="Contents, repair and export of a log.", no_args_is_help=True, rich_markup_mode=None)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    for command in (replay, compare, plot, report, view):
+        app.command()(command)
+    app.add_typer(log)
+
+
+def replay(
+    file: LogFile,
+    first: Annotated[int, typer.Option("--from", min=0, help="First cycle to compare.")] = 0,
+    last: Annotated[int | None, typer.Option("--to", min=0, help="Last cycle to compare.")] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option("--tolerance", min=0.0, help="By which numbers may differ, of 1 or of their size: another CPU."),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes. Left out: one per core.")
+    ] = None,
+    law: Annotated[str | None, typer.Option("--law", help="Another law than the log's, on the same inputs.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Another parameter; may be repeated.")
+    ] = None,
+    closed_loop: Annotated[
+        bool, typer.Option("--closed-loop", help="Run reference, loads and seeds again on the simulator.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Log to write with --law, --set, --closed-loop, a new one.")
+    ] = None,
+) -> None:
+    """Run a log again: every cycle must come out as it was recorded, to the last bit. Exit status 1 if one does not.
+
+    With --law or --set: what another law or parameter would have commanded on the same inputs. With --closed-loop: how
+    the run would have gone. Both write a new log.
+
+    Example: tendond replay run.mcap --law sliding_mode --set control.laws.sliding_mode.k=10
+    """
+    from tendond.daemon.cli.replay import run_replay, run_variant
+
+    if law is None and not change and not closed_loop:
+        if out is not None:
+            raise typer.BadParameter("only with --law, --set or --closed-loop: a plain replay writes nothing")
+        run_replay(file, first, last, tolerance, jobs)
+        return
+    if first or last is not None or tolerance is not None or jobs is not None:
+        raise typer.BadParameter("--from, --to, --tolerance and --jobs do not go with --law, --set, --closed-loop")
+    run_variant(file, law, change or [], out, closed_loop=closed_loop)
+
+
+def compare(
+    files: LogFiles,
+    out: Annotated[Path, typer.Option("--out", help="Folder for table and figure.")] = Path("out/compare"),
+) -> None:
+    """Put runs beside each other: a table of all metrics, and their curves in one figure.
+
+    Example: tendond compare backstepping.mcap sliding_mode.mcap
+    """
+    from tendond.daemon.cli.logs import run_compare
+
+    run_compare(files, out)
+
+
+def plot(
+    file: LogFile,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the figures. Left out: beside the log.")] = None,
+    format: Annotated[str, typer.Option("--format", help="png, svg, or html: one interactive page.")] = "png",
+) -> None:
+    """Draw a run: the paper's panels, rod shapes, loop timing, modes and faults on a timeline.
+
+    Example: tendond plot run.mcap --format html
+    """
+    from tendond.daemon.cli.logs import run_plot
+
+    if format not in ("png", "svg", "html"):
+        raise typer.BadParameter(f"'{format}': choose png, svg or html", param_hint="--format")
+    run_plot(file, out, format)
+
+
+def report(
+    file: LogFile,
+    out: Annotated[Path | None, typer.Option("--out", help="Page to write. Left out: LOG with .html.")] = None,
+) -> None:
+    """Write one page about a run: numbers, figures, faults, configuration, versions; it needs no network and prints.
+
+    Example: tendond report run.mcap
+    """
+    from tendond.daemon.cli.logs import run_report
+
+    run_report(file, out)
+
+
+def view(
+    file: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="To play. Left out: live from Zenoh.")] = None,
+    config: Annotated[
+        Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
+    ] = None,
+    host: Annotated[str, typer.Option("--host", help="Address to serve at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port; 0: a free one.")] = 8765,
+) -> None:
+    """Serve a live rig, or a log, to Foxglove; needs the extra 'view'.
+
+    Open ws://localhost:8765 in Foxglove or Lichtblick, with the layout in deploy/foxglove.
+    """
+    from tendond.daemon.cli.signals import leave_on_signals
+    from tendond.daemon.cli.view import run_view
+
+    leave_on_signals(0)
+    run_view(file, config, host, port)
+
+
+@log.command("info")
+def log_info(file: LogFile, json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False) -> None:
+    """Say what is in a log and how it is: times, cycles, modes, faults, versions, damage."""
+    from tendond.daemon.cli.logs import run_info
+
+    run_info(file, as_json=json)
+
+
+@log.command("recover")
+def log_recover(
+    file: LogFile,
+    out: Annotated[Path | None, typer.Option("--out", help="New file. Left out: LOG-recovered.mcap.")] = None,
+) -> None:
+    """Write what is whole in a truncated or damaged file into a new one, and say what was lost."""
+    from tendond.daemon.cli.logs import run_recover
+
+    run_recover(file, out)
+
+
+@log.command("export")
+def log_export(
+    file: LogFile,
+    out: Annotated[Path | None, typer.Option("--out", help="CSV or Parquet file. Left out: LOG.csv.")] = None,
+) -> None:
+    """Write a table with a line per cycle, units in the names of its columns: CSV, or Parquet (extra 'parquet').
+
+    Example: tendond log export run.mcap --out run.parquet
+    """
+    from tendond.daemon.cli.logs import run_export
+
+    run_export(file, out)

@@ -1,0 +1,194 @@
+"""Every cycle of a log computed again, through the `cycle.step` that ran live, and compared with what was recorded."""
+
+import os
+import time
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass, field
+from itertools import chain, islice
+from multiprocessing import get_context
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from tendond.daemon.analysis.log import LogError, Run, no_cycles, open_run
+from tendond.daemon.cycle import step
+from tendond.daemon.errors import DaemonError
+from tendond.daemon.replay.difference import Difference, Field, compare
+from tendond.daemon.replay.segments import Gaps, Segment, segments
+from tendond.daemon.snapshot import decode_state, encode_state
+from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.model import ModelError
+from tendond.schemas.config import ConfigError
+from tendond.schemas.record import CycleInputs
+
+ALONE = 8
+"""Segments below which a log is not worth other processes."""
+
+
+class RecordedInputs(BaseModel):
+    """Of a record, the part that a cycle is given; the rest is not looked at."""
+
+    inputs: CycleInputs
+
+
+@dataclass
+class Outcome:
+    """What a replay found.
+
+    Attributes:
+        compared: cycles that were computed again and compared.
+        differing: of them.
+        first: of these, with each field that differs.
+        period: of the cycle [s].
+        seconds: that the replay took.
+        gaps: in the log.
+        complete: the log was finished.
+    """
+
+    compared: int = 0
+    differing: int = 0
+    first: Difference | None = None
+    period: float = 0.0
+    seconds: float = 0.0
+    gaps: Gaps = field(default_factory=Gaps)
+    complete: bool = True
+
+    @property
+    def speed(self) -> float:
+        """Times real time."""
+        return self.compared * self.period / self.seconds
+
+
+def rerun(
+    path: Path,
+    *,
+    first: int = 0,
+    last: int | None = None,
+    tolerance: float | None = None,
+    jobs: int | None = None,
+) -> Outcome:
+    """Run a log again and compare every output.
+
+    Args:
+        path: of the log, or of a part of it.
+        first, last: ticks to compare, both included.
+        tolerance: see `compare`; None: equal bytes.
+        jobs: processes; none: one per processor, for logs that are worth it.
+
+    Raises:
+        LogError: the log cannot be used, or nothing in it could be compared.
+    """
+    run = open_run(path)
+    setup = recorded_setup(run)
+    initial_state(setup)  # loads the kernels: not a part of the replay's time
+    outcome = Outcome(period=run.config.loop.period)
+    started = time.perf_counter()
+    for compared, differing, difference in _results(run, setup, outcome.gaps, first, last, tolerance, jobs):
+        outcome.compared += compared
+        outcome.differing += differing
+        outcome.first = outcome.first or difference
+    outcome.seconds = time.perf_counter() - started
+    outcome.complete = run.complete
+    if not outcome.compared:
+        if first == 0 and last is None and not outcome.gaps.passed_over:
+            raise no_cycles(path)
+        raise LogError(
+            f"{path}: no cycle could be compared: the log has no cycle between {first} and "
+            f"{'its end' if last is None else last} with a state before it; choose others"
+        )
+    return outcome
+
+
+def recorded_setup(run: Run) -> CycleSetup:
+    """The setup of the configuration in a log.
+
+    Raises:
+        LogError: this version of tendond cannot use it.
+    """
+    try:
+        return CycleSetup.from_config(run.config)
+    except (DaemonError, ModelError, ConfigError) as error:
+        line = "; ".join(str(error).splitlines())
+        raise LogError(f"{run.paths[0]}: {line}; replay it with the version of tendond that wrote it") from error
+
+
+Result = tuple[int, int, Difference | None]
+_setup: CycleSetup
+
+
+def _results(
+    run: Run, setup: CycleSetup, gaps: Gaps, first: int, last: int | None, tolerance: float | None, jobs: int | None
+) -> Iterator[Result]:
+    """Of each segment, in order."""
+    pieces = segments(run, gaps, first, last)
+    head = list(islice(pieces, ALONE))
+    jobs = jobs or len(os.sched_getaffinity(0))
+    if jobs == 1 or len(head) < ALONE:
+        for piece in chain(head, pieces):
+            yield run_segment(setup, piece, tolerance)
+        return
+    # Forked, so that kernels and setup are there already.
+    with ProcessPoolExecutor(jobs, get_context("fork"), _begin, (setup,)) as pool:
+        waiting: deque[Future[Result]] = deque()
+        for piece in chain(head, pieces):
+            waiting.append(pool.submit(_run_segment, piece, tolerance))
+            if len(waiting) > 4 * jobs:  # no more of the log in memory than that
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def _begin(setup: CycleSetup) -> None:
+    global _setup
+    _setup = setup
+
+
+def _run_segment(segment: Segment, tolerance: float | None) -> Result:
+    return run_segment(_setup, segment, tolerance)
+
+
+def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None = None) -> Result:
+    """How many cycles were compared, how many differ, and where the first of these does.
+
+    Without a tolerance the state at the end must be the one in the log, too: then what follows from it is checked by
+    what follows it.
+    """
+    state = state_before(setup, segment)
+    compared = differing = 0
+    found: Difference | None = None
+    for i, data in enumerate(segment.cycles):
+        inputs = RecordedInputs.model_validate_json(data).inputs
+        try:
+            state, _, record = step(setup, state, inputs)
+        except Exception as error:  # another version's cycle may stumble over this log: that is a finding
+            failure = Field("(all)", "a record", f"{type(error).__name__}: {error}")
+            return compared + 1, differing + 1, found or Difference(segment.first + i, (failure,))
+        if i < segment.skip:
+            continue
+        compared += 1
+        text = record.model_dump_json().encode()
+        if text != data and (fields := compare(data, text, tolerance)):
+            differing += 1
+            found = found or Difference(segment.first + i, fields)
+    if found is None and tolerance is None and segment.end is not None and (end := encode_state(state)) != segment.end:
+        fields = tuple(Field(f"state.{one.path}", one.logged, one.replayed) for one in compare(segment.end, end))
+        return compared, 1, Difference(state.tick - 1, fields)
+    return compared, differing, found
+
+
+def state_before(setup: CycleSetup, segment: Segment) -> CycleState:
+    """The state with which a segment begins.
+
+    Raises:
+        LogError: it is of another version.
+    """
+    if segment.start is None:
+        return initial_state(setup)
+    try:
+        return decode_state(CycleState, segment.start, setup)
+    except ValueError as error:
+        raise LogError(
+            f"the state before cycle {segment.first} {error}; replay it with the version that wrote it"
+        ) from None

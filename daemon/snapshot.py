@@ -1,0 +1,148 @@
+"""The state between two cycles as text and back, to the last bit: from it a log is replayed from the middle.
+
+The types of the fields say how a text is read, so a field that is added to the state needs no line here. What holds
+functions (a law, a reference) says itself what of it is data and is made again from that: `Rebuilt`.
+"""
+
+import base64
+import dataclasses
+import json
+import types
+from collections.abc import Callable
+from enum import Enum
+from functools import cache
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    Protocol,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
+
+import numpy as np
+from pydantic import BaseModel, PlainSerializer
+
+from tendond.schemas.base import SCHEMA_VERSION, Schema
+
+T = TypeVar("T")
+
+
+@runtime_checkable
+class Rebuilt(Protocol):
+    """A part of the state that is more than data."""
+
+    def to_snapshot(self) -> Any:
+        """What of it is data, as JSON has it."""
+
+    @classmethod
+    def from_snapshot(cls, data: Any, setup: Any) -> Self:
+        """The part again; `setup` is the cycle's."""
+
+
+class StateSnapshot(Schema):
+    """State of the controller before a cycle.
+
+    Attributes:
+        version: of the schema.
+        tick: of the cycle that follows.
+        state: see `encode_state`; a function that gives it is called when the message is written, in the recorder.
+    """
+
+    version: Literal[1] = SCHEMA_VERSION
+    tick: int
+    state: Annotated[
+        str | Callable[[], str], PlainSerializer(lambda value: value() if callable(value) else value, return_type=str)
+    ]
+
+
+def encode_state(state: Any) -> str:
+    """A dataclass of numbers, texts, arrays, messages and other such dataclasses as JSON; arrays as base64."""
+    return json.dumps(_plain(state), separators=(",", ":"))
+
+
+def decode_state(kind: type[T], text: str, setup: Any = None) -> T:
+    """The dataclass that `encode_state` wrote; `setup` is the cycle's, for what is `Rebuilt`.
+
+    Raises:
+        ValueError: the text is of another class, or of another version of it.
+    """
+    try:
+        value = _typed(kind, json.loads(text), setup)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ValueError(
+            f"is no {kind.__name__} of this version of tendond ({type(error).__name__}: {error})"
+        ) from error
+    assert isinstance(value, kind)
+    return value
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        data = base64.b64encode(np.ascontiguousarray(value).tobytes()).decode()
+        return {"dtype": value.dtype.str, "shape": list(value.shape), "data": data}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Rebuilt):
+        return value.to_snapshot()
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if dataclasses.is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _typed(kind: Any, value: Any, setup: Any) -> Any:
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return _typed(get_args(kind)[0], value, setup)
+    if origin in (Union, types.UnionType):
+        if value is None:
+            return None
+        (only,) = (option for option in get_args(kind) if option is not type(None))
+        return _typed(only, value, setup)
+    if origin is np.ndarray or kind is np.ndarray:
+        data = np.frombuffer(base64.b64decode(value["data"]), np.dtype(value["dtype"]))
+        return data.reshape(value["shape"]).copy()
+    if origin is dict:
+        item = get_args(kind)[1]
+        return {key: _typed(item, one, setup) for key, one in value.items()}
+    if origin is tuple:
+        options = get_args(kind)
+        items = options[:1] * len(value) if options[-1] is Ellipsis else options
+        return tuple(_typed(item, one, setup) for item, one in zip(items, value, strict=True))
+    if origin is list:
+        return [_typed(get_args(kind)[0], one, setup) for one in value]
+    if hasattr(kind, "from_snapshot"):
+        return kind.from_snapshot(value, setup)
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return kind.model_validate(value)
+    if dataclasses.is_dataclass(kind):
+        return _dataclass(kind, value, setup)
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind(value)
+    return value
+
+
+def _dataclass(kind: Any, value: dict[str, Any], setup: Any) -> Any:
+    hints = _hints(kind)
+    if hints.keys() != value.keys():
+        raise KeyError(f"{kind.__name__}: {', '.join(sorted(hints.keys() ^ value.keys()))}")
+    return kind(**{name: _typed(hint, value[name], setup) for name, hint in hints.items()})
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: hints[field.name] for field in dataclasses.fields(kind)}

@@ -1,0 +1,50 @@
+"""A log in Rerun: the rod, its tip and target in space, every number of the cycle as a curve.
+
+pip install tendond rerun-sdk
+python log_to_rerun.py run.mcap                  # opens the viewer
+python log_to_rerun.py run.mcap --save run.rrd   # or writes a recording
+
+Rerun reads the MCAP file by itself as well, but shows JSON messages as text.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from tendond.daemon.analysis import load
+from tendond.daemon.analysis.log import load as load_log
+
+
+def main() -> None:
+    """Send a log to the viewer, or to a file."""
+    parser = argparse.ArgumentParser(description="Show a log of tendond in Rerun.")
+    parser.add_argument("log", type=Path)
+    parser.add_argument("--save", type=Path, help="recording to write instead of opening the viewer")
+    options = parser.parse_args()
+    rr.init("tendond", spawn=options.save is None)
+    if options.save is not None:
+        rr.save(options.save)
+    run = load(options.log)
+    time = run["time"]
+    for name, array in run.arrays.items():
+        if array.dtype.kind not in "fib" or name == "time":
+            continue
+        for i, column in enumerate(np.atleast_2d(array.T)):
+            entity = f"numbers/{name.replace('.', '/')}" + (f"/{i}" if array.ndim > 1 else "")
+            kept = np.isfinite(column)
+            columns = rr.Scalars.columns(scalars=column[kept].astype(np.float64))
+            rr.send_columns(entity, indexes=[rr.TimeColumn("cycle", duration=time[kept])], columns=columns)
+    for tick, points in load_log(options.log).shapes:
+        rr.set_time("cycle", duration=tick * run.config.loop.period)
+        rr.log("rod", rr.LineStrips3D([points], radii=0.002))
+    for at, position, target in zip(time, run["measured"], run["reference.target"], strict=True):
+        rr.set_time("cycle", duration=at)
+        if np.all(np.isfinite(position)):
+            rr.log("tip", rr.Points3D([position], radii=0.006))
+        rr.log("target", rr.Points3D([target], radii=0.006, colors=[(230, 115, 25)]))
+
+
+if __name__ == "__main__":
+    main()

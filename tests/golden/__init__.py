@@ -1,0 +1,1 @@
+"""Recorded logs that every version must replay, and the command that makes them anew."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.laws.law import Decision, Terms
+from tendond.daemon.laws.law import Decision, LawTerms
 from tendond.daemon.modes import Answer
 from tendond.daemon.state import CycleState
 from tendond.model.rotation import quaternion
@@ -93,11 +93,11 @@ def write_record(
     )
 
 
-def _finite_terms(terms: Terms) -> Terms:
+def _finite_terms(terms: LawTerms) -> dict[str, float | tuple[float, ...]]:
     """Those that a log can hold: a law may divide by nothing, and its command is then bounded, but not its terms."""
     return {
         name: value
-        for name, value in terms.items()
+        for name, value in vars(terms).items()
         if (all(map(math.isfinite, value)) if isinstance(value, tuple) else math.isfinite(value))
     }
 

@@ -8,11 +8,12 @@ The Lyapunov function V = (z1'z1 + z2'z2)/2 then falls as -alpha1 z1'z1 - alpha2
 directions that b_c reaches.
 """
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import Field
 
-from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
+from tendond.daemon.laws.law import Decision, Law, LawParameters, LawTerms, Observation, Pair
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -24,8 +25,18 @@ class Parameters(LawParameters):
     alpha2: Gain = 12.5
 
 
+@dataclass(frozen=True)
+class Terms(LawTerms):
+    """z1: position error [m]. z2: of the velocity [m/s]. lyapunov: V [m^2, m^2/s^2]. net_tension: U [N]."""
+
+    z1: Pair
+    z2: Pair
+    lyapunov: float
+    net_tension: float
+
+
 def decide(parameters: Parameters, observation: Observation) -> Decision:
-    """The tensions that the law wants, and its terms z1 [m], z2 [m/s], lyapunov, net_tension [N]."""
+    """The tensions that the law wants, and its terms."""
     a1, a2 = parameters.alpha1, parameters.alpha2
     z1 = observation.in_plane(observation.target - observation.position)
     z2 = observation.in_plane(observation.velocity - observation.target_velocity) - a1 * z1
@@ -33,12 +44,12 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     tension, net = observation.tensions_for(acceleration)
     return Decision(
         tension,
-        {
-            "z1": (float(z1[0]), float(z1[1])),
-            "z2": (float(z2[0]), float(z2[1])),
-            "lyapunov": float(z1 @ z1 + z2 @ z2) / 2.0,
-            "net_tension": net,
-        },
+        Terms(
+            z1=(float(z1[0]), float(z1[1])),
+            z2=(float(z2[0]), float(z2[1])),
+            lyapunov=float(z1 @ z1 + z2 @ z2) / 2.0,
+            net_tension=net,
+        ),
     )
 
 

@@ -11,7 +11,13 @@ from pydantic import BaseModel, ConfigDict
 from tendond.daemon.actuation import net_tension, share
 
 Array = NDArray[np.float64]
-Terms = dict[str, float | tuple[float, ...]]
+Pair = tuple[float, float]
+"""Across and along the straight rod, in the bending plane."""
+
+
+@dataclass(frozen=True)
+class LawTerms:
+    """Base of a law's terms: what it made of an observation, for the record and for plots; floats and pairs, SI."""
 
 
 class LawParameters(BaseModel):
@@ -71,10 +77,10 @@ class Observation:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a law wants: tensions before any limit [N], shape (n,), and its terms for the record and for plots."""
+    """What a law wants: tensions before any limit [N], shape (n,), and its terms."""
 
     tension: Array
-    terms: Terms
+    terms: LawTerms
 
 
 @dataclass(frozen=True)

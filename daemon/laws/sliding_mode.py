@@ -8,12 +8,13 @@ The Lyapunov function V = S'S/2 then falls as -k S'S - epsilon |S|, in continuou
 reaches.
 """
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from tendond.daemon.laws.law import Decision, Law, LawParameters, Observation
+from tendond.daemon.laws.law import Decision, Law, LawParameters, LawTerms, Observation, Pair
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -26,8 +27,18 @@ class Parameters(LawParameters):
     epsilon: Annotated[float, Field(ge=0.0, le=1e3)] = 0.005
 
 
+@dataclass(frozen=True)
+class Terms(LawTerms):
+    """error: e [m]. surface: S [m/s]. lyapunov: V [m^2/s^2]. net_tension: U [N]."""
+
+    error: Pair
+    surface: Pair
+    lyapunov: float
+    net_tension: float
+
+
 def decide(parameters: Parameters, observation: Observation) -> Decision:
-    """The tensions that the law wants, and its terms error [m], surface [m/s], lyapunov, net_tension [N]."""
+    """The tensions that the law wants, and its terms."""
     error = observation.in_plane(observation.target - observation.position)
     error_rate = observation.in_plane(observation.target_velocity - observation.velocity)
     surface = error_rate + parameters.c * error
@@ -40,12 +51,12 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     tension, net = observation.tensions_for(acceleration)
     return Decision(
         tension,
-        {
-            "error": (float(error[0]), float(error[1])),
-            "surface": (float(surface[0]), float(surface[1])),
-            "lyapunov": float(surface @ surface) / 2.0,
-            "net_tension": net,
-        },
+        Terms(
+            error=(float(error[0]), float(error[1])),
+            surface=(float(surface[0]), float(surface[1])),
+            lyapunov=float(surface @ surface) / 2.0,
+            net_tension=net,
+        ),
     )
 
 

@@ -80,8 +80,8 @@ def test_a_straight_rod_does_not_make_the_tension_infinite(name: str) -> None:
 def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
     o = dataclasses.replace(observation(), antagonist=2)
     wanted = backstepping.decide(backstepping.Parameters(), o)
-    net = wanted.terms["net_tension"]
-    assert isinstance(net, float)
+    assert isinstance(wanted.terms, backstepping.Terms)
+    net = wanted.terms.net_tension
     assert wanted.tension[0] - wanted.tension[2] == pytest.approx(net)
     assert min(wanted.tension) >= 0.0
 
@@ -89,7 +89,8 @@ def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
 def test_a_pair_keeps_its_least_tension_and_its_difference() -> None:
     o = dataclasses.replace(observation(), antagonist=2, pair_tension=1.5)
     wanted = backstepping.decide(backstepping.Parameters(), o)
-    assert wanted.tension[0] - wanted.tension[2] == pytest.approx(wanted.terms["net_tension"])
+    assert isinstance(wanted.terms, backstepping.Terms)
+    assert wanted.tension[0] - wanted.tension[2] == pytest.approx(wanted.terms.net_tension)
     assert min(wanted.tension[[0, 2]]) == pytest.approx(1.5)
     assert wanted.tension[1] == wanted.tension[3] == 0.0
 
@@ -107,7 +108,7 @@ def test_the_law_in_the_documentation_works_as_it_stands(monkeypatch: pytest.Mon
     text = (Path(__file__).parents[2] / "docs" / "control.md").read_text(encoding="utf-8")
     code = re.search(r"This is a whole law:\n\n```python\n(.*?)```", text, re.DOTALL)
     assert code is not None
-    module: dict[str, object] = {"__name__": "documented_law"}
+    module: dict[str, object] = {"__name__": __name__}
     exec(code[1], module)
     law = module["LAW"]
     assert isinstance(law, Law)

@@ -140,8 +140,18 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
     return ""
 
 
+def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
+    """A released arm rests: a model that has long been far from it is lost, and starts at rest again."""
+    if state.mode in ACTIVE or state.runs.mismatches < setup.config.faults.mismatches:
+        return state
+    if bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)):
+        return state
+    return changed(_with_model_at_rest(setup, state), runs=changed(state.runs, mismatches=0))
+
+
 def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
     """Faults, and the changes of mode that happen by themselves."""
+    state = _restart_lost_model(setup, state)
     if state.mode in ACTIVE:
         fault = find_fault(setup, state)
         if fault:

@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 UNSEEN = 0.04
 """Motion of the tip per force that counts as none, as a part of C's mean: a straight rod does not give along itself."""
 
+PULL = 4.0
+"""Bound of the pull, of force_max."""
+
 THROWN = 0.05
 """[m] Innovations beyond this size count no more for F than one of this size: an impact is no constant load."""
 
@@ -48,7 +51,7 @@ class ObserverGains:
         integral: Li without delay [1/s]; halved at a delay of `delay_scale` [s].
         proportional: Kp [-]. derivative: Kd [s].
         quiet: s [m]. quiet_share: h [-]. quiet_time: over which m is taken [s].
-        force_max: bound of the size of F [N].
+        force_max: bound of the size of F [N]; that of the pull is `PULL` times as large.
         offset_gain: of the low-pass of 'offset', per cycle [-].
     """
 
@@ -128,9 +131,20 @@ def observe(
     rate = (innovation - state.innovation) / gains.period
     thrown = min(1.0, THROWN / max(float(np.linalg.norm(innovation)), THROWN))
     force = state.force + weight * thrown * integral * (stiffness @ innovation)
-    excess = float(np.linalg.norm(force)) / gains.force_max
     pull = weight * (stiffness @ (gains.proportional * innovation + gains.derivative * rate))
-    return replace(state, past=past, innovation=innovation, mean=mean, force=force / max(1.0, excess), pull=pull)
+    return replace(
+        state,
+        past=past,
+        innovation=innovation,
+        mean=mean,
+        force=_bounded(force, gains.force_max),
+        pull=_bounded(pull, PULL * gains.force_max),
+    )
+
+
+def _bounded(force: Array, most: float) -> Array:
+    """`force` [N], shape (3,), made no larger than `most` [N]."""
+    return force / max(1.0, float(np.linalg.norm(force)) / most)
 
 
 def _inverse(compliance: Array, gravity: Array) -> Array:

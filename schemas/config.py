@@ -138,7 +138,7 @@ class ObserverSection(Schema):
     )
     quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; over which that mean is taken")] = 0.07
     quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.15
-    force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 20.0
+    force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 5.0
     offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2
 
 

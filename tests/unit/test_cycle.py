@@ -1,5 +1,6 @@
 """The pure cycle: modes, admission of inputs, faults, limits. The rod is real."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -431,3 +432,15 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
         [record.model_dump_json() for record in closed_loop(CONFIG, 80, {3: ControlAction.ARM})] for _ in range(2)
     )
     assert first == second
+
+
+def test_a_model_that_is_lost_starts_at_rest_again_once_the_arm_is_released() -> None:
+    """Poses where no arm can hang: the model cannot follow them, and must not stay wherever it was pulled."""
+    state, _ = go(START, CycleInputs(pose=pose(0, (0.0, 0.0, -0.45))))
+    forces = []
+    for seq in range(1, CONFIG.faults.mismatches + 30):
+        state, record = go(state, CycleInputs(pose=pose(seq, (0.0, 0.0, -0.45))))
+        forces.append(math.hypot(*record.observer.force))
+    assert record.mode is Mode.IDLE
+    assert max(forces[:50]) > 1.0
+    assert min(forces[CONFIG.faults.mismatches - 5 : CONFIG.faults.mismatches + 5]) < 0.2

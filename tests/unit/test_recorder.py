@@ -276,5 +276,5 @@ def test_a_next_file_that_cannot_be_opened_ends_the_log_and_says_so(tmp_path: Pa
     put, written, dropped = log.close()
     assert (put, written + dropped) == (1000, 1000)
     assert "File exists" in log.error
-    assert [record.tick for record in load(log.path).records] == list(range(written))
+    assert [record.tick for record in load(log.path).records] == list(range(written // 2))  # a state to each cycle
     assert (tmp_path / "run-001.mcap").read_text() == "precious"

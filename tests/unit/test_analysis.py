@@ -113,7 +113,7 @@ def test_a_log_gives_back_what_was_recorded(tmp_path: Path) -> None:
         recorder.put(TRUTH, 0, truth)
         recorder.put(LOG, 0, said)
     log = load(recorder.path)
-    assert (log.config, log.metadata, log.complete) == (config, {"x": "y"}, True)
+    assert (log.config, log.metadata, log.complete) == (config, {"x": "y", "part": "0"}, True)
     assert (log.records, log.truth, log.log_lines) == ([cycle_record(0)], [truth], [said])
     assert (log.timings, log.shapes) == ([], [])
 

@@ -104,6 +104,7 @@ def real_time(minutes: float) -> bool:
             {
                 "minutes": minutes,
                 "mode": status.mode.value,
+                "reason": status.reason,
                 "cycles": len(ticks),
                 "files": files,
                 "every_cycle_logged": whole,

@@ -24,6 +24,9 @@ EXIT_USAGE = 2
 Config = Annotated[
     Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
 ]
+Profile = Annotated[
+    str | None, typer.Option("--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.")
+]
 Lockstep = Annotated[
     bool, typer.Option("--lockstep", help="One cycle per pose instead of the clock; give it to run and simulate both.")
 ]
@@ -41,6 +44,7 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
 @app.command()
 def run(
     config: Config = None,
+    profile: Profile = None,
     log: Annotated[
         Path | None, typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-TIME.mcap.")
     ] = None,
@@ -59,12 +63,13 @@ def run(
 
     if arm_at is not None and not lockstep:
         raise typer.BadParameter("only with --lockstep: a controller on a clock is armed by 'tendond arm'")
-    run_controller(config, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
+    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
 
 
 @app.command()
 def simulate(
     config: Config = None,
+    profile: Profile = None,
     lockstep: Lockstep = False,
     cycles: Cycles = None,
     wired: Annotated[
@@ -73,7 +78,7 @@ def simulate(
 ) -> None:
     """Run the simulated robot in place of camera and servos, or behind their drivers.
 
-    Example: tendond simulate --config rig.toml
+    Examples: tendond simulate --config rig.toml; or tendond run --profile rig, and tendond simulate --profile rig
     """
     leave_on_signals()
     from tendond.daemon.cli.simulate import run_simulator, run_wired
@@ -81,9 +86,11 @@ def simulate(
     if wired:
         if lockstep or cycles is not None:
             raise typer.BadParameter("--wired goes by the clock, without --lockstep and --cycles")
+        if profile is not None:
+            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
         run_wired(config)
         return
-    run_simulator(config, lockstep=lockstep, cycles=cycles)
+    run_simulator(config, profile, lockstep=lockstep, cycles=cycles)
 
 
 @app.command()
@@ -239,15 +246,18 @@ def status(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/demo"),
+    profile: Annotated[str, typer.Option("--profile", help="paper, rig or nasty, see docs/simulator.md.")] = "paper",
 ) -> None:
     """Simulate the paper's experiment, with log and figures.
 
     Controller and simulator are two processes on Zenoh, in real time; takes about ten seconds.
+
+    Example, with the servos' real speed: tendond demo --profile rig --out out/demo-rig
     """
     leave_on_signals(130)
     from tendond.daemon.cli.demo import run_demo
 
-    run_demo(out)
+    run_demo(out, profile)
 
 
 @app.command()

@@ -62,7 +62,9 @@ class FaultKind:
 FAULTS = {
     Fault.OCCLUSION: FaultKind("the tip's markers are hidden", 0.1),
     Fault.FROZEN: FaultKind("frames go on, the pose in them stands still", 1.0),
-    Fault.TELEPORT: FaultKind("the tip is seen elsewhere, so far away", 0.1, size=0.2, most=10.0, unit="m", directed=True),
+    Fault.TELEPORT: FaultKind(
+        "the tip is seen elsewhere, so far away", 0.1, size=0.2, most=10.0, unit="m", directed=True
+    ),
     Fault.DROPOUT: FaultKind("so large a part of the frames is lost", 0.1, size=1.0, most=1.0, unit="-"),
     Fault.NOISE: FaultKind("noise of the pose, standard deviation", 1.0, size=1e-3, most=0.05, unit="m"),
     Fault.WEIGHT: FaultKind("a weight on the tip", size=0.02, most=10.0, unit="kg"),

@@ -11,7 +11,7 @@ STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
 SERVO_RESET = "servo/reset"
-SIMULATOR_FAULT = "sim/fault"
+SIMULATOR_INJECT = "sim/inject"
 
 
 def key(rig: str, name: str) -> str:

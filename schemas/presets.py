@@ -24,7 +24,7 @@ _SERVOS = """\
 # The paper's robot as it may really be: XL430 servos wind elastic tendons on spools of 15 mm, and motion capture at
 # 100 Hz has noise and is 10 ms old when it arrives. 57 rpm wind 90 mm/s without load; 85 mm/s are counted on, and the
 # servos' profile acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons'
-# stiffness are guesses. The paper's reference arrives in 0.2 s, which these servos cannot follow: this one takes 2 s.
+# stiffness are guesses. The paper's reference arrives within a second, which these servos cannot follow: this one takes longer.
 
 [rod]
 tendon_stiffness = 20000.0
@@ -33,7 +33,7 @@ tendon_stiffness = 20000.0
 tension_max = 60.0
 displacement_min = -0.08
 displacement_max = 0.08
-displacement_rate = 0.085
+displacement_rate = {rate}
 slack = 0.001
 
 [observer]
@@ -41,7 +41,7 @@ slack = 0.001
 
 [reference]
 kind = "minimum_jerk"
-duration = 2.0
+duration = {duration}
 
 [simulator]
 drive = "displacement"
@@ -60,12 +60,25 @@ noise = {noise}
 latency = 0.01
 {mocap}"""
 
-RIG = _SERVOS.format(observer="delay = 0.01", backlash="6.5e-5", servo="", rod="", noise="1e-4", mocap="")
+RIG = _SERVOS.format(
+    rate=0.085, duration=2.0, observer="delay = 0.01", backlash="6.5e-5", servo="", rod="", noise="1e-4", mocap=""
+)
 
-WIRED = _SERVOS.format(observer="delay = 0.02\nlag = 0.03", backlash="6.5e-5", servo="", rod="", noise="1e-4", mocap="")
-"""RIG behind the real drivers, which take their time: theirs is told to the observer as delay and lag."""
+WIRED = _SERVOS.format(
+    rate=0.08,
+    duration=2.5,
+    observer="delay = 0.02\nlag = 0.03",
+    backlash="6.5e-5",
+    servo="",
+    rod="",
+    noise="1e-4",
+    mocap="",
+)
+"""RIG behind the real drivers, which take their time: the observer is told of it, and there is less haste."""
 
 NASTY = _SERVOS.format(
+    rate=0.085,
+    duration=2.0,
     observer="delay = 0.01",
     backlash="3e-4",
     servo="lag = 0.02  # of which the controller knows nothing, as of all that follows\n",

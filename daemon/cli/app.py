@@ -95,19 +95,27 @@ def simulate(
 
 @app.command()
 def inject(
-    fault: Annotated[
-        str, typer.Argument(help="silent, stuck, hot, overload, reboot, mend; crc, unplug, plug for the whole bus.")
-    ],
+    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.")],
     config: Config = None,
-    servo_id: Annotated[int | None, typer.Option("--servo", help="Id of the servo.")] = None,
+    servo_id: Annotated[
+        int | None, typer.Option("--servo", help="Id of the servo; of 'simulate', the first is 1.")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option("--seconds", help="For how long.")] = None,
+    size: Annotated[float | None, typer.Option("--size", help="How much [m, kg, N, or a part].")] = None,
+    direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
+    place: Annotated[float | None, typer.Option("--place", help="Along the rod, where 1 is the tip.")] = None,
 ) -> None:
-    """Cause a fault on a running 'tendond simulate --wired'.
+    """Cause a fault on a running 'tendond simulate', with --wired or without.
 
-    Example: tendond inject overload --servo 3 --config rig.toml
+    Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
+    stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
+
+    Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
     """
     from tendond.daemon.cli.simulate import inject_fault
 
-    inject_fault(config, fault, servo_id)
+    options = {"servo": servo_id, "seconds": seconds, "size": size, "direction": direction, "place": place}
+    inject_fault(config, fault, options)
 
 
 @app.command()

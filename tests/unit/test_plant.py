@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tendond.daemon.state import rod_from_section
+from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.servo import Servos
@@ -55,7 +56,7 @@ def test_friction_is_hysteresis_of_the_tension() -> None:
 
 def seen(section: SimulatedMocap, steps: int, seed: int = 0, period: float = PERIOD) -> list[tuple[int, int, bool]]:
     """Step, frame's exposure (as its stamp) and validity of what arrives."""
-    mocap = Mocap(section, seed)
+    mocap = Mocap(section, seed, Faults(4))
     arrivals = []
     for step in range(steps):
         pose = mocap.see(REST, step * period, step)
@@ -90,7 +91,7 @@ def test_dropped_frames_do_not_come_and_hidden_ones_say_so() -> None:
 
 def test_noise_is_as_large_as_asked_and_the_same_for_the_same_seed() -> None:
     def positions(seed: int) -> np.ndarray:
-        mocap = Mocap(SimulatedMocap(noise=1e-4, rotation_noise=1e-3), seed)
+        mocap = Mocap(SimulatedMocap(noise=1e-4, rotation_noise=1e-3), seed, Faults(4))
         return np.array([p.position for step in range(4000) if (p := mocap.see(REST, step * PERIOD, 0)) is not None])
 
     first = positions(1)

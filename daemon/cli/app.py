@@ -381,6 +381,14 @@ def bench_schemes() -> None:
     run_bench_schemes()
 
 
+@bench.command("profiles")
+def bench_profiles() -> None:
+    """Run both laws on each profile of the simulator: how long they take, as a Markdown table."""
+    from tendond.daemon.bench.profiles import table
+
+    print(table())
+
+
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
     try:

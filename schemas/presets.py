@@ -24,7 +24,7 @@ _SERVOS = """\
 # The paper's robot as it may really be: XL430 servos wind elastic tendons on spools of 15 mm, and motion capture at
 # 100 Hz has noise and is 10 ms old when it arrives. 57 rpm wind 90 mm/s without load; 85 mm/s are counted on, and the
 # servos' profile acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons'
-# stiffness are guesses. The paper's reference arrives within a second, which these servos cannot follow: this one takes longer.
+# stiffness are guesses. The paper's reference is too fast for these servos: this one takes longer.
 
 [rod]
 tendon_stiffness = 20000.0

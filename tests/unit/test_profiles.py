@@ -1,4 +1,4 @@
-"""The profiles by name: both laws, fed by the observer, track on each of them; what the table in the docs says is so."""
+"""The profiles by name: both laws, fed by the observer, track on each; the table in the docs is theirs."""
 
 import re
 from pathlib import Path

@@ -50,23 +50,23 @@ def test_the_rig_profile_is_tracked_by_real_processes(shared: tuple[Rig, zenoh.S
 
 
 @pytest.mark.parametrize(
-    ("arguments", "reason"),
+    ("arguments", "reasons"),
     [
-        (("occlusion", "--seconds", "2"), "pose stale"),
-        (("dropout", "--seconds", "2"), "pose stale"),
-        (("silence", "--seconds", "2"), "pose stale"),
-        (("teleport", "--size", "0.45", "--seconds", "2", "--direction", "z"), "teleport"),
-        (("overload", "--servo", "3"), "servo 3: Overload Error (bit 5)"),
+        (("occlusion", "--seconds", "2"), ("pose stale", "bad poses")),
+        (("dropout", "--seconds", "2"), ("pose stale", "bad poses")),
+        (("silence", "--seconds", "2"), ("pose stale", "bad poses")),
+        (("teleport", "--size", "1", "--seconds", "2", "--direction", "y"), ("pose stale", "bad poses")),
+        (("overload", "--servo", "3"), ("servo 3: Overload Error (bit 5)",)),
     ],
 )
 def test_a_fault_that_the_arm_must_not_bear_is_named_and_releases_it(
-    shared: tuple[Rig, zenoh.Session], arguments: tuple[str, ...], reason: str
+    shared: tuple[Rig, zenoh.Session], arguments: tuple[str, ...], reasons: tuple[str, ...]
 ) -> None:
     one, session = shared
     one.arm(session)
     inject(one, *arguments)
     status = one.until(session, lambda s: s.mode is Mode.FAULT)
-    assert reason in status.reason
+    assert any(reason in status.reason for reason in reasons), status.reason
     one.until(session, lambda s: s.tension == (0.0,) * 4)
     leave(one, session)
 

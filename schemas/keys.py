@@ -14,7 +14,7 @@ STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
 SERVO_RESET = "servo/reset"
-SIMULATOR_FAULT = "sim/fault"
+SIMULATOR_INJECT = "sim/inject"
 ALIVE = "controller"
 """Liveliness token: there while the controller is."""
 

@@ -211,30 +211,3 @@ class ControlReply(Schema):
     done: bool
     message: str
     status: Status | None = None
-
-
-class WiredFault(StrEnum):
-    """What can be made to go wrong on the simulated rig's wires; `mend` ends what a servo has, by its power."""
-
-    SILENT = "silent"
-    STUCK = "stuck"
-    HOT = "hot"
-    OVERLOAD = "overload"
-    REBOOT = "reboot"
-    CRC = "crc"
-    UNPLUG = "unplug"
-    PLUG = "plug"
-    MEND = "mend"
-
-
-class WiredFaultRequest(Schema):
-    """A request to the simulated rig on wires.
-
-    Attributes:
-        fault: to cause.
-        servo: id of the one that gets it; none for what the whole bus gets.
-    """
-
-    version: Literal[1] = SCHEMA_VERSION
-    fault: WiredFault
-    servo: int | None = None

@@ -1,4 +1,4 @@
-"""Configurations by name, as TOML, for a start."""
+"""Configurations by name, as TOML: the profiles of the simulator, and what the rig on wires needs beside one."""
 
 PAPER = """\
 # The simulation of Danesh & Janabi-Sharifi: forward Euler along the rod with 200 nodes, in controller and plant.
@@ -20,9 +20,11 @@ path = "direct"
 rate = 20.0
 """
 
-WIRED = """\
-# The paper's robot behind real drivers: displacements wound by servos at their real speed, elastic tendons, and motion
-# capture at 100 Hz with 0.1 mm of noise that is 10 ms old when it arrives.
+_SERVOS = """\
+# The paper's robot as it may really be: XL430 servos wind elastic tendons on spools of 15 mm, and motion capture at
+# 100 Hz has noise and is 10 ms old when it arrives. 57 rpm wind 90 mm/s without load; 85 mm/s are counted on, and the
+# servos' profile acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons'
+# stiffness are guesses. The paper's reference is too fast for these servos: this one takes longer.
 
 [rod]
 tendon_stiffness = 20000.0
@@ -31,27 +33,82 @@ tendon_stiffness = 20000.0
 tension_max = 60.0
 displacement_min = -0.08
 displacement_max = 0.08
-displacement_rate = 0.08
+displacement_rate = {rate}
 slack = 0.001
 
 [observer]
-delay = 0.02
-lag = 0.03
+{observer}
 
 [reference]
 kind = "minimum_jerk"
-duration = 2.5
+duration = {duration}
 
 [simulator]
 drive = "displacement"
 
+[simulator.servo]
+rate = 0.085
+acceleration = 3.0
+backlash = {backlash}
+resolution = 2.3e-5
+{servo}
 [simulator.rod]
 tendon_stiffness = 20000.0
-
+{rod}
 [simulator.mocap]
-noise = 1e-4
+noise = {noise}
 latency = 0.01
-"""
+{mocap}"""
+
+RIG = _SERVOS.format(
+    rate=0.085, duration=2.0, observer="delay = 0.01", backlash="6.5e-5", servo="", rod="", noise="1e-4", mocap=""
+)
+
+WIRED = _SERVOS.format(
+    rate=0.08,
+    duration=2.5,
+    observer="delay = 0.02\nlag = 0.03",
+    backlash="6.5e-5",
+    servo="",
+    rod="",
+    noise="1e-4",
+    mocap="",
+)
+"""RIG behind the real drivers, which take their time: the observer is told of it, and there is less haste."""
+
+NASTY = _SERVOS.format(
+    rate=0.085,
+    duration=2.0,
+    observer="delay = 0.01",
+    backlash="3e-4",
+    servo="lag = 0.02  # of which the controller knows nothing, as of all that follows\n",
+    rod="youngs_modulus = 171e9  # -10 %\nbending_damping = [0.0056, 0.0056, 0.0056]  # times 0.7\n",
+    noise="3e-4",
+    mocap="""\
+jitter = 0.005
+dropout = 0.05
+occlusion = 1.0
+occlusion_time = 0.03
+
+[simulator.weight]
+mass = 0.02
+
+[[simulator.impacts]]
+time = 6.0
+duration = 0.05
+force = [2.0, 0.0, 0.0]
+
+[[simulator.impacts]]
+time = 8.0
+duration = 0.05
+force = [0.0, 0.0, -3.0]
+place = 0.6
+""",
+)
+
+PROFILES = {"paper": PAPER, "rig": RIG, "nasty": NASTY}
+"""By the names that `--profile` takes."""
+
 WIRED_VICON = """\
 address = "127.0.0.1"
 base_axes = ["+z", "+x", "+y"]

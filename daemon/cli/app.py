@@ -25,6 +25,9 @@ EXIT_USAGE = 2
 Config = Annotated[
     Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
 ]
+Profile = Annotated[
+    str | None, typer.Option("--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.")
+]
 Lockstep = Annotated[
     bool, typer.Option("--lockstep", help="One cycle per pose instead of the clock; give it to run and simulate both.")
 ]
@@ -42,6 +45,7 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
 @app.command()
 def run(
     config: Config = None,
+    profile: Profile = None,
     log: Annotated[
         Path | None, typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-TIME.mcap.")
     ] = None,
@@ -60,12 +64,13 @@ def run(
 
     if arm_at is not None and not lockstep:
         raise typer.BadParameter("only with --lockstep: a controller on a clock is armed by 'tendond arm'")
-    run_controller(config, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
+    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
 
 
 @app.command()
 def simulate(
     config: Config = None,
+    profile: Profile = None,
     lockstep: Lockstep = False,
     cycles: Cycles = None,
     wired: Annotated[
@@ -74,7 +79,7 @@ def simulate(
 ) -> None:
     """Run the simulated robot in place of camera and servos, or behind their drivers.
 
-    Example: tendond simulate --config rig.toml
+    Examples: tendond simulate --config rig.toml; or tendond run --profile rig, and tendond simulate --profile rig
     """
     leave_on_signals()
     from tendond.daemon.cli.simulate import run_simulator, run_wired
@@ -82,26 +87,36 @@ def simulate(
     if wired:
         if lockstep or cycles is not None:
             raise typer.BadParameter("--wired goes by the clock, without --lockstep and --cycles")
+        if profile is not None:
+            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
         run_wired(config)
         return
-    run_simulator(config, lockstep=lockstep, cycles=cycles)
+    run_simulator(config, profile, lockstep=lockstep, cycles=cycles)
 
 
 @app.command()
 def inject(
-    fault: Annotated[
-        str, typer.Argument(help="silent, stuck, hot, overload, reboot, mend; crc, unplug, plug for the whole bus.")
-    ],
+    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.")],
     config: Config = None,
-    servo_id: Annotated[int | None, typer.Option("--servo", help="Id of the servo.")] = None,
+    servo_id: Annotated[
+        int | None, typer.Option("--servo", help="Id of the servo; of 'simulate', the first is 1.")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option("--seconds", help="For how long.")] = None,
+    size: Annotated[float | None, typer.Option("--size", help="How much [m, kg, N, or a part].")] = None,
+    direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
+    place: Annotated[float | None, typer.Option("--place", help="Along the rod, where 1 is the tip.")] = None,
 ) -> None:
-    """Cause a fault on a running 'tendond simulate --wired'.
+    """Cause a fault on a running 'tendond simulate', with --wired or without.
 
-    Example: tendond inject overload --servo 3 --config rig.toml
+    Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
+    stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
+
+    Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
     """
     from tendond.daemon.cli.simulate import inject_fault
 
-    inject_fault(config, fault, servo_id)
+    options = {"servo": servo_id, "seconds": seconds, "size": size, "direction": direction, "place": place}
+    inject_fault(config, fault, options)
 
 
 @app.command()
@@ -266,15 +281,18 @@ def status(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/demo"),
+    profile: Annotated[str, typer.Option("--profile", help="paper, rig or nasty, see docs/simulator.md.")] = "paper",
 ) -> None:
     """Simulate the paper's experiment, with log and figures.
 
     Controller and simulator are two processes on Zenoh, in real time; takes about ten seconds.
+
+    Example, with the servos' real speed: tendond demo --profile rig --out out/demo-rig
     """
     leave_on_signals(130)
     from tendond.daemon.cli.demo import run_demo
 
-    run_demo(out)
+    run_demo(out, profile)
 
 
 @app.command()
@@ -405,6 +423,14 @@ def bench_schemes() -> None:
     from tendond.daemon.cli.bench import run_bench_schemes
 
     run_bench_schemes()
+
+
+@bench.command("profiles")
+def bench_profiles() -> None:
+    """Run both laws on each profile of the simulator: how long they take, as a Markdown table."""
+    from tendond.daemon.bench.profiles import table
+
+    print(table())
 
 
 log_commands.add_to(app)

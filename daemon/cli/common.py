@@ -9,8 +9,33 @@ from types import FrameType
 from typing import TypeVar
 
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
+from tendond.schemas.presets import PROFILES
 
 Section = TypeVar("Section")
+
+
+def chosen_config(path: Path | None, profile: str | None) -> tuple[RigConfig, str]:
+    """The configuration in a file or of a profile, or the built-in one; and its name, for messages.
+
+    Raises:
+        ConfigError: as `load_config`; or both are given, or there is no such profile.
+    """
+    if profile is None:
+        return load_config(path), str(path or "built-in configuration")
+    if path is not None:
+        raise ConfigError(f"--config {path} and --profile {profile}: give one of them")
+    return parse_config(profile_text(profile), f"profile '{profile}'"), f"profile '{profile}'"
+
+
+def profile_text(name: str) -> str:
+    """The TOML of a profile.
+
+    Raises:
+        ConfigError: there is no such profile.
+    """
+    if name not in PROFILES:
+        raise ConfigError(f"no profile is called '{name}': choose one of {', '.join(PROFILES)}")
+    return PROFILES[name]
 
 
 def load_config(path: Path | None) -> RigConfig:

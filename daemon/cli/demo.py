@@ -13,7 +13,7 @@ import zenoh
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from tendond.daemon.cli.common import say
+from tendond.daemon.cli.common import profile_text, say
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration, now, save_calibration
 from tendond.drivers.operator import ask
@@ -22,22 +22,25 @@ from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
-from tendond.schemas.presets import PAPER, WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 
 START_SECONDS = 120.0
-HOLD_SECONDS = 3.0
+HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
+"""By profile; the impacts of the nasty one come within."""
+
 RIG_HOLD_SECONDS = 6.0
 POLL_SECONDS = 0.1
 END_SECONDS = 10.0
 RIG = "demo"
 
 
-def run_demo(out: Path) -> None:
+def run_demo(out: Path, profile: str) -> None:
     """Run it; log, figures and summary are in `out` afterwards.
 
     Raises:
         TendondError: a process could not be started or did not end as it should.
     """
+    text = profile_text(profile)
     announce_compilation(say)
     warm_up()
     endpoint = f"tcp/127.0.0.1:{_free_port()}"
@@ -45,12 +48,12 @@ def run_demo(out: Path) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         log_file.unlink(missing_ok=True)
-        config_file.write_text(f'{PAPER}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
+        config_file.write_text(f'{text}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
         commands = {
             "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
             "simulator": ("simulate", "--config", str(config_file)),
         }
-        demo = _Demo(endpoint, commands, HOLD_SECONDS)
+        demo = _Demo(endpoint, commands, HOLD_SECONDS[profile])
         demo.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
         demo.run()
         _report(out, log_file, demo.console)

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tendond.daemon.bus import Hub
-from tendond.daemon.cli.common import load_config, say, stop_on_signals
+from tendond.daemon.cli.common import chosen_config, say, stop_on_signals
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
@@ -17,27 +17,33 @@ from tendond.schemas.config import ConfigError
 
 
 def run_controller(
-    config_file: Path | None, log_file: Path | None, *, lockstep: bool, cycles: int | None, arm_at: int | None
+    config_file: Path | None,
+    profile: str | None,
+    log_file: Path | None,
+    *,
+    lockstep: bool,
+    cycles: int | None,
+    arm_at: int | None,
 ) -> None:
     """Run until a signal comes, or for so many cycles; see `tendond run --help`.
 
     Raises:
         TendondError: the configuration cannot be used, or the endpoint is taken.
     """
-    config = load_config(config_file)
+    config, source = chosen_config(config_file, profile)
     announce_compilation(say)
     if log_file is None:
         log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     try:
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
-        raise _refusal(config_file, error) from error
+        raise _refusal(source, error) from error
     with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
         loop = Loop(setup, hub, journal, arm_at)
         try:
             state = loop.warm()
         except ModelError as error:
-            raise _refusal(config_file, error) from error
+            raise _refusal(source, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
@@ -52,7 +58,6 @@ def run_controller(
     say(f"ended: {journal.summary}")
 
 
-def _refusal(config_file: Path | None, error: Exception) -> ConfigError:
+def _refusal(source: str, error: Exception) -> ConfigError:
     """The error as one of the configuration, whose file it names."""
-    source = config_file or "built-in configuration"
     return ConfigError("\n".join(f"{source}: {line}" for line in str(error).splitlines()))

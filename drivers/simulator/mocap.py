@@ -6,9 +6,11 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.drivers.simulator.faults import Faults
 from tendond.model.rotation import quaternion
 from tendond.model.tip import Tip
 from tendond.schemas.config_simulator import SimulatedMocap
+from tendond.schemas.faults import Fault
 from tendond.schemas.messages import TipPose
 
 Array = NDArray[np.float64]
@@ -23,10 +25,13 @@ class Mocap:
     Args:
         section: [simulator.mocap].
         seed: of what is random.
+        faults: that a request has caused.
     """
 
-    def __init__(self, section: SimulatedMocap, seed: int) -> None:
+    def __init__(self, section: SimulatedMocap, seed: int, faults: Faults) -> None:
         self._section = section
+        self._faults = faults
+        self._frozen: TipPose | None = None
         self._random = np.random.default_rng([seed, 1])
         self._next_frame = -math.inf
         self._hidden_until = -math.inf
@@ -46,10 +51,11 @@ class Mocap:
             if self._next_frame == -math.inf and section.latency > 0.0:
                 self._pending.append((-math.inf, self._frame(tip, stamp_ns)))  # as if it had rested there before
             self._next_frame = time + section.period
-            if section.dropout == 0.0 or self._random.random() >= section.dropout:
+            if not self._lost():
                 late = section.latency + section.jitter * self._random.random()
                 self._occlude(time)
-                self._pending.append((time + late, self._frame(tip, stamp_ns, valid=time >= self._hidden_until)))
+                hidden = time < self._hidden_until or self._faults.now(Fault.OCCLUSION) is not None
+                self._pending.append((time + late, self._froze(self._frame(tip, stamp_ns, valid=not hidden))))
         arrived = None
         resting = len(self._pending) > 1 and self._pending[0][0] == -math.inf
         while self._pending and self._pending[0][0] <= time + TOLERANCE:
@@ -62,6 +68,20 @@ class Mocap:
         self.seq += 1
         return arrived.model_copy(update={"seq": self.seq})
 
+    def _lost(self) -> bool:
+        """Whether this frame never comes."""
+        asked = self._faults.now(Fault.DROPOUT)
+        share = max(self._section.dropout, 0.0 if asked is None else asked.amount)
+        return share > 0.0 and self._random.random() < share
+
+    def _froze(self, pose: TipPose) -> TipPose:
+        """`pose`, or where the tip was seen when the picture froze."""
+        if self._faults.now(Fault.FROZEN) is None:
+            self._frozen = None
+            return pose
+        self._frozen = self._frozen or pose
+        return pose.model_copy(update={"position": self._frozen.position, "orientation": self._frozen.orientation})
+
     def _occlude(self, time: float) -> None:
         section = self._section
         if section.occlusion > 0.0 and time >= self._hidden_until:
@@ -72,8 +92,12 @@ class Mocap:
     def _frame(self, tip: Tip, stamp_ns: int, *, valid: bool = True) -> TipPose:
         section = self._section
         position = tip.position
-        if section.noise > 0.0:
-            position = position + section.noise * self._random.standard_normal(3)
+        asked = self._faults.now(Fault.NOISE)
+        noise = section.noise if asked is None else math.hypot(section.noise, asked.amount)
+        if noise > 0.0:
+            position = position + noise * self._random.standard_normal(3)
+        if (teleport := self._faults.now(Fault.TELEPORT)) is not None:
+            position = position + np.array(teleport.vector)
         w, x, y, z = quaternion(tip.rotation)
         if section.rotation_noise > 0.0:
             a, b, c = 0.5 * section.rotation_noise * self._random.standard_normal(3)

@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
 from tendond.schemas.config import RigConfig
+from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 
 
@@ -20,6 +22,9 @@ class Plant:
     Args:
         config: of the rig; `simulator` describes the plant.
         rod: built from `config.simulator.rod`, with the plant's time step.
+
+    Attributes:
+        faults: that a request has caused.
     """
 
     def __init__(self, config: RigConfig, rod: Rod) -> None:
@@ -30,7 +35,8 @@ class Plant:
         self._command = slack
         self._wound = False  # servos hold the tendons' displacement; else their tension is as commanded
         self._servos = Servos(section.servo, rod.time_step, slack)
-        self._mocap = Mocap(section.mocap, section.seed)
+        self.faults = Faults(len(slack))
+        self._mocap = Mocap(section.mocap, section.seed, self.faults)
         straight = np.array([0.0, 0.0, rod.parameters.length])
         self._weight = HungWeight(section.weight, section.rod.gravity, straight)
         self._force = self._weight.force(0.0, rod.time_step)
@@ -64,7 +70,11 @@ class Plant:
         Raises:
             ConvergenceError: the plant has no solution; it stays where it was.
         """
-        if command is not None:
+        self.faults.time = self.time
+        self._servos.stuck = self.faults.stuck
+        if self.faults.reported:  # as the servos' driver does: all of them together
+            self.let_go()
+        elif command is not None:
             wound = command.armed and self._section.drive == "displacement"
             if wound and not self._wound:
                 self._servos.stand(self._rod.displacements(self._state, elastic=True))
@@ -73,8 +83,13 @@ class Plant:
             self._wound = wound
             self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
         self._force = self._weight.force(self.time, self._rod.time_step)
+        if (hung := self.faults.now(Fault.WEIGHT)) is not None:
+            self._force = self._force + hung.amount * np.array(self._section.rod.gravity)
         push = np.zeros(3)
-        for place, force in impacts_at(self._section.impacts, self.time):
+        impacts = impacts_at(self._section.impacts, self.time)
+        if (impact := self.faults.now(Fault.IMPACT)) is not None:
+            impacts.append((1.0 if impact.place is None else impact.place, np.array(impact.vector)))
+        for place, force in impacts:
             if place == 1.0:
                 self._force = self._force + force
             else:  # of several at once along the rod, the last one's place counts for all
@@ -89,6 +104,7 @@ class Plant:
             )
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
+        self.faults.time = self.time
 
     def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:
         """What motion capture and servos would report now, and the truth; `stamp_ns` is their capture time.
@@ -101,7 +117,8 @@ class Plant:
         fx, fy, fz = self._force.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
         tension = tuple(self._state.tensions.tolist())
-        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension)
+        fault = self.faults.reported
+        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension, fault=fault)
         truth = SimulatorTruth(
             seq=self.seq,
             stamp_ns=stamp_ns,

@@ -7,10 +7,12 @@ import zenoh
 
 from tendond import TendondError
 from tendond.drivers.session import StoppedError, open_client
+from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
+from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ENCODING, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import ENCODING, ControlReply, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 CONNECT_SECONDS = 120.0
@@ -68,29 +70,41 @@ class Simulator:
                 session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
                 for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
             ]
+            faults = listen(session, name)
             period = self._config.simulator.period
             deadline, silent = time.monotonic(), 0.0
             while not self._stopped() and (cycles is None or self._plant.seq < cycles):
+                answer(faults, self._cause_in_lockstep if lockstep else self._plant.faults.cause)
                 if lockstep:
                     self._plant.step(self._answer(commands, publishers))
                 else:
-                    self._publish(publishers, time.monotonic_ns())
+                    cut = self._plant.faults.now(Fault.SILENCE) is not None
+                    seen = self._plant.observe(time.monotonic_ns())
+                    if not cut:
+                        self._send(publishers, seen)
                     deadline += period
                     now = time.monotonic()
                     if deadline < now:  # late by more than a period: poses are lost, never made up
                         deadline = now
                     time.sleep(max(0.0, deadline - now))
                     received = self._received(commands)
+                    if cut:
+                        received = []
                     silent = 0.0 if received else silent + period
                     if silent > WATCHDOG_SECONDS:
                         self._plant.let_go()
                     self._plant.step(received[-1] if received else None)
 
-    def _publish(self, publishers: list[zenoh.Publisher], stamp_ns: int) -> None:
-        """Truth and tendons first: a controller that waits for the pose then finds them there."""
-        self._send(publishers, self._plant.observe(stamp_ns))
+    def _cause_in_lockstep(self, request: FaultRequest) -> ControlReply:
+        """Refuse what leaves a cycle without its pose: both sides would wait for ever."""
+        if request.fault in (Fault.DROPOUT, Fault.SILENCE):
+            return ControlReply(
+                done=False, message=f"{request.fault.value}: not in lockstep, where each cycle waits for its pose"
+            )
+        return self._plant.faults.cause(request)
 
     def _send(self, publishers: list[zenoh.Publisher], seen: Seen) -> None:
+        """Truth and tendons first: a controller that waits for the pose then finds them there."""
         pose, state, truth = seen
         for publisher, message in zip(publishers, (truth, state, pose), strict=True):
             if message is not None:

@@ -17,12 +17,16 @@ class Servos:
         section: [simulator.servo].
         period: between commands [s].
         start: where they stand, shape (n,).
+
+    Attributes:
+        stuck: indices of those that stay where they are, whatever they are told.
     """
 
     def __init__(self, section: SimulatedServos, period: float, start: Array) -> None:
         self._section = section
         self._period = period
         self._lagging = math.exp(-period / section.lag) if section.lag > 0.0 else 0.0
+        self.stuck: list[int] = []
         self.stand(start)
 
     def stand(self, at: Array) -> None:
@@ -37,6 +41,7 @@ class Servos:
         section, period = self._section, self._period
         if section.resolution > 0.0:
             goal = section.resolution * np.round(goal / section.resolution)
+        goal = self._stuck_at(self._profile, goal)
         way = goal - self._profile
         speed = way / period
         if section.acceleration > 0.0:
@@ -59,7 +64,15 @@ class Servos:
 
         Friction holds the rod's side back until the motor's side differs by its part of the tension: hysteresis.
         """
+        goal = self._stuck_at(self._shaft, goal)
         self._shaft = goal + self._lagging * (self._shaft - goal)
         lost = self._section.friction
         self._end = np.clip(self._end, (1.0 - lost) * self._shaft, (1.0 + lost) * self._shaft)
         return self._end.copy()
+
+    def _stuck_at(self, place: Array, goal: Array) -> Array:
+        """`goal`, but for those that are stuck: they stay at `place`, without braking."""
+        goal = goal.copy()
+        goal[self.stuck] = place[self.stuck]
+        self._speed[self.stuck] = 0.0
+        return goal

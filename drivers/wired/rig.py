@@ -3,7 +3,6 @@
 import socket
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.session import StoppedError, open_client
+from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, Reading, build
@@ -21,16 +21,22 @@ from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
 from tendond.schemas.config import ConfigError, RigConfig
 from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config_simulator import SimulatedServos
 from tendond.schemas.config_vicon import ViconSection
-from tendond.schemas.keys import SIMULATOR_FAULT, SIMULATOR_TRUTH, key
-from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TipPose, WiredFaultRequest
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.faults import Fault
+from tendond.schemas.keys import SIMULATOR_TRUTH, key
+from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
+from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
-Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Where the rig stands in the simulated Vicon world."""
+
+
+def without_servos(config: RigConfig) -> RigConfig:
+    """The configuration of a plant behind emulated servos, whose rate, acceleration and ticks are their own."""
+    return config.model_copy(update={"simulator": config.simulator.model_copy(update={"servo": SimulatedServos()})})
 
 
 class WiredError(ConfigError):
@@ -114,11 +120,11 @@ class WiredRig:
             return
         with session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:
             truths = session.declare_publisher(key(name, SIMULATOR_TRUTH), encoding=ENCODING, express=True)
-            faults = session.declare_queryable(key(name, SIMULATOR_FAULT), zenoh.handlers.RingChannel(8))
+            faults = listen(session, name)
             deadline = time.monotonic()
             while not self._stopped():
                 self._step(truths, tracker)
-                self._fault(faults)
+                answer(faults, lambda request: cause(self.bus, self._plant.faults, request))
                 deadline = max(deadline + period, time.monotonic() - period)
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
@@ -137,22 +143,11 @@ class WiredRig:
         pose, _, truth = self._plant.observe(time.monotonic_ns())
         for tendon, tension in zip(self._tendons, truth.tension, strict=True):
             tendon.tension = tension
+        if self._plant.faults.now(Fault.SILENCE) is not None:
+            return
         truths.put(encode(truth))
         if pose is not None:
             tracker.sendto(self._packet(pose), ("127.0.0.1", self._vicon.port))
-
-    def _fault(self, faults: Queryable) -> None:
-        """Cause the fault that is asked for, if one is."""
-        if (query := faults.try_recv()) is None:
-            return
-        try:
-            request = decode(WiredFaultRequest, b"" if query.payload is None else query.payload.to_bytes())
-            reply = cause(self.bus, request)
-        except UnreadableError as error:
-            reply = ControlReply(done=False, message=f"the request is {error.reason}")
-        with suppress(zenoh.ZError):
-            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-        query.drop()
 
     def _packet(self, pose: TipPose) -> bytes:
         placement = Placement(np.array(pose.position), rotation_from_quaternion(*pose.orientation))

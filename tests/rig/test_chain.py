@@ -20,11 +20,13 @@ from tendond.daemon.state import rod_from_section
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.process import request_reset
+from tendond.drivers.simulator.faults import Faults, request_fault
 from tendond.drivers.simulator.plant import Plant
-from tendond.drivers.wired.faults import cause, request_fault
-from tendond.drivers.wired.rig import WiredError, WiredRig
+from tendond.drivers.wired.faults import cause
+from tendond.drivers.wired.rig import WiredError, WiredRig, without_servos
 from tendond.schemas.config import RigConfig, check_config, parse_config
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, WiredFault, WiredFaultRequest
+from tendond.schemas.faults import FAULTS, Fault, FaultRequest
+from tendond.schemas.messages import ControlAction, ControlReply, Mode
 from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import free_port
@@ -56,7 +58,7 @@ class Chain(Rig):
         calibrated = calibration(rig=self.name)
         save_calibration(folder / "calibration.json", calibrated)
         rod = rod_from_section(self.settings.simulator.rod, self.settings.simulator.period)
-        plant = Plant(self.settings, rod)
+        plant = Plant(without_servos(self.settings), rod)
         self.wired = WiredRig(self.settings, servo, vicon, calibrated, plant, self.ended.is_set)
         self._thread = threading.Thread(target=self.wired.run)
         self._thread.start()
@@ -145,7 +147,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     refused = chain.reset_servos()
     assert not refused.done
     assert "Overload Error" in refused.message
-    assert request_fault(chain.settings, WiredFaultRequest(fault=WiredFault.MEND, servo=2), 30.0).done
+    assert request_fault(chain.settings, FaultRequest(fault=Fault.MEND, servo=2), 30.0).done
     assert chain.reset_servos().done
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
     chain.track(session, 0.05)
@@ -237,25 +239,25 @@ def test_wires_are_not_laid_where_they_would_replace_or_miss_something(
 
 def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) -> None:
     with emulated(tmp_path) as bus:
-        second = bus.servos[1]
-        seen: dict[WiredFault, Callable[[], bool]] = {
-            WiredFault.SILENT: lambda: second.silent,
-            WiredFault.STUCK: lambda: second.stuck,
-            WiredFault.OVERLOAD: lambda: second.alert,
-            WiredFault.HOT: lambda: second.temperature > 72.0,
-            WiredFault.CRC: lambda: bus.corrupt > 0,
-            WiredFault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
-            WiredFault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
-            WiredFault.REBOOT: lambda: not second.energised,
+        second, others = bus.servos[1], Faults(4)
+        seen: dict[Fault, Callable[[], bool]] = {
+            Fault.SILENT: lambda: second.silent,
+            Fault.STUCK: lambda: second.stuck,
+            Fault.OVERLOAD: lambda: second.alert,
+            Fault.HOT: lambda: second.temperature > 72.0,
+            Fault.CRC: lambda: bus.corrupt > 0,
+            Fault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
+            Fault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
+            Fault.REBOOT: lambda: not second.energised,
         }
-        assert {*seen, WiredFault.MEND} == set(WiredFault)
+        assert {*seen, Fault.MEND} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
         for fault, happened in seen.items():
             second.write(table.TORQUE_ENABLE.address, b"\x01")
-            assert cause(bus, WiredFaultRequest(fault=fault, servo=2)).done
+            assert cause(bus, others, FaultRequest(fault=fault, servo=2 if FAULTS[fault].servo else None)).done
             assert happened(), fault
-            assert cause(bus, WiredFaultRequest(fault=WiredFault.MEND, servo=2)).done
+            assert cause(bus, others, FaultRequest(fault=Fault.MEND, servo=2)).done
             assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
-        refused = cause(bus, WiredFaultRequest(fault=WiredFault.HOT, servo=9))
+        refused = cause(bus, others, FaultRequest(fault=Fault.HOT, servo=9))
         assert not refused.done
         assert "the servos are 1, 2, 3, 4" in refused.message
 

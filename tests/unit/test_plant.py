@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from tendond.daemon.state import rod_from_section
+from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.servo import Servos
 from tendond.model import Rod, RodParameters
 from tendond.schemas.config import parse_config
 from tendond.schemas.config_simulator import SimulatedMocap, SimulatedServos
+from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.messages import TendonCommand
 
 ROD = Rod(RodParameters())
@@ -55,7 +57,7 @@ def test_friction_is_hysteresis_of_the_tension() -> None:
 
 def seen(section: SimulatedMocap, steps: int, seed: int = 0, period: float = PERIOD) -> list[tuple[int, int, bool]]:
     """Step, frame's exposure (as its stamp) and validity of what arrives."""
-    mocap = Mocap(section, seed)
+    mocap = Mocap(section, seed, Faults(4))
     arrivals = []
     for step in range(steps):
         pose = mocap.see(REST, step * period, step)
@@ -90,7 +92,7 @@ def test_dropped_frames_do_not_come_and_hidden_ones_say_so() -> None:
 
 def test_noise_is_as_large_as_asked_and_the_same_for_the_same_seed() -> None:
     def positions(seed: int) -> np.ndarray:
-        mocap = Mocap(SimulatedMocap(noise=1e-4, rotation_noise=1e-3), seed)
+        mocap = Mocap(SimulatedMocap(noise=1e-4, rotation_noise=1e-3), seed, Faults(4))
         return np.array([p.position for step in range(4000) if (p := mocap.see(REST, step * PERIOD, 0)) is not None])
 
     first = positions(1)
@@ -132,3 +134,70 @@ def test_an_impact_pushes_for_as_long_as_it_lasts() -> None:
         arm.step(pulled(0.0))
         forces.append(arm.observe(0)[2].tip_force[0])
     assert forces == [0.0] * 5 + [2.0] * 3 + [0.0] * 4
+
+
+def injected(text: str, **options: object) -> Plant:
+    arm = plant(text)
+    assert arm.faults.cause(FaultRequest.model_validate(options)).done
+    return arm
+
+
+def test_a_stuck_servo_stays_where_it_is_until_it_is_mended() -> None:
+    text = '[simulator]\ndrive = "displacement"\n[simulator.rod]\ntendon_stiffness = 2.0e4\n'
+    arm = plant(text)
+    wind = pulled(0.0).model_copy(update={"displacement": (0.01, 0.0, 0.0, 0.0)})
+    for _ in range(100):
+        arm.step(wind)
+    before = arm.observe(0)[2].displacement[0]
+    arm.faults.cause(FaultRequest(fault=Fault.STUCK, servo=1))
+    further = wind.model_copy(update={"displacement": (0.03, 0.0, 0.0, 0.0)})
+    for _ in range(60):
+        arm.step(further)
+    assert arm.observe(0)[2].displacement[0] == pytest.approx(before, abs=1e-5)
+    arm.faults.cause(FaultRequest(fault=Fault.MEND, servo=1))
+    for _ in range(60):
+        arm.step(further)
+    assert arm.observe(0)[2].displacement[0] > before + 0.008
+
+
+def test_a_servo_with_a_hardware_error_makes_all_let_go_until_it_is_mended() -> None:
+    arm = injected("", fault=Fault.OVERLOAD, servo=2)
+    arm.step(pulled(5.0))
+    _, state, truth = arm.observe(0)
+    assert state.fault == "servo 2: Overload Error (bit 5)"
+    assert truth.tension == (0.0,) * 4
+    arm.faults.cause(FaultRequest(fault=Fault.MEND))
+    arm.step(pulled(5.0))
+    assert arm.observe(0)[1].fault == ""
+    assert arm.observe(0)[2].tension[0] == 5.0
+
+
+def test_a_frozen_picture_goes_on_in_sequence_and_thaws() -> None:
+    arm = injected("", fault=Fault.FROZEN, seconds=0.2)
+    poses = []
+    for _ in range(40):
+        poses.append(arm.observe(0)[0])
+        arm.step(pulled(5.0))
+    assert [pose.seq for pose in poses if pose] == list(range(40))
+    places = np.array([pose.position for pose in poses if pose])
+    assert np.ptp(places[:20], axis=0).max() == 0.0
+    assert np.ptp(places[20:], axis=0).max() > 1e-3
+
+
+def test_noise_and_teleports_are_seen_and_loads_are_felt_for_as_long_as_asked() -> None:
+    arm = injected("", fault=Fault.TELEPORT, size=0.1, direction="-y", seconds=0.05)
+    seen_y = []
+    for _ in range(10):
+        pose = arm.observe(0)[0]
+        assert pose is not None
+        seen_y.append(pose.position[1])
+        arm.step(pulled(0.0))
+    assert seen_y == pytest.approx([-0.1] * 5 + [0.0] * 5)
+    arm = injected("", fault=Fault.NOISE, size=1e-3, seconds=3.0)
+    assert np.std([arm.observe(0)[0].position[1] for _ in range(500)]) == pytest.approx(1e-3, rel=0.2)  # type: ignore[union-attr]
+    arm = injected("", fault=Fault.IMPACT, size=2.0, seconds=0.03)
+    forces = []
+    for _ in range(6):
+        arm.step(pulled(0.0))
+        forces.append(arm.observe(0)[2].tip_force[0])
+    assert forces == [2.0] * 3 + [0.0] * 3

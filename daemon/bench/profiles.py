@@ -1,0 +1,103 @@
+"""What both laws do on each profile of the simulator, in lockstep: how long the servos' real speed makes it take."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendond.daemon.lockstep import watched_loop
+from tendond.daemon.state import CycleSetup
+from tendond.schemas.config import parse_config
+from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.presets import PROFILES
+
+ARMED_AT = 10
+CYCLES = 1000
+SETTLED = 0.05
+"""Of the target's x, either side of it."""
+
+LAST = 100
+"""Cycles of which the error is taken."""
+
+HEADING = (
+    "| profile | law | tendon's way [mm] | at full speed [s] | reference arrives [s] | settled [s] | worst after [mm] |"
+    " error [mm] |\n| --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """How a law did on a profile; the tip is the simulated one.
+
+    Attributes:
+        profile, law: names.
+        way_mm: of the agonist's end, from the straight rod [mm].
+        least: time that way takes at the displacement rate [s]; none where nothing winds.
+        arrival: of the reference [s].
+        settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
+        worst_mm: largest error of x after the reference's arrival and one second [mm].
+        error_mm: mean error of x in the end [mm].
+        fault: reason; empty without one.
+    """
+
+    profile: str
+    law: str
+    way_mm: float
+    least: float | None
+    arrival: float
+    settled: float | None
+    worst_mm: float
+    error_mm: float
+    fault: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Of the Markdown table."""
+        return (
+            self.profile,
+            self.law,
+            f"{self.way_mm:.1f}",
+            "-" if self.least is None else f"{self.least:.2f}",
+            f"{self.arrival:.2f}",
+            f"never: {self.fault}" if self.settled is None else f"{self.settled:.2f}",
+            f"{self.worst_mm:.1f}",
+            f"{self.error_mm:.1f}",
+        )
+
+
+def run_profile(profile: str, law: str) -> Row:
+    """Ten seconds of a profile under a law.
+
+    Raises:
+        ConvergenceError: the plant has no solution.
+    """
+    config = parse_config(PROFILES[profile], f"profile '{profile}'")
+    config = config.model_copy(update={"control": config.control.model_copy(update={"law": law})})
+    period = config.loop.period
+    seen = list(watched_loop(config, CYCLES, {ARMED_AT: ControlAction.ARM}))
+    part = [one for one in seen if one.record.mode is Mode.TRACKING]
+    last = seen[-1].record
+    x = np.array([one.truth.position[0] for one in part])
+    target = last.reference.target[0]
+    error = np.abs(x - target)
+    outside = np.flatnonzero(error > SETTLED * target)
+    settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
+    way = last.command.displacement[config.control.agonist]
+    wound = config.simulator.drive == "displacement"
+    arrival = CycleSetup.from_config(config).reference.arrival
+    return Row(
+        profile=profile,
+        law=law,
+        way_mm=1e3 * way,
+        least=way / config.limits.displacement_rate if wound else None,
+        arrival=arrival,
+        settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,
+        worst_mm=1e3 * float(error[round((arrival + 1.0) / period) :].max()),
+        error_mm=1e3 * abs(float(x[-LAST:].mean()) - target),
+        fault=last.reason if last.mode is Mode.FAULT else "",
+    )
+
+
+def table() -> str:
+    """Markdown: every profile, both laws."""
+    rows = [run_profile(profile, law) for profile in PROFILES for law in ("backstepping", "sliding_mode")]
+    return "\n".join([HEADING, *(f"| {' | '.join(row.cells)} |" for row in rows)])

@@ -1,0 +1,125 @@
+"""Faults of a simulated rig, caused by a request while it runs."""
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+
+import zenoh
+
+from tendond.drivers.session import BusError, open_client
+from tendond.schemas.config import RigConfig
+from tendond.schemas.faults import FAULTS, Fault, FaultRequest
+from tendond.schemas.keys import SIMULATOR_INJECT, key
+from tendond.schemas.messages import ENCODING, ControlReply
+from tendond.schemas.wire import UnreadableError, decode, encode
+
+ANSWER_SECONDS = 2.0
+ROUNDING = 1e-9
+"""[s] Of simulated time."""
+
+OVERLOAD = "Overload Error (bit 5)"
+"""As the servos' driver words it."""
+
+Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
+
+
+class Faults:
+    """What is wrong with a simulated rig at its present time.
+
+    Args:
+        tendons: number of tendons, and of servos.
+
+    Attributes:
+        time: simulated [s]; whoever steps the rig sets it.
+    """
+
+    def __init__(self, tendons: int) -> None:
+        self._tendons = tendons
+        self._caused: dict[tuple[Fault, int | None], tuple[FaultRequest, float]] = {}
+        self.time = 0.0
+
+    def cause(self, request: FaultRequest) -> ControlReply:
+        """Cause a fault from now on, or mend; the answer says what has happened, or why nothing."""
+        if FAULTS[request.fault].wires:
+            return ControlReply(
+                done=False, message=f"{request.fault.value} needs wires: start the rig with 'tendond simulate --wired'"
+            )
+        if request.servo is not None and not 1 <= request.servo <= self._tendons:
+            return ControlReply(
+                done=False, message=f"there is no servo {request.servo}; the servos are 1 to {self._tendons}"
+            )
+        if request.fault is Fault.MEND:
+            self._caused = {
+                of: one for of, one in self._caused.items() if request.servo is not None and of[1] != request.servo
+            }
+            return ControlReply(done=True, message=_whose(request) + "mended")
+        lasting = request.duration
+        until = math.inf if lasting is None else self.time + lasting
+        self._caused[request.fault, request.servo] = request, until
+        span = "until it is mended" if lasting is None else f"for {lasting:g} s"
+        kind = FAULTS[request.fault]
+        size = f" of {request.amount:g} {kind.unit}" if kind.size is not None else ""
+        return ControlReply(done=True, message=f"{_whose(request)}{request.fault.value}{size} {span}")
+
+    def now(self, fault: Fault) -> FaultRequest | None:
+        """The request for a fault that acts now, if one does."""
+        for (kind, _), (request, until) in self._caused.items():
+            if kind is fault and self.time < until - ROUNDING:
+                return request
+        return None
+
+    @property
+    def stuck(self) -> list[int]:
+        """Indices of the tendons whose servos stay where they are."""
+        return [
+            servo - 1
+            for (fault, servo), (_, until) in self._caused.items()
+            if fault is Fault.STUCK and servo is not None and self.time < until - ROUNDING
+        ]
+
+    @property
+    def reported(self) -> str:
+        """What the servos' driver says of them: empty if nothing."""
+        failed = [servo for fault, servo in self._caused if fault is Fault.OVERLOAD]
+        return ", ".join(f"servo {servo}: {OVERLOAD}" for servo in failed)
+
+
+def _whose(request: FaultRequest) -> str:
+    return "" if request.servo is None else f"servo {request.servo}: "
+
+
+def listen(session: zenoh.Session, rig: str) -> Queryable:
+    """Where requests arrive."""
+    return session.declare_queryable(key(rig, SIMULATOR_INJECT), zenoh.handlers.RingChannel(8))
+
+
+def answer(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -> None:
+    """Cause the fault that is asked for, if one is; never waits."""
+    if (query := requests.try_recv()) is None:
+        return
+    try:
+        reply = cause(decode(FaultRequest, b"" if query.payload is None else query.payload.to_bytes()))
+    except UnreadableError as error:
+        reply = ControlReply(done=False, message=f"the request is {error.reason}")
+    with suppress(zenoh.ZError):  # whoever asked may be gone
+        query.reply(query.key_expr, encode(reply), encoding=ENCODING)
+    query.drop()
+
+
+def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0) -> ControlReply:
+    """Ask a running simulator for a fault.
+
+    Raises:
+        BusError: there is no controller, or no simulator.
+    """
+    with open_client(config.bus.endpoint, timeout) as session:
+        replies = session.get(
+            key(config.rig.name, SIMULATOR_INJECT), payload=encode(request), encoding=ENCODING, timeout=ANSWER_SECONDS
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                try:
+                    return decode(ControlReply, reply.ok.payload.to_bytes())
+                except UnreadableError as error:
+                    raise BusError(f"the simulator's answer is {error.reason}") from None
+    raise BusError(f"no simulator answers as '{config.rig.name}': start it with 'tendond simulate'")

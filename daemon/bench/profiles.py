@@ -83,7 +83,7 @@ def run_profile(profile: str, law: str) -> Row:
     settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
     way = last.command.displacement[config.control.agonist]
     wound = config.simulator.drive == "displacement"
-    arrival = CycleSetup.from_config(config).reference.arrival
+    arrival = CycleSetup.from_config(config).choice.reference.arrival
     return Row(
         profile=profile,
         law=law,

@@ -29,7 +29,7 @@ def net_tension(gain: Array, missing: Array, applied: float, gain_min: float) ->
         applied: net tension applied now [N].
         gain_min: bound of the size of `gain` [m/s^2/N].
     """
-    return applied + float(gain @ missing) / max(float(gain @ gain), gain_min**2)
+    return applied + float((gain * missing).sum()) / max(float((gain * gain).sum()), gain_min**2)
 
 
 def share(count: int, agonist: int, antagonist: int | None, net: float, least: float) -> Array:

@@ -17,6 +17,7 @@ delay, which the loop's margin asks for.
 'offset': X1 = model tip + d, d the low-passed innovation; what the model misses stays unknown to it.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -124,14 +125,14 @@ def observe(
         offset = state.offset + gains.offset_gain * (innovation - state.offset)
         return replace(state, past=past, innovation=innovation, offset=offset)
     mean = state.mean + min(1.0, gains.period / gains.quiet_time) * (innovation - state.mean)
-    size = float(mean @ mean)
+    size = float((mean * mean).sum())
     weight = gains.quiet_share + (1.0 - gains.quiet_share) * size / (size + gains.quiet**2)
     stiffness = _inverse(tip_compliance(rod, model), np.array(rod.parameters.gravity))
     integral = gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale)
     rate = (innovation - state.innovation) / gains.period
-    thrown = min(1.0, THROWN / max(float(np.linalg.norm(innovation)), THROWN))
-    force = state.force + weight * thrown * integral * (stiffness @ innovation)
-    pull = weight * (stiffness @ (gains.proportional * innovation + gains.derivative * rate))
+    thrown = min(1.0, THROWN / max(math.hypot(*innovation.tolist()), THROWN))
+    force = state.force + weight * thrown * integral * _times(stiffness, innovation)
+    pull = weight * _times(stiffness, gains.proportional * innovation + gains.derivative * rate)
     return replace(
         state,
         past=past,
@@ -144,7 +145,7 @@ def observe(
 
 def _bounded(force: Array, most: float) -> Array:
     """`force` [N], shape (3,), made no larger than `most` [N]."""
-    return force / max(1.0, float(np.linalg.norm(force)) / most)
+    return force / max(1.0, math.hypot(*force.tolist()) / most)
 
 
 def _inverse(compliance: Array, gravity: Array) -> Array:
@@ -153,14 +154,29 @@ def _inverse(compliance: Array, gravity: Array) -> Array:
     P is the variance that is expected of the force: a motion that several forces would explain is put down to one along
     gravity. What C hardly shows (r) is not looked for.
     """
-    size = float(np.linalg.norm(gravity))
+    size = math.hypot(*gravity.tolist())
     prior = np.eye(3)
     if size > 0.0:
         down = gravity / size
-        prior = SIDEWAYS * prior + (1.0 - SIDEWAYS) * np.outer(down, down)
+        prior = SIDEWAYS * prior + (1.0 - SIDEWAYS) * (down[:, None] * down)
     unseen = (UNSEEN * 0.5 * float(np.trace(compliance))) ** 2
-    shown = prior @ compliance
-    return np.asarray(np.linalg.solve(compliance @ shown + unseen * np.eye(3), shown.T).T)
+    shown = _times(prior, compliance)
+    return _times(shown, _inverse_3(_times(compliance, shown) + unseen * np.eye(3)))
+
+
+def _times(a: Array, b: Array) -> Array:
+    """Product of small matrices. Not BLAS's, whose last bits depend on the machine's settings: a log must replay."""
+    return np.asarray(np.einsum("ij,j...->i...", a, b))
+
+
+def _inverse_3(m: Array) -> Array:
+    """Of a matrix of shape (3, 3), by its adjugate."""
+    (a, b, c), (d, e, f), (g, h, i) = m.tolist()
+    p, q, r = e * i - f * h, f * g - d * i, d * h - e * g
+    adjugate = np.array(
+        [[p, c * h - b * i, b * f - c * e], [q, a * i - c * g, c * d - a * f], [r, b * g - a * h, a * e - b * d]]
+    )
+    return np.asarray(adjugate / (a * p + b * q + c * r))
 
 
 def tip_compliance(rod: Rod, state: RodState) -> Array:
@@ -175,5 +191,5 @@ def tip_compliance(rod: Rod, state: RodState) -> Array:
     weights[0] *= 0.5
     weights[-1] *= 0.5
     weighted = r * weights[:, None]
-    moment = float(np.sum(weighted * r)) * np.eye(3) - weighted.T @ r
+    moment = float(np.sum(weighted * r)) * np.eye(3) - np.einsum("ki,kj->ij", weighted, r)
     return np.asarray(moment / rod.parameters.bending_stiffness)

@@ -1,5 +1,7 @@
 """Between rotation matrices and quaternions."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,6 +29,6 @@ def quaternion(rotation: NDArray[np.float64]) -> tuple[float, float, float, floa
         ]
     )
     q = products[int(np.argmax(squares))]
-    q = q / np.linalg.norm(q)
+    q = q / math.hypot(*q.tolist())
     w, x, y, z = (q if q[0] >= 0.0 else -q).tolist()
     return w, x, y, z

@@ -47,7 +47,7 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
         Terms(
             z1=(float(z1[0]), float(z1[1])),
             z2=(float(z2[0]), float(z2[1])),
-            lyapunov=float(z1 @ z1 + z2 @ z2) / 2.0,
+            lyapunov=float((z1 * z1).sum() + (z2 * z2).sum()) / 2.0,
             net_tension=net,
         ),
     )

@@ -54,7 +54,7 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
         Terms(
             error=(float(error[0]), float(error[1])),
             surface=(float(surface[0]), float(surface[1])),
-            lyapunov=float(surface @ surface) / 2.0,
+            lyapunov=float((surface * surface).sum()) / 2.0,
             net_tension=net,
         ),
     )

@@ -115,7 +115,8 @@ base_axes = ["+z", "+x", "+y"]
 latency = 0.01
 """
 WIRED_SERVO = """\
-answer_timeout = 0.05
+answer_timeout = 0.1
+silent_reads = 15
 watchdog = 0.5
 command_timeout = 0.2
 """

@@ -52,7 +52,7 @@ def test_the_rig_profile_is_tracked_by_real_processes(shared: tuple[Rig, zenoh.S
 @pytest.mark.parametrize(
     ("arguments", "reasons"),
     [
-        (("occlusion", "--seconds", "2"), ("pose stale", "bad poses")),
+        (("occlusion", "--seconds", "2"), ("occluded",)),
         (("dropout", "--seconds", "2"), ("pose stale", "bad poses")),
         (("silence", "--seconds", "2"), ("pose stale", "bad poses")),
         (("teleport", "--size", "1", "--seconds", "2", "--direction", "y"), ("pose stale", "bad poses")),

@@ -1,0 +1,62 @@
+"""Measurements: their options and their help; what they do stands in the modules that they import."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.daemon.cli.signals import leave_on_signals
+
+bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@bench.command("rod")
+def bench_rod(
+    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+    against: Annotated[Path | None, typer.Option("--against", help="File of an earlier run, to compare with.")] = None,
+) -> None:
+    """Time the rod's solvers and their errors, all in one run.
+
+    Example: tendond bench rod --json now.json --against before.json
+    """
+    from tendond.daemon.cli.bench import run_bench_rod
+
+    run_bench_rod(json, against)
+
+
+@bench.command("loop")
+def bench_loop(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
+    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+) -> None:
+    """Time the controller's loop beside a bare one: wake-up, work of a cycle, pose to command, recorder.
+
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
+
+    Example: tendond bench loop --json now.json
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.bench_loop import run_bench_loop
+
+    run_bench_loop(seconds, json)
+
+
+@bench.command("schemes")
+def bench_schemes() -> None:
+    """Compare space schemes: error against time, as a Markdown table."""
+    from tendond.daemon.cli.bench import run_bench_schemes
+
+    run_bench_schemes()
+
+
+@bench.command("profiles")
+def bench_profiles() -> None:
+    """Run both laws on each profile of the simulator: how long they take, as a Markdown table."""
+    from tendond.daemon.bench.profiles import table
+
+    print(table())
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.add_typer(bench)

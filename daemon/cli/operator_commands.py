@@ -1,0 +1,68 @@
+"""An operator's commands: their options and their help; what they do stands in the modules that they import."""
+
+from typing import Annotated
+
+import typer
+
+from tendond.daemon.cli.options import Config
+
+
+def arm(config: Config = None) -> None:
+    """Arm: pretension, then track the reference."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("arm", config)
+
+
+def stop(config: Config = None) -> None:
+    """Stop tracking and release the tendons."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("stop", config)
+
+
+def reset(config: Config = None) -> None:
+    """Leave the fault mode, once its cause is gone."""
+    from tendond.daemon.cli.operator import operate
+
+    operate("reset", config)
+
+
+def law(
+    name: Annotated[str, typer.Argument(help="Of the law, for instance sliding_mode.")], config: Config = None
+) -> None:
+    """Select another control law while the arm is idle; its parameters are the configuration's."""
+    from tendond.daemon.cli.operator import select_law
+
+    select_law(name, config)
+
+
+def reference(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others have their defaults.")
+    ],
+    config: Config = None,
+) -> None:
+    """Set another reference while the arm is idle; it is checked as the configuration's would be.
+
+    Example: tendond reference across=0.3 kind=minimum_jerk duration=2.0
+    """
+    from tendond.daemon.cli.operator import set_reference
+
+    set_reference(settings, config)
+
+
+def status(
+    config: Config = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the status message as JSON.")] = False,
+) -> None:
+    """Print what the controller is doing."""
+    from tendond.daemon.cli.operator import show_status
+
+    show_status(config, as_json=json)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    for command in (arm, stop, reset, law, reference, status):
+        app.command()(command)

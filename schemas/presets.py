@@ -13,6 +13,9 @@ nodes = 200
 space = "euler"
 nodes = 200
 
+[control]
+sampled = false  # the laws as they are written
+
 [reference]
 kind = "exponential"
 position = [0.34, 0.0, 0.0398]

@@ -1,8 +1,9 @@
 """From what a law wants to what the tendons are told: the one place that bounds a command.
 
-In order: the inverse of b_c, bounded where the rod is nearly straight (`net_tension`), the share of a pair of tendons and its least
-tension (`share`), bounds and rate of the tension (`limit_tension`), the actuators' lag (`lead`, `follow`), range and
-rate of the displacement (`limit_displacement`, and `attainable`: how much of a tension step can be wound in a cycle).
+In order: the inverse of b_c, bounded where the rod is nearly straight (`net_tension`), the share of a pair of tendons
+and its least tension (`share`), bounds and rate of the tension (`limit_tension`), the actuators' lag (`lead`,
+`follow`), range and rate of the displacement (`limit_displacement`, and `attainable`: how much of a tension step can be
+wound in a cycle).
 Whatever comes in, what goes out is finite.
 """
 
@@ -25,10 +26,10 @@ def net_tension(
     action. b_c^+ = b'/(b'b); the paper writes 1/b_c and leaves open how a column is inverted.
 
     b_c vanishes as the rod straightens, but what a newton does to the tip's velocity within a cycle, the response D,
-    does not. A velocity error e makes the law ask for kd e, so that a cycle takes kd b'D/(b'b) of it away: more than all
-    of it near the straight rod, and from twice on the loop swings, cycle by cycle, between the limits. So b'b is
+    does not. A velocity error e makes the law ask for kd e, so that a cycle takes kd b'D/(b'b) of it away: more than
+    all of it near the straight rod, and from twice on the loop swings, cycle by cycle, between the limits. So b'b is
     replaced by kd b'D where that is larger: all of the error in one cycle, which is what a kd beyond 1/period means. D
-    takes b_c's place where that is too small, or points against it.
+    takes b_c's place where b_c is too small or points against it.
 
     Args:
         gain: agonist's column of b_c in the bending plane [m/s^2/N], shape (2,).

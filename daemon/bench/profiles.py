@@ -1,18 +1,19 @@
 """What both laws do on each profile of the simulator, in lockstep: how long the servos' real speed makes it take."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.lockstep import watched_loop
 from tendond.daemon.state import CycleSetup
-from tendond.schemas.config import parse_config
+from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.presets import PROFILES
 
 Array = NDArray[np.float64]
 
+LAWS = ("backstepping", "sliding_mode")
 ARMED_AT = 10
 CYCLES = 1000
 SETTLED = 0.05
@@ -87,15 +88,20 @@ def reversals(displacement: Array) -> int:
     return int(np.count_nonzero(np.diff(steps)))
 
 
-def run_profile(profile: str, law: str, *, sampled: bool | None = None) -> Row:
-    """Ten seconds of a profile under a law; `sampled` instead of the profile's own `control.sampled`.
+def profile_config(profile: str, law: str, *, sampled: bool | None = None) -> RigConfig:
+    """A profile's configuration with a law; `sampled` instead of its own `control.sampled`."""
+    config = parse_config(PROFILES[profile], f"profile '{profile}'")
+    changes = {"law": law} if sampled is None else {"law": law, "sampled": sampled}
+    return config.model_copy(update={"control": config.control.model_copy(update=changes)})
+
+
+def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
+    """Ten seconds of a profile under a law; `config` instead of the profile's own.
 
     Raises:
         ConvergenceError: the plant has no solution.
     """
-    config = parse_config(PROFILES[profile], f"profile '{profile}'")
-    changes = {"law": law} if sampled is None else {"law": law, "sampled": sampled}
-    config = config.model_copy(update={"control": config.control.model_copy(update=changes)})
+    config = profile_config(profile, law) if config is None else config
     period = config.loop.period
     seen = list(watched_loop(config, CYCLES, {ARMED_AT: ControlAction.ARM}))
     part = [one for one in seen if one.record.mode is Mode.TRACKING]
@@ -128,6 +134,9 @@ def run_profile(profile: str, law: str, *, sampled: bool | None = None) -> Row:
 
 
 def table() -> str:
-    """Markdown: every profile, both laws."""
-    rows = [run_profile(profile, law) for profile in PROFILES for law in ("backstepping", "sliding_mode")]
+    """Markdown: every profile, both laws, and on `rig` also as they are written: with `control.sampled` false."""
+    rows = [run_profile(profile, law) for profile in PROFILES for law in LAWS]
+    for law in LAWS:
+        row = run_profile("rig", law, profile_config("rig", law, sampled=False))
+        rows.append(replace(row, law=f"{law}, as written"))
     return "\n".join([HEADING, *(f"| {' | '.join(row.cells)} |" for row in rows)])

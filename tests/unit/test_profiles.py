@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.daemon.bench.profiles import HEADING, TICK, Row, run_profile
+from tendond.daemon.bench.profiles import HEADING, LAWS, TICK, Row, profile_config, run_profile
 from tendond.schemas.presets import PROFILES
 
 DOCS = Path(__file__).parents[2] / "docs" / "simulator.md"
-LAWS = ("backstepping", "sliding_mode")
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +34,7 @@ def test_the_law_settles_within_5_percent_stays_there_and_never_faults(
 def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_written_does(
     rows: dict[tuple[str, str], Row], profile: str, law: str
 ) -> None:
-    smooth, chattering = rows[profile, law], run_profile(profile, law, sampled=False)
+    smooth, chattering = rows[profile, law], run_profile(profile, law, profile_config(profile, law, sampled=False))
     assert chattering.settled is not None  # it tracks, but its servos would not last
     assert smooth.variation < 0.3 * chattering.variation
     assert smooth.jerks_mm < 0.2 * chattering.jerks_mm

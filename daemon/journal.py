@@ -3,7 +3,7 @@
 import platform
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -50,6 +50,7 @@ class Journal:
         now: gives the time of an entry [ns]; left out: wall time.
         notes: for the metadata, beside versions.
         queue: entries that may wait for the disk; left out: the configuration's.
+        attachments: texts by name, beside the configuration.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Journal:
         now: Callable[[], int] | None = None,
         notes: dict[str, str] | None = None,
         queue: int | None = None,
+        attachments: Mapping[str, str] | None = None,
     ) -> None:
         self.path = path
         self._rod = rod
@@ -72,7 +74,7 @@ class Journal:
         self._recorder = Recorder(
             path,
             {**run_metadata(config), **(notes or {})},
-            {CONFIG: config.model_dump_json()},
+            {CONFIG: config.model_dump_json(), **(attachments or {})},
             config.log.queue if queue is None else queue,
             split_bytes=config.log.split_size * 1e6,
             split_seconds=config.log.split_time,

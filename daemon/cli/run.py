@@ -6,14 +6,17 @@ from pathlib import Path
 from tendond.daemon.bus import Hub
 from tendond.daemon.cli.common import chosen_config, say, stop_on_signals
 from tendond.daemon.errors import DaemonError, LawError
+from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
 from tendond.daemon.realtime import become_punctual
+from tendond.daemon.recorder import CALIBRATION
 from tendond.daemon.state import CycleSetup
+from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
-from tendond.schemas.config import ConfigError
+from tendond.schemas.config import ConfigError, RigConfig
 
 
 def run_controller(
@@ -38,7 +41,8 @@ def run_controller(
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
-    with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
+    attachments = _calibration(config, Path() if config_file is None else config_file.parent)
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, attachments=attachments) as journal:
         loop = Loop(setup, hub, journal, arm_at)
         try:
             state = loop.warm()
@@ -51,11 +55,25 @@ def run_controller(
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
+        if late := haste(setup.choice.reference, config.limits):
+            say(late)
         say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
         loop.run(state, pacer, stopped, cycles)
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
+
+
+def _calibration(config: RigConfig, folder: Path) -> dict[str, str]:
+    """The servos' calibration for the log; nothing where there is none, as when the servos hang on another computer.
+
+    Raises:
+        CalibrationError: it is of another rig or other servos, unfinished, or cannot be read.
+    """
+    if config.servo is None or not (path := folder / config.servo.calibration).exists():
+        return {}
+    servos = config.servo.servo_ids(len(config.rod.tendon_positions))
+    return {CALIBRATION: load_calibration(path, config.rig.name, servos).model_dump_json()}
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from mcap.reader import make_reader
+from mcap.records import Attachment
+from mcap.stream_reader import StreamReader
 
 from tendond.daemon.analysis.log import load
 from tendond.daemon.state import rod_from_section
@@ -211,8 +212,9 @@ def test_the_log_of_a_chain_holds_the_truth_beside_what_was_measured(chain: Chai
     assert max(state.displacement[0] for state in states) == pytest.approx(0.0598, abs=3e-3)
     assert any("servo 2: Overload Error" in state.fault for state in states)
     with (chain.folder / "run.mcap").open("rb") as file:
-        attached = {one.name: one.data for one in make_reader(file).iter_attachments()}
-    assert Calibration.model_validate_json(attached["calibration.json"]) == calibration(rig=chain.name)
+        attached = (one for one in StreamReader(file).records if isinstance(one, Attachment))
+        text = next(one.data for one in attached if one.name == "calibration.json")
+    assert Calibration.model_validate_json(text) == calibration(rig=chain.name)
 
 
 def test_the_controller_refuses_a_calibration_of_another_rig(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +15,8 @@ from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
 from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
-from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.practice import practise
+from tendond.daemon.state import CycleSetup, CycleState
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import encode
@@ -55,11 +55,7 @@ class Loop:
 
     def warm(self) -> CycleState:
         """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
-        state = initial_state(self._setup)
-        practice = replace(state, mode=Mode.TRACKING, pose_age=0)
-        for _ in range(3):
-            practice, _, _ = step(self._setup, practice, CycleInputs())
-        return state
+        return practise(self._setup)
 
     def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
         """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last.

@@ -57,6 +57,19 @@ def bench_profiles() -> None:
     print(table())
 
 
+@bench.command("replay")
+def bench_replay(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
+) -> None:
+    """Time replays of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone: a Markdown table.
+
+    On a busy machine only the last column means something.
+    """
+    from tendond.daemon.cli.bench import run_bench_replay
+
+    run_bench_replay(seconds)
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.add_typer(bench)

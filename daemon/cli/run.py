@@ -11,9 +11,11 @@ from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
 from tendond.daemon.realtime import become_punctual
 from tendond.daemon.state import CycleSetup
+from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
-from tendond.schemas.config import ConfigError
+from tendond.schemas.calibration import Calibration
+from tendond.schemas.config import ConfigError, RigConfig
 
 
 def run_controller(
@@ -38,7 +40,8 @@ def run_controller(
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
-    with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
+    calibration = _calibration(config, Path() if config_file is None else config_file.parent)
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
         loop = Loop(setup, hub, journal, arm_at)
         try:
             state = loop.warm()
@@ -56,6 +59,18 @@ def run_controller(
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
+
+
+def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
+    """For the log alone: the controller commands metres, and it is the servo driver that refuses to run without one."""
+    if config.servo is None:
+        return None
+    try:
+        ids = config.servo.servo_ids(len(config.rod.tendon_positions))
+        return load_calibration(folder / config.servo.calibration, config.rig.name, ids)
+    except ConfigError as error:
+        say(f"the log will have no calibration: {error}")
+        return None
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

@@ -7,6 +7,7 @@ from tendond.daemon.errors import DaemonError
 from tendond.daemon.journal import Journal
 from tendond.daemon.lockstep import watched_loop
 from tendond.daemon.state import CycleSetup, CycleState
+from tendond.schemas.calibration import Calibration
 from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs, CycleRecord
 
@@ -24,11 +25,20 @@ class OfflineJournal(Journal):
         path: of the MCAP file.
         setup: of the controller.
         notes: for the metadata, beside versions.
+        calibration: of the servos, if the log has one.
     """
 
-    def __init__(self, path: Path, setup: CycleSetup, notes: dict[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        setup: CycleSetup,
+        notes: dict[str, str] | None = None,
+        calibration: Calibration | None = None,
+    ) -> None:
         self.at = EPOCH_NS
-        super().__init__(path, setup.config, setup.rod, now=lambda: self.at, notes=notes, queue=QUEUE)
+        super().__init__(
+            path, setup.config, setup.rod, now=lambda: self.at, notes=notes, queue=QUEUE, calibration=calibration
+        )
 
     def check(self) -> None:
         """After its end.
@@ -46,6 +56,7 @@ def record_lockstep(
     requests: Mapping[int, ControlAction | CycleInputs],
     path: Path,
     notes: dict[str, str] | None = None,
+    calibration: Calibration | None = None,
 ) -> list[CycleRecord]:
     """Run controller and simulated plant into a new log; see `watched_loop`.
 
@@ -55,7 +66,7 @@ def record_lockstep(
     period_ns = round(setup.config.loop.period * 1e9)
     newest: list[CycleState] = []
     records = []
-    with OfflineJournal(path, setup, notes) as journal:
+    with OfflineJournal(path, setup, notes, calibration) as journal:
         for watched in watched_loop(setup.config, cycles, requests, see_state=newest.append):
             if len(newest) == 2:  # the one before the first cycle, too
                 journal.state(newest[0])

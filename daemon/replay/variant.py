@@ -51,7 +51,8 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     state = initial_state(setup)
     start_ns, period_ns = first_time(open_run(path)), round(config.loop.period * 1e9)
     records = []
-    with OfflineJournal(out, setup, _notes(path, "same inputs", changes)) as journal:
+    notes = _notes(path, "same inputs", changes)
+    with OfflineJournal(out, setup, notes, recorded.calibration) as journal:
         journal.at = start_ns
         journal.state(state)
         for old in recorded.records:
@@ -74,7 +75,8 @@ def closed_loop(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     """
     recorded = load(path)
     requests, cycles = _script(recorded)
-    records = record_lockstep(_setup(config), cycles, requests, out, _notes(path, "closed loop", changes))
+    notes = _notes(path, "closed loop", changes)
+    records = record_lockstep(_setup(config), cycles, requests, out, notes, recorded.calibration)
     return compare_commands(recorded.records, records)
 
 

@@ -74,15 +74,15 @@ def closed_loop(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
         UsageError: the configuration cannot be used.
     """
     recorded = load(path)
-    requests, cycles = _script(recorded)
+    requests, cycles, lead = _script(recorded)
     notes = _notes(path, "closed loop", changes)
     records = record_lockstep(_setup(config), cycles, requests, out, notes, recorded.calibration)
-    return compare_commands(recorded.records, records)
+    return compare_commands(recorded.records, records, lead)
 
 
-def compare_commands(one: list[CycleRecord], other: list[CycleRecord]) -> Commanded:
-    """Of two runs, cycle by cycle."""
-    before = {record.tick: record for record in one}
+def compare_commands(one: list[CycleRecord], other: list[CycleRecord], lead: int = 0) -> Commanded:
+    """Of two runs, cycle by cycle; `lead` is added to the ticks of the first."""
+    before = {record.tick + lead: record for record in one}
     pairs = [(before[record.tick], record) for record in other if record.tick in before]
     tension = np.array([np.subtract(b.command.tension, a.command.tension) for a, b in pairs])
     displacement = np.array([np.subtract(b.command.displacement, a.command.displacement) for a, b in pairs])
@@ -112,8 +112,8 @@ def _setup(config: RigConfig) -> CycleSetup:
         raise UsageError(str(error)) from error
 
 
-def _script(log: Log) -> tuple[dict[int, CycleInputs], int]:
-    """Requests by tick of a run in lockstep, and its length in cycles."""
+def _script(log: Log) -> tuple[dict[int, CycleInputs], int, int]:
+    """Requests by tick of a run in lockstep, its length, and how far the plant was ahead of the controller, in cycles."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0
     requests: dict[int, CycleInputs] = {}
@@ -122,4 +122,4 @@ def _script(log: Log) -> tuple[dict[int, CycleInputs], int]:
             lead = round(record.inputs.tendon_state.seq * simulated) - record.tick
         if record.inputs.request is not None:
             requests[max(0, record.tick + lead)] = record.inputs
-    return requests, max(1, log.records[-1].tick + lead + 1)
+    return requests, max(1, log.records[-1].tick + lead + 1), lead

@@ -1,5 +1,6 @@
 """`tendond run`: the controller."""
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from tendond.daemon.realtime import become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
+from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError
 
 
@@ -33,13 +35,14 @@ def run_controller(
     config, source = chosen_config(config_file, profile)
     announce_compilation(say)
     if log_file is None:
-        log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
+        log_file = log_folder() / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     try:
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
-        loop = Loop(setup, hub, journal, arm_at)
+        supervisor = Supervisor()
+        loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:
             state = loop.warm()
         except ModelError as error:
@@ -51,11 +54,18 @@ def run_controller(
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
-        say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
+        ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
+        say(ready)
+        supervisor.ready(ready)
         loop.run(state, pacer, stopped, cycles)
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
+
+
+def log_folder() -> Path:
+    """Where logs go: the service's folder (systemd's LogsDirectory) or, by hand, `log` here."""
+    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

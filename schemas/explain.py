@@ -88,9 +88,14 @@ def _allowed(model: type[BaseModel], path: tuple[int | str, ...]) -> str:
     field = _field_at(model, path)
     if field is None:
         return ""
-    bounds = _bounds(field.metadata) or _bounds_of_type(field.annotation)
+    bounds = bounds_of(field)
     unit = f" {field.description}" if field.description and field.description.startswith("[") else ""
     return f"{bounds}{unit}" if bounds else ""
+
+
+def bounds_of(field: FieldInfo) -> str:
+    """The range of a field's numbers, as in '> 0 and <= 10'; empty where there is none."""
+    return _bounds(field.metadata) or _bounds_of_type(field.annotation)
 
 
 def _bounds(metadata: Any) -> str:

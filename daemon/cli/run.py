@@ -1,5 +1,6 @@
 """`tendond run`: the controller."""
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from tendond.daemon.state import CycleSetup
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
+from tendond.notify import Supervisor
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config import ConfigError, RigConfig
 
@@ -35,14 +37,15 @@ def run_controller(
     config, source = chosen_config(config_file, profile)
     announce_compilation(say)
     if log_file is None:
-        log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
+        log_file = log_folder() / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     try:
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
     with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
-        loop = Loop(setup, hub, journal, arm_at)
+        supervisor = Supervisor()
+        loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:
             state = loop.warm()
         except ModelError as error:
@@ -54,7 +57,9 @@ def run_controller(
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
-        say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
+        ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
+        say(ready)
+        supervisor.ready(ready)
         loop.run(state, pacer, stopped, cycles)
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
@@ -71,6 +76,11 @@ def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
     except ConfigError as error:
         say(f"the log will have no calibration: {error}")
         return None
+
+
+def log_folder() -> Path:
+    """Where logs go: the service's folder (systemd's LogsDirectory) or, by hand, `log` here."""
+    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

@@ -4,6 +4,7 @@ import csv
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TypeVar
@@ -105,5 +106,6 @@ def stop_on_signals() -> Callable[[], bool]:
 
 
 def say(line: str) -> None:
-    """A line for people and the journal, at once."""
-    print(f"tendond: {line}", file=sys.stderr, flush=True)
+    """A line for people and the journal, at once; that nobody reads it any more is no reason to end."""
+    with suppress(OSError):
+        print(f"tendond: {line}", file=sys.stderr, flush=True)

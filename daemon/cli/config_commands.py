@@ -5,15 +5,15 @@ from typing import Annotated
 
 import typer
 
-from tendond.daemon.cli.options import Config, Profile
+from tendond.daemon.cli.options import Config, Json, Profile
 
 config = typer.Typer(
     name="config",
-    help="Check a configuration, show what it comes to, or describe what may stand in it.",
+    help="Check a configuration, show it, or describe it.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-File = Annotated[Path | None, typer.Argument(metavar="[FILE]", help="The same as --config.", show_default=False)]
+File = Annotated[Path | None, typer.Argument(metavar="FILE", help="The same as --config.", show_default=False)]
 
 
 def _chosen(file: Path | None, option: Path | None) -> Path | None:
@@ -27,9 +27,11 @@ def config_check(
     file: File = None,
     config: Config = None,
     profile: Profile = None,
-    json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    json: Json = False,
 ) -> None:
-    """Say everything that is wrong with a configuration, before a process refuses it. Exit status 2 if anything is.
+    """Say everything that is wrong with a configuration.
+
+    Before a process refuses it. Exit status 2 if anything is.
 
     Keys, values and ranges, laws and their parameters, whether the rod can reach the reference, what the servos can do.
 
@@ -47,9 +49,11 @@ def config_show(
     profile: Profile = None,
     changed: Annotated[bool, typer.Option("--changed", help="Only what differs from the defaults.")] = False,
     comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Unit, range and meaning.")] = True,
-    json: Annotated[bool, typer.Option("--json", help="As JSON instead of TOML.")] = False,
+    json: Json = False,
 ) -> None:
-    """Print the configuration in effect, defaults filled in, as TOML with a comment for each key.
+    """Print the configuration in effect.
+
+    Defaults filled in, as TOML with a comment for each key.
 
     Examples: tendond config show rig.toml --changed; tendond config show --profile rig > rig.toml
     """
@@ -60,7 +64,7 @@ def config_show(
 
 @config.command("schema")
 def config_schema() -> None:
-    """Print the JSON Schema of a configuration, by which editors complete and check it.
+    """Print the JSON Schema, by which editors complete.
 
     Example: tendond config schema > tendond.schema.json, and '#:schema ./tendond.schema.json' as rig.toml's first line
     """

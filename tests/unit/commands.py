@@ -1,5 +1,6 @@
 """The command line in this process: what a command prints, says and returns."""
 
+import signal
 import sys
 from dataclasses import dataclass
 from unittest.mock import patch
@@ -19,13 +20,18 @@ class Ended:
 
 
 def tendond(capsys: pytest.CaptureFixture[str], *arguments: str) -> Ended:
-    """Run a command; it sets no signal handlers that outlive it only where it says so in its own test."""
+    """Run a command to its end; the signal handlers that it sets do not outlive it."""
     capsys.readouterr()
     status = 0
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     with patch.object(sys, "argv", ["tendond", *arguments]):
         try:
             main()
         except SystemExit as error:
             status = error.code if isinstance(error.code, int) else 0 if error.code is None else 1
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
     out, said = capsys.readouterr()
+    assert "\x1b" not in out + said, "colours, and no terminal"
     return Ended(status, out, said)

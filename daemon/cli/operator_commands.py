@@ -82,7 +82,25 @@ def status(
     show_status(config, as_json=json)
 
 
+def watch(
+    config: Config = None,
+    once: Annotated[bool, typer.Option("--once", help="Print one frame and leave.")] = False,
+) -> None:
+    """Watch a rig live in the terminal.
+
+    Mode, tip and target, tensions, displacements, timing, faults, ten times a second, until Ctrl-C; where the output is
+    no terminal, a line each second. It only listens, and waits for a controller that is not there.
+
+    Example: tendond watch --config rig.toml
+    """
+    from tendond.daemon.cli.signals import leave_on_signals
+    from tendond.daemon.cli.watch import run_watch
+
+    leave_on_signals(0)
+    run_watch(config, once=once)
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands of this module."""
-    for command in (arm, stop, reset, law, reference, status):
+    for command in (arm, stop, reset, law, reference, status, watch):
         app.command()(command)

@@ -67,15 +67,18 @@ def run_controller(
 
 
 def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
-    """For the log alone: the controller commands metres, and it is the servo driver that refuses to run without one."""
+    """The servos' calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
+
+    Raises:
+        CalibrationError: it is of another rig, of other servos, unfinished or damaged.
+    """
     if config.servo is None:
         return None
-    try:
-        ids = config.servo.servo_ids(len(config.rod.tendon_positions))
-        return load_calibration(folder / config.servo.calibration, config.rig.name, ids)
-    except ConfigError as error:
-        say(f"the log will have no calibration: {error}")
+    path = folder / config.servo.calibration
+    if not path.exists():
+        say(f"the log will have no calibration: there is no {path}")
         return None
+    return load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
 
 
 def log_folder() -> Path:

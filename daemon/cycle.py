@@ -155,6 +155,7 @@ def _observation(
         velocity=np.array(estimate.velocity),
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
+        response=setup.rod.tip_response(state.rod, control.agonist) if control.sampled else None,
         tension=state.tension,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),

@@ -81,6 +81,14 @@ def bench_replay(
     run_bench_replay(seconds)
 
 
+@bench.command("friction")
+def bench_friction() -> None:
+    """Pull and release rubbing tendons, and run both laws with them on profile rig, as a Markdown table."""
+    from tendond.daemon.bench.friction import table
+
+    print(table())
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.add_typer(bench)

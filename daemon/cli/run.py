@@ -67,7 +67,7 @@ def run_controller(
 
 
 def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
-    """The servos' calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
+    """The calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
 
     Raises:
         CalibrationError: it is of another rig, of other servos, unfinished or damaged.

@@ -8,6 +8,7 @@ import typer
 from tendond import TendondError, __version__
 from tendond.daemon.cli import (
     bench_commands,
+    doctor_commands,
     experiment_commands,
     log_commands,
     operator_commands,
@@ -40,6 +41,7 @@ for commands in (
     process_commands,
     servo_commands,
     operator_commands,
+    doctor_commands,
     experiment_commands,
     bench_commands,
     log_commands,

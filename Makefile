@@ -29,7 +29,7 @@ figures: demo paper ## renew the pictures of the README and the documentation
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
-	@echo "documentation: out/site/index.html"
+	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond paper --out out/paper

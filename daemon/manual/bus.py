@@ -30,36 +30,34 @@ EXAMPLES = {
 
 def keys_page() -> str:
     """Markdown: every key."""
-    published = [topic for topic in TOPICS if topic.kind == "published"]
-    requests = [topic for topic in TOPICS if topic.kind == "request"]
-    tokens = [topic for topic in TOPICS if topic.kind == "token"]
+    rows: dict[str, list[tuple[str, ...]]] = {"published": [], "request": [], "token": []}
+    for topic in TOPICS:
+        links = [_link(kind) for kind in (topic.message, topic.reply)]
+        used = {"published": links[:1], "request": links, "token": []}[topic.kind]
+        rows[topic.kind].append((code(f"<rig>/{topic.name}"), *used, topic.by, topic.to, topic.meaning))
+    published = table(("key", "message", "by", "to", "what it is"), rows["published"])
+    requests = table(("key", "asked with", "answered with", "by", "to", "what it is"), rows["request"])
+    tokens = table(("liveliness token", "by", "to", "what it is"), rows["token"])
     return f"""\
 # Zenoh keys
 
-Every key starts with the rig's name, `rig.name` of the configuration: `paper/tip/pose`. The controller is the hub, a Zenoh
-peer that listens on `bus.endpoint`; all others are clients of it. Names of processes are those of the commands, without
-`tendond`. Who may do what can be restricted by key: [securing the bus](../howto/secure-bus.md).
+Every key starts with the rig's name, `rig.name` of the configuration: `paper/tip/pose`. The controller is the hub, a
+Zenoh peer that listens on `bus.endpoint`; all others are clients of it. Processes are named by their commands.
+Who may do what can be restricted by key: [securing the bus](../howto/secure-bus.md).
 
 ## Published
 
-{table(("key", "message", "by", "to", "what it is"), [
-    (code(f"<rig>/{topic.name}"), _link(topic.message), topic.by, topic.to, topic.meaning) for topic in published
-])}
+{published}
 
 ## Requests
 
 Queries with an answer.
 
-{table(("key", "asked with", "answered with", "by", "to", "what it is"), [
-    (code(f"<rig>/{topic.name}"), _link(topic.message), _link(topic.reply), topic.by, topic.to, topic.meaning)
-    for topic in requests
-])}
+{requests}
 
 ## Tokens
 
-{table(("liveliness token", "by", "what it is"), [
-    (code(f"<rig>/{topic.name}"), topic.by, topic.meaning) for topic in tokens
-])}
+{tokens}
 """
 
 
@@ -72,7 +70,7 @@ def messages_page() -> str:
         f"""\
 # Messages
 
-JSON in UTF-8, with the Zenoh encoding `{ENCODING}`; SI units, radians, numbers of double precision. A payload is refused,
+JSON in UTF-8, with the Zenoh encoding `{ENCODING}`; SI units, radians, double precision. A payload is refused,
 and counted by its reason, if it is larger than {LARGEST_PAYLOAD} bytes, is no JSON, has a field that is not known here,
 lacks one, has a number that is not finite, or another `version` than {SCHEMA_VERSION}. Those that are published
 repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the receiver takes their age on its own clock.
@@ -86,8 +84,9 @@ repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the recei
             parts.append(f"```json\n{text}\n```\n")
         if kind is FaultRequest:
             parts.append(_faults())
-    modes = table(("mode",), [(code(mode.value),) for mode in messages.Mode])
-    parts.append(f"## Mode\n\n{escaped(summary(messages.Mode))} [How they follow each other](../architecture.md#modes).\n\n{modes}\n")
+    modes = ", ".join(code(mode.value) for mode in messages.Mode)
+    parts.append(f"## Mode\n\n{escaped(summary(messages.Mode))} One of {modes}.\n")
+    parts.append("[How they follow each other](../architecture.md#modes).\n")
     return "\n".join(parts)
 
 
@@ -104,12 +103,12 @@ def log_page() -> str:
         f"""\
 # What is in a log
 
-An MCAP file has these channels, each with its JSON Schema, so that any MCAP tool reads it. The configuration is attached as
-`config.json`; versions, processor and times are in the metadata. Foxglove's own types are drawn by viewers as they are.
+An MCAP file has these channels, each with its JSON Schema, so that any MCAP tool reads it. The configuration is
+attached; versions, processor and times are in the metadata. Foxglove's own types are drawn by viewers as they are.
 
 {channels}
 
-In Python `tendond.daemon.analysis.load` gives the fields of `cycle` as arrays, by the names below with dots between them
+In Python `tendond.daemon.analysis.load` gives the fields of `cycle` as arrays, by the names below with dots between
 (`command.displacement`), with units; [how](../howto/notebook.md).
 """
     ]

@@ -20,13 +20,14 @@ configuration names is found beside the configuration.
 | status | meaning |
 | --- | --- |
 | 0 | done; of `run`, `simulate`, `vicon`, `servo`: ended by Ctrl-C or SIGTERM, the tendons let go |
-| 1 | refused or failed, and said in a line: no controller, arming refused, a replay that differs, a log that is not whole; or the reader of the output went away |
+| 1 | refused or failed, and said in a line: no controller, arming refused, a replay that differs, a log not whole |
 | 2 | wrong usage, a configuration or a log that cannot be used |
 | 130 | interrupted by Ctrl-C before it was done |
 
-Results go to standard output; progress, notes and errors to standard error, each line with `tendond: ` before it. Where
-the output is no terminal there are no colours and no progress; `NO_COLOR` is honoured. `--json` prints the result as JSON
-and nothing else.
+Results go to standard output; progress, notes and errors to standard error, each line with `tendond: ` before it.
+Where the output is no terminal there are no colours and no progress; `NO_COLOR` is honoured. `--json` prints the result
+as JSON and nothing else. Of a reader of the output that goes away, as in `tendond config show | head`, nothing is said;
+the status is 1.
 
 ## Completion
 

@@ -49,7 +49,8 @@ def _law(name: str) -> str:
         (code(key), escaped(in_words(schema, node)), code(_toml(node.get("default"))))
         for key, node in schema["properties"].items()
     ]
-    return f"### `[control.laws.{name}]`\n\n{escaped(summary(parameters))}\n\n{table(('key', 'allowed', 'default'), rows)}\n"
+    keys = table(("key", "allowed", "default"), rows)
+    return f"### `[control.laws.{name}]`\n\n{escaped(summary(parameters))}\n\n{keys}\n"
 
 
 def _toml(value: Any) -> str:

@@ -8,7 +8,15 @@ from pathlib import Path
 DOCS = "docs/"
 SOURCE = "source/"
 ROOT_PAGES = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
-LANGUAGES = {".json5": "js", ".md": "markdown", ".py": "python", ".sh": "sh", ".toml": "toml", ".json": "json", ".txt": "text"}
+LANGUAGES = {
+    ".json5": "js",
+    ".md": "markdown",
+    ".py": "python",
+    ".sh": "sh",
+    ".toml": "toml",
+    ".json": "json",
+    ".txt": "text",
+}
 MOST_SHOWN = 20
 """Things in a folder, beyond which its page only lists them."""
 
@@ -16,7 +24,7 @@ _LINK = re.compile(r"(\[[^\]]*\]\()([^)\s#]+)((?:#[^)]*)?\))")
 
 
 def site_path(repository: Path, path: str) -> str | None:
-    """Where a file or folder of the repository is in the site; none where there is no such thing, or nothing to show."""
+    """Where a file or folder of the repository is in the site; none where there is no such thing."""
     if path in ROOT_PAGES:
         return ROOT_PAGES[path]
     if path.startswith(DOCS) and not (repository / path).is_dir():

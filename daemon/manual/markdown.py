@@ -23,8 +23,8 @@ def code(text: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Prose in which a star or an underscore means itself."""
-    return re.sub(r"([*_<])", r"\\\1", text)
+    """Prose in which a star, an underscore or a bracket means itself."""
+    return re.sub(r"([*_])", r"\\\1", text).replace("<", "&lt;")
 
 
 def summary(thing: object) -> str:

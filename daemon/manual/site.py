@@ -1,4 +1,4 @@
-"""mkdocs' hooks: the reference pages from the code, links into the repository, formulas, and nothing from the network."""
+"""mkdocs' hooks: reference pages from the code, links into the repository, formulas, nothing from the network."""
 
 import posixpath
 import re
@@ -22,8 +22,13 @@ GENERATED = {
     "reference/log.md": log_page,
     "reference/messages.md": messages_page,
 }
-_LOADED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(?:https?:)?//|<link\b[^>]*\brel="(?!canonical)[^"]*"[^>]*'
-                     r'\bhref="(?:https?:)?//|url\(\s*["\']?(?:https?:)?//|@import\s+["\'](?:https?:)?//')  # fmt: skip
+_ELSEWHERE = r"""["']?(?:https?:)?//"""
+_LOADED = re.compile(
+    rf"<(?:script|img|iframe|source)\b[^>]*\bsrc={_ELSEWHERE}"
+    rf"|<link\b[^>]*\brel=\"(?!canonical)[^\"]*\"[^>]*\bhref={_ELSEWHERE}"
+    rf"|url\(\s*{_ELSEWHERE}|@import\s+{_ELSEWHERE}"
+    r"|class=\"mermaid\""  # whose script the theme would fetch
+)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

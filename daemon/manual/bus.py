@@ -13,7 +13,7 @@ from tendond.schemas.keywords import in_words, resolved, schema_of
 from tendond.schemas.messages import ENCODING, LARGEST_PAYLOAD, Message
 from tendond.schemas.topics import TOPICS
 
-EXAMPLES = {
+EXAMPLES: dict[type[Schema], Schema] = {
     messages.TipPose: messages.TipPose(
         seq=4711, stamp_ns=81_234_567_890, position=(0.3401, 0.0002, 0.0474), orientation=(0.55, 0.0, 0.8352, 0.0)
     ),
@@ -76,7 +76,8 @@ lacks one, has a number that is not finite, or another `version` than {SCHEMA_VE
 repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the receiver takes their age on its own clock.
 """
     ]
-    for kind in [*kinds, messages.LoopHealth]:
+    kinds.append(messages.LoopHealth)
+    for kind in kinds:
         example = EXAMPLES.get(kind)
         parts.append(f"## {kind.__name__}\n\n{escaped(summary(kind))}\n\n{_fields(kind)}\n")
         if example is not None:

@@ -25,6 +25,7 @@ rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in ou
 
 figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
+	@$(BIN)/python -m tendond.daemon.manual.pictures out/demo/demo.mcap docs/images/watch.svg
 	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site

@@ -14,11 +14,13 @@ from tendond.daemon.manual.commands import commands_page
 from tendond.daemon.manual.configuration import configuration_page
 from tendond.daemon.manual.links import source_page, with_links
 from tendond.daemon.manual.markdown import attributes, table
+from tendond.daemon.manual.pictures import watch_picture
 from tendond.schemas import keys
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.keywords import tables
 from tendond.schemas.messages import ControlAction, LoopHealth, Status
 from tendond.schemas.topics import TOPICS
+from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("deploy/**/*.md")])
@@ -121,6 +123,13 @@ def test_attributes_come_from_the_docstring() -> None:
 
 def test_cells_of_a_table_stay_in_their_line() -> None:
     assert table(("a",), [("x | y\nz",)]) == "| a |\n| --- |\n| x \\| y z |"
+
+
+def test_the_picture_of_the_live_view_is_one_and_fetches_nothing() -> None:
+    picture = watch_picture(FOLDER / "normal.mcap")
+    assert "x-z" in picture
+    assert "●" in picture
+    assert re.findall(r"(?:href|src|url)[=(]", picture) == re.findall(r"url\((?=#)", picture)
 
 
 def test_links_into_the_repository_become_pages() -> None:

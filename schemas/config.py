@@ -132,7 +132,7 @@ class ControlSection(Schema):
 
 
 class ObserverSection(Schema):
-    """[observer]: how the model is held to the measured tip, and what is known of delays; see docs/explanation/observer.md."""
+    """[observer]: how the model is held to the measured tip, and what is known of delays."""
 
     kind: Literal["force", "offset"] = Field(
         "force", description="force: what the model misses is a force on its tip; offset: it is added to its tip"

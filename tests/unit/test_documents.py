@@ -82,6 +82,23 @@ def test_every_configuration_in_the_documents_can_be_used(text: str) -> None:
     parse_config(text, "document")
 
 
+@pytest.mark.parametrize(("path", "text"), blocks("python"), ids=lambda value: getattr(value, "name", ""))
+def test_every_program_in_the_documents_runs(
+    path: Path, text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.chdir(tmp_path)
+    for name in ("run.mcap", "first.mcap"):
+        (tmp_path / name).write_bytes((FOLDER / "faults.mcap").read_bytes())
+    code = compile(text, str(path), "exec")
+    if any(part in text for part in ("frames()", "LAW = Law(", "pandas")):  # need a camera, a registry, pandas
+        return
+    before = "import numpy as np\nfrom tendond.daemon.analysis import load\nrun = load('run.mcap')\n"
+    values: dict[str, object] = {}
+    exec(before, values)  # what the blocks above it on its page have made
+    exec(code, values)
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_lead_somewhere(path: Path) -> None:
     """Within the site mkdocs checks them, anchors too; a reader of the files follows them as well."""

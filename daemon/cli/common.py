@@ -4,6 +4,7 @@ import csv
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TypeVar
@@ -116,5 +117,6 @@ def say_to(supervisor: Supervisor) -> Callable[[str], None]:
 
 
 def say(line: str) -> None:
-    """A line for people and the journal, at once."""
-    print(f"tendond: {line}", file=sys.stderr, flush=True)
+    """A line for people and the journal, at once; that nobody reads it any more is no reason to end."""
+    with suppress(OSError):
+        print(f"tendond: {line}", file=sys.stderr, flush=True)

@@ -12,10 +12,12 @@ from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
 from tendond.daemon.realtime import become_punctual
 from tendond.daemon.state import CycleSetup
+from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
 from tendond.notify import Supervisor
-from tendond.schemas.config import ConfigError
+from tendond.schemas.calibration import Calibration
+from tendond.schemas.config import ConfigError, RigConfig
 
 
 def run_controller(
@@ -40,7 +42,8 @@ def run_controller(
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
-    with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
+    calibration = _calibration(config, Path() if config_file is None else config_file.parent)
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
         supervisor = Supervisor()
         loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:
@@ -61,6 +64,21 @@ def run_controller(
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
     say(f"ended: {journal.summary}")
+
+
+def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
+    """The calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
+
+    Raises:
+        CalibrationError: it is of another rig, of other servos, unfinished or damaged.
+    """
+    if config.servo is None:
+        return None
+    path = folder / config.servo.calibration
+    if not path.exists():
+        say(f"the log will have no calibration: there is no {path}")
+        return None
+    return load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
 
 
 def log_folder() -> Path:

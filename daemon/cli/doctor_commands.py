@@ -21,8 +21,8 @@ def doctor(
 ) -> None:
     """Look for what is wrong with a rig.
 
-    Computer, configuration, bus, poses, servos; nothing is moved or changed. Each line is pass, warn or fail, with what to
-    do about it; the exit status is 1 where one failed.
+    Computer, configuration, bus, poses, servos; nothing is moved or changed. Each line is pass, warn or fail, with what
+    to do about it; the exit status is 1 where one failed.
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """

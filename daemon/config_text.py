@@ -29,7 +29,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
     for table in tables(RigConfig):
         name = table.name.removesuffix("[]")
         each = name != table.name
-        for values in _tables_at(data, name, each=each):
+        for values in tables_at(data, name, each=each):
             rows = [(key, values[key.name]) for key in table.keys]
             if changed:
                 rows = [(key, value) for key, value in rows if key.required or value != key.default]
@@ -39,7 +39,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
                 meaning = f"  # {table.meaning}" if comments and table.meaning else ""
                 blocks.append("\n".join([header + meaning, *_lines(plain, comments)]))
             blocks += [
-                "\n".join([f"[{key.path}.{law}]", *(f"{one} = {_toml(number)}" for one, number in part.items())])
+                "\n".join([f"[{key.path}.{law}]", *(f"{one} = {to_toml(number)}" for one, number in part.items())])
                 for key, value in rows
                 if isinstance(value, dict)
                 for law, part in value.items()
@@ -47,7 +47,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
     return "\n\n".join(blocks or ["# nothing differs from the defaults"]) + "\n"
 
 
-def _tables_at(data: Values, name: str, *, each: bool) -> list[Values]:
+def tables_at(data: Values, name: str, *, each: bool) -> list[Values]:
     """The tables of a name in a configuration: none, one, or each of a list."""
     found: Any = data
     for part in name.split("."):
@@ -59,24 +59,26 @@ def _tables_at(data: Values, name: str, *, each: bool) -> list[Values]:
 
 def _lines(rows: list[tuple[Key, Any]], comments: bool) -> list[str]:
     rows = [(key, value) for key, value in rows if comments or value is not None]
-    written = [f"# {key.name} =" if value is None else f"{key.name} = {_toml(value)}" for key, value in rows]
+    written = [f"# {key.name} =" if value is None else f"{key.name} = {to_toml(value)}" for key, value in rows]
     if not comments:
         return written
     width = min(30, max((len(line) for line in written), default=0))
-    return [f"{line:<{width}}  # {_comment(key)}" for line, (key, _) in zip(written, rows, strict=True)]
+    return [f"{line:<{width}}  # {comment_of(key)}" for line, (key, _) in zip(written, rows, strict=True)]
 
 
-def _comment(key: Key) -> str:
+def comment_of(key: Key) -> str:
+    """What a key may be, its unit, and what it means: 'a number > 0 [m]; of the backbone'."""
     unit = f" [{key.unit}]" if key.unit else ""
     return f"{key.words}{unit}{'; ' if key.meaning else ''}{key.meaning}"
 
 
-def _toml(value: Any) -> str:
+def to_toml(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, str | bool | int):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, float):
         return f"{value:g}" if abs(value) >= 1e6 and float(f"{value:g}") == value else repr(value)
-    return "[" + ", ".join(_toml(one) for one in value) + "]"
+    return "[" + ", ".join(to_toml(one) for one in value) + "]"
 
 
 def config_schema() -> Node:

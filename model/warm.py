@@ -11,6 +11,7 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
+    rod.tip_response(state, 0)
 
 
 if __name__ == "__main__":

@@ -126,6 +126,10 @@ class ControlSection(Schema):
     antagonist: Annotated[int, Field(ge=0, le=15)] | None = Field(
         None, description="index of the opposing tendon; left out: the law pulls one tendon only"
     )
+    sampled: bool = Field(
+        True,
+        description="no more tension than takes a velocity error away in one cycle; false: the law as it is written",
+    )
     laws: dict[str, dict[str, float]] = Field(
         {}, description="parameters of laws: [control.laws.backstepping] alpha1, alpha2 and so on"
     )
@@ -164,7 +168,7 @@ class LimitsSection(Schema):
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
     displacement_rate: Positive = Field(5.0, description="[m/s]")
     input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
-        1.0, description="b_c vanishes as the rod straightens; below this its inverse grows no further [m/s^2/N]"
+        1.0, description="b_c vanishes as the rod straightens; below this it has no direction [m/s^2/N]"
     )
     slack: Annotated[float, Field(ge=0.0, le=0.05)] = Field(
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"

@@ -68,6 +68,13 @@ def tables(model: type[BaseModel]) -> list[Table]:
     return found
 
 
+def keys_of(model: type[BaseModel]) -> tuple[Key, ...]:
+    """The keys of a model without tables in it, such as a law's parameters."""
+    root = schema_of(model)
+    required = root.get("required", ())
+    return tuple(_key(root, name, node, required=name in required) for name, node in root["properties"].items())
+
+
 def _collect(root: Node, name: str, node: Node, found: list[Table]) -> None:
     place = len(found)
     keys = []

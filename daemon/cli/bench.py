@@ -7,6 +7,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from tendond.daemon.bench.replay import bench_replay
+from tendond.daemon.bench.replay import markdown as replay_table
 from tendond.daemon.bench.rod import Row, bench_rod
 from tendond.daemon.bench.rod import as_json as rows_as_json
 from tendond.daemon.bench.schemes import compare_schemes, markdown
@@ -52,6 +54,14 @@ def run_bench_schemes() -> None:
     with Console(stderr=True).status("") as status:
         rows = compare_schemes(status.update)
     print(markdown(rows))
+
+
+def run_bench_replay(seconds: float) -> None:
+    """Time replays and print the table; see `tendond bench replay --help`."""
+    announce_compilation(say)
+    with Console(stderr=True).status("") as status:
+        rows = bench_replay(seconds, status.update)
+    print(replay_table(rows))
 
 
 def _cells(rows: list[Row], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:

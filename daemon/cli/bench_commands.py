@@ -68,6 +68,27 @@ def bench_profiles() -> None:
     print(table())
 
 
+@bench.command("replay")
+def bench_replay(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
+) -> None:
+    """Time replays of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone: a Markdown table.
+
+    On a busy machine only the last column means something.
+    """
+    from tendond.daemon.cli.bench import run_bench_replay
+
+    run_bench_replay(seconds)
+
+
+@bench.command("friction")
+def bench_friction() -> None:
+    """Pull and release rubbing tendons, and run both laws with them on profile rig, as a Markdown table."""
+    from tendond.daemon.bench.friction import table
+
+    print(table())
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.add_typer(bench)

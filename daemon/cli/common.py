@@ -9,6 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
+from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.presets import PROFILES
 
@@ -103,6 +104,16 @@ def stop_on_signals() -> Callable[[], bool]:
     signal.signal(signal.SIGINT, note)
     signal.signal(signal.SIGTERM, note)
     return lambda: bool(came)
+
+
+def say_to(supervisor: Supervisor) -> Callable[[str], None]:
+    """As `say`; the line is what `systemctl status` shows as well."""
+
+    def tell(line: str) -> None:
+        say(line)
+        supervisor.status(line)
+
+    return tell
 
 
 def say(line: str) -> None:

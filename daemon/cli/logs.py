@@ -22,6 +22,9 @@ def run_info(file: Path, *, as_json: bool) -> None:
     meta = found["metadata"]
     print(f"{', '.join(found['files'])}: {found['bytes'] / 1e6:.2f} MB, {_health(found['complete'], found['damage'])}")
     print(f"rig      {meta.get('rig', 'not named')}, started {found['started']}, {found['duration_s']:.2f} s")
+    if calibration := found["calibration"]:
+        spools = ", ".join(f"servo {one['servo']} zero {one['zero']}" for one in calibration["tendons"])
+        print(f"servos   calibrated {calibration['date']}: {spools}")
     print(
         f"cycles   {found['cycles']}, ticks {found['first_tick']} to {found['last_tick']}, "
         f"{found['missing_ticks']} not in the log, {found['missed_deadlines']} deadlines missed, "

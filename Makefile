@@ -7,7 +7,8 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures docs test check format bench example dist pythons lock golden clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness figures docs test check format bench example dist pythons \
+	lock golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile

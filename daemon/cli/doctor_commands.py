@@ -19,9 +19,10 @@ def doctor(
     ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
-    """Look for what is wrong with a rig: computer, configuration, bus, poses, servos. Nothing is moved or changed.
+    """Look for what is wrong with a rig.
 
-    Each line is pass, warn or fail; the exit status is 1 where one failed.
+    Computer, configuration, bus, poses, servos. Nothing is moved or changed. Each line is pass, warn or fail; the exit
+    status is 1 where one failed.
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """

@@ -22,7 +22,7 @@ def doctor(
     """Look for what is wrong with a rig.
 
     Computer, configuration, bus, poses, servos; nothing is moved or changed. Each line is pass, warn or fail, with what
-    to do about it; the exit status is 1 where one failed.
+    to do about it; the exit status is 1 where one failed, 2 where it is the configuration.
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """

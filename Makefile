@@ -7,7 +7,8 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench example dist pythons lock golden clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness figures docs test check format bench example dist pythons \
+	lock golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -25,14 +26,20 @@ robustness: .venv/.runtime ## run the closed loop on plants unlike the model, re
 rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in out/rig-demo
 	@$(BIN)/tendond rig-demo --out out/rig-demo
 
-figures: demo ## run the demo and renew the README's pictures from it
+figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
+	@$(BIN)/python -m tendond.daemon.manual.pictures out/demo/demo.mcap docs/images/watch.svg
+	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
+
+docs: .venv/.dev ## build the documentation, strictly, in out/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond paper --out out/paper
 
 test: .venv/.dev ## run all checks, then the tests
-	@$(MAKE) --no-print-directory check
+	@$(MAKE) --no-print-directory check docs
 	$(BIN)/python -m pytest
 
 check: .venv/.dev ## lint, formatting, types, layers

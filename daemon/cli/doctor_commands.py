@@ -22,7 +22,7 @@ def doctor(
     """Look for what is wrong with a rig.
 
     Computer, configuration, bus, poses, servos. Nothing is moved or changed. Each line is pass, warn or fail; the exit
-    status is 1 where one failed.
+    status is 1 where one failed, 2 where it is the configuration.
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """

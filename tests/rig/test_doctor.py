@@ -125,7 +125,7 @@ def test_poses_too_seldom_and_another_rig_on_the_same_endpoint(tmp_path: Path) -
 def test_a_wrong_configuration_and_a_wrong_option(tmp_path: Path) -> None:
     with rig(tmp_path, "[rod]\nlenght = 1\nradius = -1\n") as one:
         code, found, result = examined(one)
-        assert (code, list(found)) == (1, ["configuration"])
+        assert (code, list(found)) == (2, ["configuration"])
         assert "lenght" in found["configuration"]["finding"]
         assert "radius" in found["configuration"]["finding"]
         assert result.stderr.count("\n") == 1

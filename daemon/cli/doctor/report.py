@@ -10,7 +10,7 @@ from tendond import TendondError, __version__
 from tendond.daemon.cli.common import load_config
 from tendond.daemon.cli.doctor import bus, files, machine, servos
 from tendond.daemon.cli.doctor.check import Check, Outcome, Result, Rig, bad, good
-from tendond.daemon.errors import LawError
+from tendond.daemon.errors import LawError, UsageError
 from tendond.daemon.laws import select_law
 from tendond.schemas.config import ConfigError, RigConfig
 
@@ -49,7 +49,8 @@ def examine(config_file: Path | None, log_folder: Path | None, *, ask_servos: bo
     """Make every check and print the results; see `tendond doctor --help`.
 
     Raises:
-        SickError: a check has failed.
+        UsageError: the configuration cannot be used, so that nothing else was checked.
+        SickError: another check has failed.
     """
     config, result = _configuration(config_file)
     results = {"configuration": result}
@@ -64,6 +65,8 @@ def examine(config_file: Path | None, log_folder: Path | None, *, ask_servos: bo
     failed = [name for name, one in results.items() if one.outcome is Outcome.FAIL]
     if as_json:
         print(_json(config, results))
+    if config is None:
+        raise UsageError("the configuration cannot be used: nothing else was checked")
     if failed:
         raise SickError(f"{len(failed)} of {len(results)} checks failed: {', '.join(failed)}")
 

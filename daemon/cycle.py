@@ -13,6 +13,7 @@ from tendond.daemon.actuation import attainable, follow, lead, limit_displacemen
 from tendond.daemon.admission import admit
 from tendond.daemon.laws.law import Observation
 from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request
+from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
 from tendond.daemon.write_record import write_record
@@ -62,10 +63,13 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     if state.mode is Mode.TRACKING:
         estimate = _estimate(setup, state, tip, fresh)
         if estimate is not None:
-            decision = choice.law.decide(choice.parameters, _observation(setup, state, tip, estimate, reference))
+            observation = _observation(setup, state, tip, estimate, reference)
+            if choice.law.looks_ahead:
+                observation = look_ahead(setup, state, observation, elapsed)
+            decision = choice.law.decide(choice.parameters, observation)
     wanted = state.tension if decision is None else decision.tension
     overbent = None
-    if decision is not None and config.control.feedback == "observer":
+    if decision is not None and not choice.law.looks_ahead and config.control.feedback == "observer":
         overbent = choice.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
@@ -135,6 +139,8 @@ def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | Non
     """What the law is fed; none when there is nothing fresh to feed it, and the command is held."""
     if setup.config.control.feedback == "observer":
         position, velocity = tip.position + state.observer.offset, tip.velocity
+        if state.choice.law.looks_ahead and setup.observer.kind == "force":
+            position = position + state.observer.mean
     elif fresh is not None:
         earlier = fresh if state.earlier is None else state.earlier
         position = fresh
@@ -178,7 +184,7 @@ def _slip(
         return 0.0
     if estimate is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
         return state.slip
-    across, along = state.choice.reference.curve.axes
+    across, along = PLANES[setup.config.control.plane]
     if abs(estimate.position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
         return state.slip
     slip = state.slip + YIELD * (estimate.position[along] - reference.position[along])
@@ -191,6 +197,8 @@ def _pretension(setup: CycleSetup, state: CycleState) -> Array:
     section, control = setup.config.pretension, setup.config.control
     elapsed = (state.tick - state.since + 1) * setup.config.loop.period
     part = min(1.0, elapsed / max(section.duration, 1e-9))
+    if state.choice.law.looks_ahead:
+        return np.full(len(state.tension), part * section.least)
     return part * share(len(state.tension), control.agonist, control.antagonist, section.tension, section.antagonist)
 
 

@@ -82,7 +82,8 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         elif inputs.reference is not None:
             choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference)
             x, y, z = choice.reference.target
-            done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
+            notes = "".join(f"; {note}" for note in choice.reference.notes)
+            done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m{notes}"
         else:
             return state, Answer(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:

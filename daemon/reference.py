@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.errors import DaemonError
+from tendond.daemon.errors import TargetError
+from tendond.daemon.space.course import Course, Goal, build_course
+from tendond.model.allocation import Allocation
 from tendond.model.rod import Rod
 from tendond.model.static_curve import StaticCurve, static_curve
 from tendond.schemas.base import Vector3
@@ -34,10 +36,6 @@ SETTLED_COURSE = 0.999
 """Part of the way from which on the along component of a target 'across' lets itself be moved by loads."""
 
 
-class TargetError(DaemonError):
-    """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
-
-
 @dataclass(frozen=True)
 class Reference:
     """A course in time.
@@ -49,6 +47,7 @@ class Reference:
         yields: the along component is not part of what was asked, and may follow the tip under load.
         course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each of shape (2,).
         arrival: time from which on the reference rests at its target, or nearly [s].
+        notes: what was changed of what was asked, for people.
     """
 
     target: Vector3
@@ -57,6 +56,8 @@ class Reference:
     yields: bool
     course: Callable[[float], tuple[Array, Array, Array]]
     arrival: float
+    notes: tuple[str, ...] = ()
+    aim: str = "position"
 
     def overbent(self, tip_direction: Array) -> float | None:
         """Tension [N] that holds the target at rest, where the rod is bent beyond the target by more than `OVERBENT`.
@@ -86,20 +87,30 @@ class Reference:
             position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
         )
 
+    def goal(self, time: float, slip: float = 0.0) -> Goal:
+        """What a law that looks ahead is to reach at `time` [s]."""
+        return Goal(np.array(self.at(time, slip).position), None)
 
-def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> Reference:
+
+def build_reference(
+    config: RigConfig, rod: Rod, curve: StaticCurve | None = None, allocation: Allocation | None = None
+) -> Reference | Course:
     """The reference that a configuration asks for.
 
     Args:
         config: of the rig.
         rod: the controller's model.
         curve: of its resting tips, where it is known already.
+        allocation: of its tendons, for a reference in space.
 
     Raises:
         TargetError: the target cannot be reached; the message names the nearest that can.
         ConvergenceError: the rod has no equilibrium.
     """
     section, axes = config.reference, PLANES[config.control.plane]
+    if section.in_space:
+        assert allocation is not None
+        return build_course(config, rod, allocation)
     if curve is None:
         curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
     if section.kind == "samples":
@@ -146,7 +157,7 @@ def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, floa
         values, unit = curve.angle, "rad"
         asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
     if found.size:
-        arc = float(found[-1] if section.branch == "far" else found[0])
+        arc = float(found[-1] if section.branch != "near" else found[0])
         return curve.at(arc)[0], arc
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])

@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.compile import kernel
+from tendond.model.compile import inlined, kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE
-from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, pull
-from tendond.model.work import open_work
+from tendond.model.predictor import predict
+from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, newton_step, pull
+from tendond.model.timestep import step_history
+from tendond.model.work import Work, open_work
 
 Array = NDArray[np.float64]
 
@@ -26,12 +28,35 @@ class Sensitivity:
         velocity_actuation: d(velocity)/d(actuation) [m/s/N or 1/s], shape (3, n).
         position_force: d(position)/d(tip force) [m/N], shape (3, 3).
         velocity_force: d(velocity)/d(tip force) [m/s/N], shape (3, 3).
+        direction_actuation: d(R e_z)/d(actuation) [1/N or 1/m], shape (3, n). direction_force: d/d(tip force) [1/N].
     """
 
     position_actuation: Array
     velocity_actuation: Array
     position_force: Array
     velocity_force: Array
+    direction_actuation: Array
+    direction_force: Array
+
+    @staticmethod
+    def from_rows(actuation: Array, force: Array) -> "Sensitivity":
+        """From the kernels' rows: position, velocity, direction."""
+        return Sensitivity(actuation[:3], actuation[3:6], force[:3], force[3:6], actuation[6:], force[6:])
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """The tip after the coming step, world frame, and how it answers to the tendons.
+
+    Attributes:
+        position: [m], shape (3,), if the loads are as they were given. velocity, direction: likewise [m/s], [-].
+        sensitivity: of that step.
+    """
+
+    position: Array
+    velocity: Array
+    direction: Array
+    sensitivity: Sensitivity
 
 
 @kernel
@@ -49,7 +74,7 @@ def tip_sensitivity(
     actuation: Any,
     force: Any,
 ) -> bool:
-    """Fill `actuation`, shape (6, n), and `force`, shape (6, 3): position then velocity against each.
+    """Fill `actuation`, shape (9, n), and `force`, shape (9, 3): position, velocity, direction against each.
 
     `levels` and `geometry` are scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are
     singular.
@@ -58,6 +83,63 @@ def tip_sensitivity(
     work = open_work(memory, n)
     evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
     differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
+    return _respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force)
+
+
+@kernel
+def tip_forecast(
+    rod: RodData,
+    memory: Any,
+    bdf: tuple[float, float, float, float],
+    displacement_driven: bool,
+    count: int,
+    levels: Any,
+    histories: Any,
+    unknowns: Any,
+    loads: Any,
+    history: Any,
+    level: Any,
+    geometry: Any,
+    jacobian: Any,
+    tip: Any,
+    actuation: Any,
+    force: Any,
+) -> bool:
+    """Fill `tip`, shape (9,), with position, velocity, direction after the next step; `actuation`, `force` as above.
+
+    The step's equations at its first guess, and one Newton step of them: to first order, where the guess is not the
+    solution yet. The rings are those of `timestep.advance`; `history` to `jacobian` are scratch.
+    """
+    n = len(rod.x)
+    work = open_work(memory, n)
+    step_history(bdf, count, levels, histories, history)
+    unknown = work.last
+    predict(unknowns, count, work.scale, work.differences, 6 + n if displacement_driven else 6, unknown)
+    if not displacement_driven:
+        for i in range(n):
+            unknown[6 + i] = loads[i]
+    evaluate(rod, work, bdf[0], unknown, loads, history, level, geometry, work.raw)
+    differentiate(rod, work, bdf[0], unknown, work.raw, 6 + n, loads, history, level, geometry, jacobian)
+    last, strain = geometry[geometry.shape[0] - 1], level[level.shape[0] - 1]
+    solvable = newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian)
+    _follow(work, last, strain, 6 + n if displacement_driven else 6, -1, actuation, 0)
+    for j in range(3):
+        velocity = 0.0
+        for k in range(3):
+            velocity += last[3 + 3 * j + k] * strain[6 + k]
+        tip[j] = last[j] + actuation[j, 0]
+        tip[3 + j] = velocity + actuation[3 + j, 0]
+        tip[6 + j] = last[5 + 3 * j] + actuation[6 + j, 0]
+    return _respond(rod, work, displacement_driven, loads, jacobian, level, geometry, actuation, force) and solvable
+
+
+@inlined
+def _respond(
+    rod: RodData, work: Work, displacement_driven: bool, loads: Any, jacobian: Any, levels: Any, geometry: Any,
+    actuation: Any, force: Any,
+) -> bool:  # fmt: skip
+    """Fill `actuation` and `force` from the equations' Jacobian and the tip's (`work.tip`); False where singular."""
+    n = len(rod.x)
     last, strain = geometry[geometry.shape[0] - 1], levels[levels.shape[0] - 1]
     solvable = True
     for column in range(n + 3):
@@ -75,15 +157,27 @@ def tip_sensitivity(
             for j in range(6):
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
-        for j in range(STATE):
-            work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
-            for k in range(m):
-                work.node[j] += work.tip[j, k] * work.step[k]
-        target, at = (actuation, column) if column < n else (force, column - n)
-        for j in range(3):
-            target[j, at] = work.node[j]
-            velocity = 0.0
-            for k in range(3):
-                velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
-            target[3 + j, at] = velocity
+        if column < n:
+            _follow(work, last, strain, m, direct, actuation, column)
+        else:
+            _follow(work, last, strain, m, direct, force, column - n)
     return solvable
+
+
+@inlined
+def _follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
+    """Column `at` of `target`: change of the tip's position, velocity and direction with a change `work.step` of the unknowns.
+
+    `direct`: the unknown that changes by one beside them; -1: none.
+    """
+    for j in range(STATE):
+        work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
+        for k in range(m):
+            work.node[j] += work.tip[j, k] * work.step[k]
+    for j in range(3):
+        target[j, at] = work.node[j]
+        velocity = 0.0
+        for k in range(3):
+            velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
+        target[3 + j, at] = velocity
+        target[6 + j, at] = work.node[5 + 3 * j]

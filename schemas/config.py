@@ -174,6 +174,9 @@ class PretensionSection(Schema):
     antagonist: NotNegative = Field(
         0.0, description="least tension of both tendons of the pair while the law pulls, where there is a pair [N]"
     )
+    least: NotNegative = Field(
+        1.0, description="least tension of every tendon under a law that moves the tip in space [N]"
+    )
     duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
 
 
@@ -270,6 +273,8 @@ class RigConfig(Schema):
             raise ValueError(f"control.antagonist = {self.control.antagonist}: that tendon does not oppose the agonist")
         if self.pretension.antagonist > 0.0 and self.control.antagonist is None:
             raise ValueError("pretension.antagonist needs control.antagonist")
+        if self.pretension.least >= self.limits.tension_max:
+            raise ValueError("pretension.least must be below limits.tension_max")
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
             raise ValueError("pretension.tension and .antagonist together are above limits.tension_max")
         if len(self.simulator.rod.tendon_positions) != count:

@@ -139,8 +139,6 @@ def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | Non
     """What the law is fed; none when there is nothing fresh to feed it, and the command is held."""
     if setup.config.control.feedback == "observer":
         position, velocity = tip.position + state.observer.offset, tip.velocity
-        if state.choice.law.looks_ahead and setup.observer.kind == "force":
-            position = position + state.observer.mean
     elif fresh is not None:
         earlier = fresh if state.earlier is None else state.earlier
         position = fresh

@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendond.daemon.laws.law import Observation, Outlook
 from tendond.daemon.state import CycleSetup, CycleState
 from tendond.model.errors import ConvergenceError
+
+Array = NDArray[np.float64]
 
 
 def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, elapsed: float) -> Observation:
@@ -27,15 +30,20 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
         return replace(observation, outlook=None)
     now, then = (choice.reference.goal(time, state.slip) for time in (elapsed, elapsed + period))
     if choice.reference.aim == "direction":
-        position, ahead, answer = state.tip.rotation[:, 2], forecast.direction, forecast.sensitivity.direction_actuation
+        position, velocity = state.tip.rotation[:, 2], (forecast.direction - state.tip.rotation[:, 2]) / period
+        ahead, answer = forecast.direction, forecast.sensitivity.direction_actuation
+        target_velocity = (then.place - now.place) / period
     else:
-        unseen = observation.position - state.tip.position
-        position, ahead = observation.position, forecast.position + unseen
-        answer = forecast.sensitivity.position_actuation
+        unseen, drift = _unseen(setup, state, observation)
+        position, velocity = state.tip.position + unseen, observation.velocity + drift
+        ahead, answer = forecast.position + unseen + period * drift, forecast.sensitivity.position_actuation
+        target_velocity = observation.target_velocity
     return replace(
         observation,
         position=position,
+        velocity=velocity,
         target=now.place,
+        target_velocity=target_velocity,
         outlook=Outlook(
             period=period,
             position=ahead,
@@ -46,3 +54,16 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
             allocation=choice.allocation,
         ),
     )
+
+
+def _unseen(setup: CycleSetup, state: CycleState, observation: Observation) -> tuple[Array, Array]:
+    """Measured minus model tip now [m], and its rate [m/s], each of shape (3,).
+
+    The force observer holds the model to the tip with a lag: on a circle, what is left of the innovation turns with the
+    tip. Its low-pass m, and (innovation - m) / quiet_time, which is m's rate, carry it over the filter and the delay.
+    """
+    gains, observer = setup.observer, state.observer
+    if gains.kind != "force":
+        return observation.position - state.tip.position, np.zeros(3)
+    drift = (observer.innovation - observer.mean) / gains.quiet_time
+    return observer.mean + (gains.quiet_time + gains.delay) * drift, drift

@@ -48,7 +48,7 @@ class Allocation:
 
     Attributes:
         arms: r_i, shape (2, n). shares: their pseudo-inverse, transposed: tensions per moment [1/m], shape (2, n).
-        least, most: as given.
+        longest: size of the longest r_i [m]. least, most: as given.
         corners: of the polygon of moments that can be had, counterclockwise [N m], shape (2 n, 2).
     """
 
@@ -63,6 +63,7 @@ class Allocation:
             )
         self.arms: Array = np.ascontiguousarray(places.T)
         self.shares: Array = np.ascontiguousarray(np.linalg.pinv(self.arms).T)
+        self.longest = float(np.max(np.hypot(places[:, 0], places[:, 1])))
         self.least, self.most = least, most
         self.corners = _zonogon(places, least, most)
         self._scratch = np.zeros((3, 2 * len(places)))

@@ -363,9 +363,9 @@ class Rod:
         return Sensitivity.from_rows(actuation, force)
 
     def forecast(self, state: RodState, tensions: ArrayLike, *, tip_force: ArrayLike = ZERO) -> Forecast:
-        """The tip after the coming step under these loads, and its sensitivities there, to first order; no solve.
+        """The tip after the coming step under these loads, and its sensitivities there, from one Jacobian.
 
-        Costs as much as `sensitivity`: the equations of the step are taken at the first guess of its solution.
+        Costs little more than `sensitivity`: the equations of the step are linearised at the first guess of it.
 
         Args:
             state: of this rod, before the step.

@@ -16,6 +16,9 @@ from tendond.model.work import Work, open_work
 
 Array = NDArray[np.float64]
 
+CORRECTIONS = 2
+"""Marches of a forecast beside the one at the first guess."""
+
 
 @dataclass(frozen=True)
 class Sensitivity:
@@ -107,8 +110,8 @@ def tip_forecast(
 ) -> bool:
     """Fill `tip`, shape (9,), with position, velocity, direction after the next step; `actuation`, `force` as above.
 
-    The step's equations at its first guess, and one Newton step of them: to first order, where the guess is not the
-    solution yet. The rings are those of `timestep.advance`; `history` to `jacobian` are scratch.
+    The step's equations are linearised at its first guess; what that misses when the motion changes fast, a march or
+    two with the same Jacobian put right. The rings are those of `timestep.advance`; `history` to `jacobian` are scratch.
     """
     n = len(rod.x)
     work = open_work(memory, n)
@@ -121,8 +124,15 @@ def tip_forecast(
     evaluate(rod, work, bdf[0], unknown, loads, history, level, geometry, work.raw)
     differentiate(rod, work, bdf[0], unknown, work.raw, 6 + n, loads, history, level, geometry, jacobian)
     last, strain = geometry[geometry.shape[0] - 1], level[level.shape[0] - 1]
-    solvable = newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian)
-    _follow(work, last, strain, 6 + n if displacement_driven else 6, -1, actuation, 0)
+    m = 6 + n if displacement_driven else 6
+    solvable = True
+    for more in range(CORRECTIONS, -1, -1):
+        solvable = newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian) and solvable
+        if more > 0:
+            for j in range(m):
+                unknown[j] += work.step[j]
+            evaluate(rod, work, bdf[0], unknown, loads, history, level, geometry, work.raw)
+    _follow(work, last, strain, m, -1, actuation, 0)
     for j in range(3):
         velocity = 0.0
         for k in range(3):

@@ -27,9 +27,15 @@ Array = NDArray[np.float64]
 
 
 class Parameters(LawParameters):
-    """rate: at which the error decays [1/s]. damping: of the inverse, as a part of the sensitivity's size [-]."""
+    """rate, smoothing: at which the error decays, and its decay sets in [1/s].
 
-    rate: Annotated[float, Field(gt=0.0, le=1e4)] = 12.0
+    agility: bound of the rate at which a tendon is tightened for it [N/s]. damping: of the inverse, as a part of the
+    sensitivity's size [-].
+    """
+
+    rate: Annotated[float, Field(gt=0.0, le=1e4)] = 30.0
+    smoothing: Annotated[float, Field(gt=0.0, le=1e4)] = 100.0
+    agility: Annotated[float, Field(gt=0.0, le=1e6)] = 350.0
     damping: Annotated[float, Field(ge=0.0, le=1.0)] = 0.02
 
 
@@ -53,9 +59,13 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     if outlook is None:  # the coming step is beyond the model: hold
         x, y, z = error.tolist()
         return Decision(observation.tension, Terms((x, y, z), (0.0, 0.0, 0.0), (0.0, 0.0), 0.5 * (x * x + y * y + z * z)))
-    kept = math.exp(-parameters.rate * outlook.period)
-    asked = outlook.target - outlook.position - kept * error
-    moment = outlook.allocation.moment(observation.tension) + _moment(outlook, asked, parameters.damping)
+    slow, fast = math.exp(-parameters.rate * outlook.period), math.exp(-parameters.smoothing * outlook.period)
+    error_rate = observation.target_velocity - observation.velocity
+    kept = (slow + fast - slow * fast) * error + slow * fast * outlook.period * error_rate
+    asked = outlook.target - outlook.position - kept
+    change = _moment(outlook, asked, parameters.damping)
+    most = parameters.agility * outlook.period * outlook.allocation.longest
+    moment = outlook.allocation.moment(observation.tension) + change * min(1.0, most / max(math.hypot(*change), most))
     x, y, z = error.tolist()
     u, v, w = asked.tolist()
     return Decision(

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 from tendond.daemon.errors import LawError
 from tendond.daemon.laws import LAWS, Law, LawParameters, select_law
 from tendond.daemon.reference import Reference, build_reference
-from tendond.daemon.space.course import Course
+from tendond.daemon.space.course import Course, build_course
 from tendond.model.allocation import Allocation
 from tendond.model.errors import ParameterError
 from tendond.model.rod import Rod
+from tendond.model.static_curve import StaticCurve
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_reference import ReferenceSection
 
@@ -47,7 +48,7 @@ class Choice:
         law, parameters = select_law(config.control.law, config.control.laws)
         _check(law, config.reference)
         allocation = _allocation(config, law)
-        reference = build_reference(config, rod, allocation=allocation)
+        reference = _build(config, rod, None, allocation)
         return Choice(config.control.law, config.reference, law, parameters, allocation, reference)
 
     def to_snapshot(self) -> dict[str, Any]:
@@ -88,8 +89,13 @@ class Choice:
         _check(self.law, section)
         changed = config.model_copy(update={"reference": section})
         curve = self.reference.curve if isinstance(self.reference, Reference) else None
-        reference = build_reference(changed, rod, curve, self.allocation)
-        return replace(self, section=section, reference=reference)
+        return replace(self, section=section, reference=_build(changed, rod, curve, self.allocation))
+
+
+def _build(config: RigConfig, rod: Rod, curve: StaticCurve | None, allocation: Allocation | None) -> Reference | Course:
+    if allocation is not None and config.reference.in_space:
+        return build_course(config, rod, allocation)
+    return build_reference(config, rod, curve)
 
 
 def _check(law: Law, section: ReferenceSection) -> None:
@@ -97,8 +103,8 @@ def _check(law: Law, section: ReferenceSection) -> None:
     if section.in_space and not law.looks_ahead:
         able = ", ".join(name for name, one in LAWS.items() if one.looks_ahead)
         raise LawError(
-            f"the law {law.name} moves the tip in the bending plane, and reference.kind = '{section.kind}' is in space: "
-            f"select the law {able} for it, or another reference"
+            f"the law {law.name} moves the tip in the bending plane, and reference.kind = '{section.kind}' is in "
+            f"space: select the law {able} for it, or another reference"
         )
 
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tendond.daemon.errors import TargetError
-from tendond.daemon.space.course import Course, Goal, build_course
-from tendond.model.allocation import Allocation
+from tendond.daemon.space.course import Goal
 from tendond.model.rod import Rod
 from tendond.model.static_curve import StaticCurve, static_curve
 from tendond.schemas.base import Vector3
@@ -47,7 +46,7 @@ class Reference:
         yields: the along component is not part of what was asked, and may follow the tip under load.
         course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each of shape (2,).
         arrival: time from which on the reference rests at its target, or nearly [s].
-        notes: what was changed of what was asked, for people.
+        notes, aim: as those of a `Course`.
     """
 
     target: Vector3
@@ -92,25 +91,19 @@ class Reference:
         return Goal(np.array(self.at(time, slip).position), None)
 
 
-def build_reference(
-    config: RigConfig, rod: Rod, curve: StaticCurve | None = None, allocation: Allocation | None = None
-) -> Reference | Course:
+def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> Reference:
     """The reference that a configuration asks for.
 
     Args:
         config: of the rig.
         rod: the controller's model.
         curve: of its resting tips, where it is known already.
-        allocation: of its tendons, for a reference in space.
 
     Raises:
         TargetError: the target cannot be reached; the message names the nearest that can.
         ConvergenceError: the rod has no equilibrium.
     """
     section, axes = config.reference, PLANES[config.control.plane]
-    if section.in_space:
-        assert allocation is not None
-        return build_course(config, rod, allocation)
     if curve is None:
         curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
     if section.kind == "samples":

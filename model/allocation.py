@@ -1,6 +1,6 @@
 """From a bending moment to tensions of the tendons: least effort, never below the pretension, never above the limit.
 
-Tendons at r_i bend the rod by M = sum T_i r_i [N m] (a 2-vector: the moment's arm, which points to where the rod bends).
+Tendons at r_i bend the rod by M = sum T_i r_i [N m] (a 2-vector, which points to where the rod bends).
 Of all tensions between `least` and `most` that give M, those nearest to `least` are taken:
 
     minimise 1/2 sum (T_i - least)^2    subject to    sum T_i r_i = M,  least <= T_i <= most
@@ -194,7 +194,7 @@ def _slope(
         a, b = arms[0, i], arms[1, i]
         free = least + a * (y0 + t * d0) + b * (y1 + t * d1)
         total += (a * d0 + b * d1) * min(max(free, least), most)
-    return total
+    return float(total)
 
 
 @kernel

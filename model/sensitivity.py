@@ -86,7 +86,7 @@ def tip_sensitivity(
     work = open_work(memory, n)
     evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
     differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
-    return _respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force)
+    return bool(_respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force))
 
 
 @kernel
@@ -111,7 +111,7 @@ def tip_forecast(
     """Fill `tip`, shape (9,), with position, velocity, direction after the next step; `actuation`, `force` as above.
 
     The step's equations are linearised at its first guess; what that misses when the motion changes fast, a march or
-    two with the same Jacobian put right. The rings are those of `timestep.advance`; `history` to `jacobian` are scratch.
+    two with the same Jacobian put right. The rings are those of `timestep.advance`, `history` to `jacobian` scratch.
     """
     n = len(rod.x)
     work = open_work(memory, n)
@@ -176,9 +176,9 @@ def _respond(
 
 @inlined
 def _follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
-    """Column `at` of `target`: change of the tip's position, velocity and direction with a change `work.step` of the unknowns.
+    """Column `at` of `target`: how position, velocity and direction of the tip change with the unknowns.
 
-    `direct`: the unknown that changes by one beside them; -1: none.
+    These change by `work.step`, and the unknown `direct` by one beside them; -1: none.
     """
     for j in range(STATE):
         work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0

@@ -40,13 +40,13 @@ class ReferenceSection(SpaceKeys):
         "exponential", "step", "minimum_jerk", "samples", "point", "line", "circle", "helix", "figure_eight"
     ] = Field("exponential", description="course in time; exponential: 1 - exp(-rate t); from 'point' on: in space")
     rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
-    duration: Annotated[float, Field(gt=0.0, le=3600.0, description="of the minimum-jerk course, or to a course in space [s]")] = (
-        1.0
+    duration: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
+        1.0, description="of the minimum-jerk course, and of the way to a course in space [s]"
     )
     file: str = Field(
-        "", description="CSV of samples beside this file: time [s], x (or y) [m], z [m]; in space x, y, z; with a heading"
+        "", description="CSV of samples beside this file: time [s], x (or y) [m], z [m], or x, y, z; with a heading"
     )
-    samples: tuple[Sample, ...] = Field((), description="time [s], x (or y), z or x, y, z [m]; what 'file' is read into")
+    samples: tuple[Sample, ...] = Field((), description="time [s], x (or y), z, or x, y, z [m]: 'file' as it is read")
 
     @model_validator(mode="after")
     def _one_target(self) -> "ReferenceSection":

@@ -78,7 +78,9 @@ def read_samples(path: Path) -> list[tuple[float, ...]]:
         except ValueError:
             sample = ()
         if len(sample) not in (3, 4):
-            raise ConfigError(f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]; or in space four")
+            raise ConfigError(
+                f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]; or in space four"
+            )
         samples.append(sample)
     return samples
 

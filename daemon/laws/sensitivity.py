@@ -58,7 +58,9 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     error = observation.target - observation.position
     if outlook is None:  # the coming step is beyond the model: hold
         x, y, z = error.tolist()
-        return Decision(observation.tension, Terms((x, y, z), (0.0, 0.0, 0.0), (0.0, 0.0), 0.5 * (x * x + y * y + z * z)))
+        return Decision(
+            observation.tension, Terms((x, y, z), (0.0, 0.0, 0.0), (0.0, 0.0), 0.5 * (x * x + y * y + z * z))
+        )
     slow, fast = math.exp(-parameters.rate * outlook.period), math.exp(-parameters.smoothing * outlook.period)
     error_rate = observation.target_velocity - observation.velocity
     kept = (slow + fast - slow * fast) * error + slow * fast * outlook.period * error_rate

@@ -173,9 +173,7 @@ def _moved(section: ReferenceSection, surface: Surface, wanted: Sequence[Array])
     rests: list[Rest] = []
     furthest, aim = 0.0, "direction" if section.direction is not None else section.aim
     for place in wanted:
-        rest, missing = surface.find(
-            place, aim, far=section.branch == "far", start=rests[-1] if rests else None
-        )
+        rest, missing = surface.find(place, aim, far=section.branch == "far", start=rests[-1] if rests else None)
         apart = math.hypot(*missing.tolist())
         if apart > section.moved_max:
             there = rest.seen(aim, len(place))[0]

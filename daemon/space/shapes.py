@@ -27,9 +27,7 @@ def shape_of(section: ReferenceSection) -> Shape:
 
     def turn(turns: float) -> Array:
         radius = first + (last - first) * turns / section.laps
-        return _offset(
-            center, radius * math.cos(2.0 * math.pi * turns), radius * math.sin(2.0 * math.pi * turns)
-        )
+        return _offset(center, radius * math.cos(2.0 * math.pi * turns), radius * math.sin(2.0 * math.pi * turns))
 
     return turn
 

@@ -65,8 +65,8 @@ def test_the_moment_is_met_or_the_nearest_that_can_be_had_within_the_bounds(
 @given(tendons(), directions, st.floats(0.0, 0.99))
 def test_the_tensions_are_the_least(one: Allocation, direction: float, part: float) -> None:
     """Karush, Kuhn and Tucker: T - least = r . y between the bounds, beyond them at the bounds."""
-    inside = one.corners.mean(axis=0) + part * (one.corners[0] * (1.0 - direction / 7.0) + one.corners[1] * direction / 7.0
-                                               - one.corners.mean(axis=0))
+    middle, edge = one.corners.mean(axis=0), one.corners[0] + direction / 7.0 * (one.corners[1] - one.corners[0])
+    inside = middle + part * (edge - middle)
     found = one.tensions(inside)
     assert one.moment(found) == pytest.approx(inside, abs=1e-10 * scale(one))
     free = (found > one.least + 1e-7) & (found < one.most - 1e-7)

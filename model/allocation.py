@@ -178,7 +178,7 @@ def _line_search(
     for k in range(count):
         slope = _slope(arms, least, most, m0, m1, y0, y1, d0, d1, kinks[k])
         if slope >= 0.0:
-            return before - slope_before * (kinks[k] - before) / (slope - slope_before)
+            return float(before - slope_before * (kinks[k] - before) / (slope - slope_before))
         before, slope_before = kinks[k], slope
         if slope >= -flat:
             break

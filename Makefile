@@ -3,9 +3,11 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
+LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-version 3.11 --generate-hashes \
+	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench golden clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench example lock golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -46,6 +48,13 @@ format: .venv/.dev ## format the code and fix what ruff can fix
 bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
 
+example: .venv/.dev ## write deploy/rig.toml, the example with every key, anew from the schema
+	@$(BIN)/python -m tendond.daemon.annotate > deploy/rig.toml
+
+lock: .venv/.dev ## write requirements*.txt anew from pyproject.toml, with hashes; UPGRADE=1: the newest versions
+	@printf 'setuptools\nwheel\n' | $(LOCK) pyproject.toml - --extra plot -o requirements.txt
+	@printf 'setuptools\nwheel\n' | $(LOCK) pyproject.toml - --all-extras -c requirements.txt -o requirements-dev.txt
+
 golden: .venv/.dev ## make the recorded logs of the tests anew, where the cycle has changed
 	@$(BIN)/python -m tests.golden.renew
 
@@ -65,7 +74,7 @@ define install
 	$(PYTHON) -m venv --clear .venv || exit 1; \
 fi
 @touch .venv/.unfinished
-@$(PIP) install -r $(1)
+@$(PIP) install --require-hashes -r $(1)
 @$(PIP) install --no-deps --no-build-isolation -e .
 @$(BIN)/python -m tendond.model.warm
 @rm .venv/.unfinished

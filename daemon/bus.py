@@ -84,7 +84,7 @@ class Hub:
 
     def __init__(self, config: RigConfig) -> None:
         zenoh.init_log_from_env_or("off")
-        settings = _own_config(config)
+        settings = hub_settings(config)
         settings.insert_json5("mode", '"peer"')
         settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
         settings.insert_json5("scouting/multicast/enabled", "false")
@@ -180,7 +180,7 @@ class Hub:
         self._status.put(encode(status))
 
 
-def _own_config(config: RigConfig) -> zenoh.Config:
+def hub_settings(config: RigConfig) -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
 
     Raises:

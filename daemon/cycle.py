@@ -154,11 +154,13 @@ def _observation(
     setup: CycleSetup, state: CycleState, tip: Tip, estimate: TipEstimate, reference: ReferencePoint
 ) -> Observation:
     control = setup.config.control
+    sampled = control.sampled and not state.choice.law.looks_ahead
     return Observation(
         position=np.array(estimate.position),
         velocity=np.array(estimate.velocity),
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
+        response=setup.rod.tip_response(state.rod, control.agonist) if sampled else None,
         tension=state.tension,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),

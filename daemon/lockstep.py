@@ -1,6 +1,6 @@
 """Controller and simulated plant in one process, cycle by cycle: faster than real time, and the same every time."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
-from tendond.schemas.messages import ControlAction, SimulatorTruth
+from tendond.schemas.messages import ControlAction, SimulatorTruth, TendonCommand, TendonState
 from tendond.schemas.record import CycleInputs, CycleRecord
 
 Array = NDArray[np.float64]
@@ -77,3 +77,16 @@ def watched_loop(
             see_state(state)
         yield Watched(record, truth, plant.shape(points) if points else np.zeros((0, 3)))
         plant.step(command)
+
+
+def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[tuple[TendonState, SimulatorTruth]]:
+    """The plant alone under commands, one each `simulator.period`: what the servos report and the truth, after each.
+
+    Raises:
+        ConvergenceError: the plant has no solution.
+    """
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    for command in commands:
+        plant.step(command)
+        _, state, truth = plant.observe(stamp_ns=0)
+        yield state, truth

@@ -8,16 +8,11 @@ from numpy.typing import NDArray
 
 from tendond.model.compile import inlined, kernel
 from tendond.model.linear import solve_in_place
-from tendond.model.march import STATE
-from tendond.model.predictor import predict
-from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, newton_step, pull
-from tendond.model.timestep import step_history
-from tendond.model.work import Work, open_work
+from tendond.model.march import STATE, march
+from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, perturbation, pull
+from tendond.model.work import LANES, Work, open_work
 
 Array = NDArray[np.float64]
-
-CORRECTIONS = 2
-"""Marches of a forecast beside the one at the first guess."""
 
 
 @dataclass(frozen=True)
@@ -47,19 +42,49 @@ class Sensitivity:
         return Sensitivity(actuation[:3], actuation[3:6], force[:3], force[3:6], actuation[6:], force[6:])
 
 
-@dataclass(frozen=True)
-class Forecast:
-    """The tip after the coming step, world frame, and how it answers to the tendons.
+@kernel
+def tip_response(
+    rod: RodData, memory: Any, c0: float, tendon: int, unknown: Any, loads: Any, history: Any, levels: Any,
+    geometry: Any, response: Any,
+) -> bool:  # fmt: skip
+    """Of a tension-driven rod: how the tip's velocity after the last step answers to one tendon's tension.
 
-    Attributes:
-        position: [m], shape (3,), if the loads are as they were given. velocity, direction: likewise [m/s], [-].
-        sensitivity: of that step.
+    One march of eight lanes says it all: six with a base load changed, one with the tension, one as the rod is.
+    `response`, shape (3,), is filled [m/s/N]; `levels` and `geometry` are scratch. False where it is singular.
     """
-
-    position: Array
-    velocity: Array
-    direction: Array
-    sensitivity: Sensitivity
+    n, still, pulled = len(rod.x), LANES - 1, LANES - 2
+    work = open_work(memory, n)
+    for lane in range(LANES):
+        for j in range(6):
+            work.base[j * LANES + lane] = unknown[j]
+        for i in range(n):
+            work.tension[i * LANES + lane] = unknown[6 + i]
+    for j in range(6):
+        work.base[j * LANES + j] += perturbation(work, unknown, j)
+    work.tension[tendon * LANES + pulled] += perturbation(work, unknown, 6 + tendon)
+    march(
+        rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0, work.base,
+        work.tension, loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length, work.residual,
+    )  # fmt: skip
+    whole = 1.0 / perturbation(work, unknown, 6 + tendon)
+    for j in range(6):
+        missing = work.residual[j * LANES + still]
+        for k in range(6):
+            work.matrix[j, k] = (work.residual[j * LANES + k] - missing) / perturbation(work, unknown, k)
+        work.step[j] = (missing - work.residual[j * LANES + pulled]) * whole
+    if not solve_in_place(work.matrix, work.step, 6):
+        return False
+    for j in range(STATE):
+        rest = work.node[j * LANES + still]
+        work.tip[j, 0] = (work.node[j * LANES + pulled] - rest) * whole
+        for k in range(6):
+            work.tip[j, 0] += (work.node[j * LANES + k] - rest) / perturbation(work, unknown, k) * work.step[k]
+    for j in range(3):  # of R q
+        response[j] = 0.0
+        for k in range(3):
+            R, q = work.node[(3 + 3 * j + k) * LANES + still], work.node[(18 + k) * LANES + still]
+            response[j] += work.tip[3 + 3 * j + k, 0] * q + R * work.tip[18 + k, 0]
+    return True
 
 
 @kernel
@@ -86,65 +111,11 @@ def tip_sensitivity(
     work = open_work(memory, n)
     evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
     differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
-    return bool(_respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force))
-
-
-@kernel
-def tip_forecast(
-    rod: RodData,
-    memory: Any,
-    bdf: tuple[float, float, float, float],
-    displacement_driven: bool,
-    count: int,
-    levels: Any,
-    histories: Any,
-    unknowns: Any,
-    loads: Any,
-    history: Any,
-    level: Any,
-    geometry: Any,
-    jacobian: Any,
-    tip: Any,
-    actuation: Any,
-    force: Any,
-) -> bool:
-    """Fill `tip`, shape (9,), with position, velocity, direction after the next step; `actuation`, `force` as above.
-
-    The step's equations are linearised at its first guess; what that misses when the motion changes fast, a march or
-    two with the same Jacobian put right. The rings are those of `timestep.advance`, `history` to `jacobian` scratch.
-    """
-    n = len(rod.x)
-    work = open_work(memory, n)
-    step_history(bdf, count, levels, histories, history)
-    unknown = work.last
-    predict(unknowns, count, work.scale, work.differences, 6 + n if displacement_driven else 6, unknown)
-    if not displacement_driven:
-        for i in range(n):
-            unknown[6 + i] = loads[i]
-    evaluate(rod, work, bdf[0], unknown, loads, history, level, geometry, work.raw)
-    differentiate(rod, work, bdf[0], unknown, work.raw, 6 + n, loads, history, level, geometry, jacobian)
-    last, strain = geometry[geometry.shape[0] - 1], level[level.shape[0] - 1]
-    m = 6 + n if displacement_driven else 6
-    solvable = True
-    for more in range(CORRECTIONS, -1, -1):
-        solvable = newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian) and solvable
-        if more > 0:
-            for j in range(m):
-                unknown[j] += work.step[j]
-            evaluate(rod, work, bdf[0], unknown, loads, history, level, geometry, work.raw)
-    _follow(work, last, strain, m, -1, actuation, 0)
-    for j in range(3):
-        velocity = 0.0
-        for k in range(3):
-            velocity += last[3 + 3 * j + k] * strain[6 + k]
-        tip[j] = last[j] + actuation[j, 0]
-        tip[3 + j] = velocity + actuation[3 + j, 0]
-        tip[6 + j] = last[5 + 3 * j] + actuation[6 + j, 0]
-    return _respond(rod, work, displacement_driven, loads, jacobian, level, geometry, actuation, force) and solvable
+    return bool(respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force))
 
 
 @inlined
-def _respond(
+def respond(
     rod: RodData, work: Work, displacement_driven: bool, loads: Any, jacobian: Any, levels: Any, geometry: Any,
     actuation: Any, force: Any,
 ) -> bool:  # fmt: skip
@@ -168,14 +139,14 @@ def _respond(
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
         if column < n:
-            _follow(work, last, strain, m, direct, actuation, column)
+            follow(work, last, strain, m, direct, actuation, column)
         else:
-            _follow(work, last, strain, m, direct, force, column - n)
+            follow(work, last, strain, m, direct, force, column - n)
     return solvable
 
 
 @inlined
-def _follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
+def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
     """Column `at` of `target`: how position, velocity and direction of the tip change with the unknowns.
 
     These change by `work.step`, and the unknown `direct` by one beside them; -1: none.

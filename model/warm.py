@@ -14,6 +14,7 @@ def warm_up() -> None:
     rod.tip(state)
     rod.sensitivity(state)
     rod.forecast(state, np.zeros(rod.parameters.tendon_count))
+    rod.tip_response(state, 0)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,12 @@ import csv
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
+from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.presets import PROFILES
 
@@ -108,6 +110,17 @@ def stop_on_signals() -> Callable[[], bool]:
     return lambda: bool(came)
 
 
+def say_to(supervisor: Supervisor) -> Callable[[str], None]:
+    """As `say`; the line is what `systemctl status` shows as well."""
+
+    def tell(line: str) -> None:
+        say(line)
+        supervisor.status(line)
+
+    return tell
+
+
 def say(line: str) -> None:
-    """A line for people and the journal, at once."""
-    print(f"tendond: {line}", file=sys.stderr, flush=True)
+    """A line for people and the journal, at once; that nobody reads it any more is no reason to end."""
+    with suppress(OSError):
+        print(f"tendond: {line}", file=sys.stderr, flush=True)

@@ -175,7 +175,7 @@ class _Demo:
             TextColumn("{task.fields[seen]}"),
             TimeElapsedColumn(),
         )
-        with Progress(*columns, console=self.console, refresh_per_second=10) as progress:
+        with Progress(*columns, console=self.console, disable=not self.console.is_terminal) as progress:
             task = progress.add_task("arming", total=self._hold, seen="")
             deadline = time.monotonic() + START_SECONDS
             while not (reply := self._ask(session, ControlAction.ARM)).done:

@@ -31,9 +31,13 @@ def paper(
         int | None, typer.Option("--processes", min=1, help="To share the work. Left out: one per processor.")
     ] = None,
 ) -> None:
-    """Reproduce the paper: every simulation, its tables and figures beside the paper's numbers.
+    """Reproduce the paper: simulations, tables and figures.
+
+    Every one, with its numbers beside the paper's.
 
     Offline, in lockstep; takes about a minute.
+
+    Example: tendond paper --out out/paper
     """
     leave_on_signals(130)
     from tendond.daemon.cli.paper import run_paper
@@ -65,7 +69,9 @@ def robustness(
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Leave aside the results that the folder has.")] = False,
 ) -> None:
-    """Run the closed loop on plants that differ from the model: delay, lag, noise, stiffness, loads, impacts.
+    """Run the closed loop on plants that differ from the model.
+
+    In delay, lag, noise, stiffness, loads, impacts.
 
     axes: one thing at a time, for every feedback; corners: all extremes together; grid: every combination (an hour);
     sample: random plants; default: all but the grid. The plant is the configuration's [rod], changed.
@@ -102,7 +108,12 @@ def robustness(
 def rig_demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/rig-demo"),
 ) -> None:
-    """Simulate the robot behind its real drivers: servos on a serial line, Tracker on UDP; takes half a minute."""
+    """Simulate the robot behind its real drivers.
+
+    Servos on a serial line, Tracker on UDP; takes half a minute.
+
+    Example: tendond rig-demo --out out/rig-demo
+    """
     leave_on_signals(130)
     from tendond.daemon.cli.demo import run_rig_demo
 

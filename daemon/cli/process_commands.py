@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.daemon.cli.options import Config, Cycles, Lockstep, Profile
+from tendond.daemon.cli.options import Config, Cycles, Lockstep, Profile, faults
 from tendond.daemon.cli.signals import leave_on_signals
 
 
@@ -21,7 +21,9 @@ def run(
         int | None, typer.Option("--arm-at", min=0, help="Cycle to arm at; with --lockstep only.")
     ] = None,
 ) -> None:
-    """Run the controller until Ctrl-C or SIGTERM; it starts disarmed.
+    """Run the controller; it starts disarmed.
+
+    Until Ctrl-C or SIGTERM, which release the tendons first.
 
     Example: tendond run --config rig.toml
     """
@@ -42,7 +44,9 @@ def simulate(
         bool, typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers.")
     ] = False,
 ) -> None:
-    """Run the simulated robot in place of camera and servos, or behind their drivers.
+    """Run the simulated robot instead of camera and servos.
+
+    Or behind their drivers, with --wired.
 
     Examples: tendond simulate --config rig.toml; or tendond run --profile rig, and tendond simulate --profile rig
     """
@@ -60,7 +64,7 @@ def simulate(
 
 
 def inject(
-    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.")],
+    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.", autocompletion=faults)],
     config: Config = None,
     servo_id: Annotated[
         int | None, typer.Option("--servo", help="Id of the servo; of 'simulate', the first is 1.")
@@ -70,7 +74,9 @@ def inject(
     direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
     place: Annotated[float | None, typer.Option("--place", help="Along the rod, where 1 is the tip.")] = None,
 ) -> None:
-    """Cause a fault on a running 'tendond simulate', with --wired or without.
+    """Cause a fault on a running 'tendond simulate'.
+
+    With --wired or without.
 
     Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
     stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
@@ -84,7 +90,9 @@ def inject(
 
 
 def vicon(config: Config = None) -> None:
-    """Publish tip poses from Vicon Tracker until Ctrl-C or SIGTERM.
+    """Publish tip poses from Vicon Tracker.
+
+    Until Ctrl-C or SIGTERM.
 
     Example: tendond vicon --config rig.toml
     """

@@ -57,11 +57,12 @@ class Observation:
         velocity: X2 [m/s], shape (3,).
         acceleration: of the tip at the tensions now applied [m/s^2], shape (3,).
         input_gain: b_c [m/s^2/N], shape (3, n).
+        response: of the tip's velocity after a cycle to the agonist's tension [m/s/N], shape (3,); none: not asked for.
         tension: now applied [N], shape (n,).
         target, target_velocity, target_acceleration: of the reference [m, m/s, m/s^2], shape (3,).
         axes: the two world axes of the bending plane, e.g. (0, 2).
         agonist: index of the tendon that bends towards the first axis; antagonist: of the opposing one, if it is used.
-        input_gain_min: below this size the inverse of b_c grows no further [m/s^2/N].
+        input_gain_min: below this size b_c has no direction, and its inverse grows no further [m/s^2/N].
         pair_tension: least tension of both tendons of the pair [N].
         outlook: on the coming step, for a law that looks ahead.
     """
@@ -70,6 +71,7 @@ class Observation:
     velocity: Array
     acceleration: Array
     input_gain: Array
+    response: Array | None
     tension: Array
     target: Array
     target_velocity: Array
@@ -85,17 +87,19 @@ class Observation:
         """The two components of a vector in the bending plane, shape (2,)."""
         return vector[list(self.axes)]
 
-    def tensions_for(self, acceleration: Array) -> tuple[Array, float]:
+    def tensions_for(self, acceleration: Array, rate: float) -> tuple[Array, float]:
         """Tensions [N], shape (n,), that give the tip `acceleration` [m/s^2], shape (2,), in the plane; and their net.
 
-        The paper's U = b_c^+ (-a_c + ...), of the agonist's column; see `actuation.net_tension` and `share`.
+        The paper's U = b_c^+ (-a_c + ...), of the agonist's column; see `actuation.net_tension` and `share`. `rate` is
+        the law's gain on the velocity error, kd [1/s]: no more than all of that error is taken away in a cycle.
         """
         applied = float(self.tension[self.agonist])
         if self.antagonist is not None:
             applied -= float(self.tension[self.antagonist])
         gain = self.in_plane(self.input_gain[:, self.agonist])
         missing = acceleration - self.in_plane(self.acceleration)
-        net = net_tension(gain, missing, applied, self.input_gain_min)
+        response = None if self.response is None else self.in_plane(self.response)
+        net = net_tension(gain, missing, applied, self.input_gain_min, rate, response)
         return share(len(self.tension), self.agonist, self.antagonist, net, self.pair_tension), net
 
 

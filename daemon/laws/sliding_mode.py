@@ -48,7 +48,7 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
         + parameters.epsilon * np.sign(surface)
         + parameters.k * surface
     )
-    tension, net = observation.tensions_for(acceleration)
+    tension, net = observation.tensions_for(acceleration, rate=parameters.c + parameters.k)
     return Decision(
         tension,
         Terms(

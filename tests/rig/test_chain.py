@@ -209,6 +209,7 @@ def test_the_log_of_a_chain_holds_the_truth_beside_what_was_measured(chain: Chai
     # 59.8 mm at rest, and a little more on the way there.
     assert max(state.displacement[0] for state in states) == pytest.approx(0.0598, abs=3e-3)
     assert any("servo 2: Overload Error" in state.fault for state in states)
+    assert log.calibration == calibration(rig=chain.name)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit
 from tendond.daemon.laws.law import Observation
-from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request
+from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon
 from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
@@ -132,6 +132,9 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
             runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
+    slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
+    if slack or runs.slack:
+        runs = changed(runs, slack=runs.slack + 1 if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
 
 

@@ -217,6 +217,11 @@ class FaultsSection(Schema):
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
     ] = 0.3
     mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
+    slack_part: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
+    )
+    slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
+    slack_cycles: Annotated[int, Field(ge=1, description="cycles in a row without pull that are a fault")] = 20
 
 
 class SimulatorSection(Schema):

@@ -16,6 +16,10 @@ from tendond.schemas.config import LimitsSection
 
 Array = NDArray[np.float64]
 
+TENSION_LIMITS = ("not finite", "tension rate", "tension max", "tension min")
+DISPLACEMENT_LIMITS = ("displacement rate", "displacement")
+"""Names of the limits, in the order in which they are met."""
+
 
 def net_tension(
     gain: Array, missing: Array, applied: float, gain_min: float, rate: float = 0.0, response: Array | None = None
@@ -39,11 +43,15 @@ def net_tension(
         rate: kd, the law's gain on the velocity error [1/s].
         response: D of the agonist in the plane [m/s/N], shape (2,); none: the law as it is written.
     """
+    (g0, g1), (m0, m1) = gain.tolist(), missing.tolist()
+    size = g0 * g0 + g1 * g1
     if response is None or not response.any():
-        return applied + float((gain * missing).sum()) / max(float((gain * gain).sum()), gain_min**2)
-    way = gain if float((gain * response).sum()) > gain_min * math.hypot(*response.tolist()) else response
-    taken = max(float((way * gain).sum()), rate * float((way * response).sum()))
-    return applied + float((way * missing).sum()) / taken
+        return float(applied + (g0 * m0 + g1 * m1) / max(size, gain_min**2))
+    d0, d1 = response.tolist()
+    towards = g0 * d0 + g1 * d1
+    if towards > gain_min * math.hypot(d0, d1):
+        return float(applied + (g0 * m0 + g1 * m1) / max(size, rate * towards))
+    return float(applied + (d0 * m0 + d1 * m1) / max(towards, rate * (d0 * d0 + d1 * d1)))
 
 
 def share(count: int, agonist: int, antagonist: int | None, net: float, least: float) -> Array:
@@ -67,12 +75,15 @@ def lag_share(lag: float, period: float) -> float:
 
 def lead(wanted: Array, last: Array, lagging: float) -> Array:
     """What to command so that a lagging actuator that stands at `last` is at `wanted` a cycle later."""
-    return (wanted - lagging * last) / (1.0 - lagging)
+    return (wanted - lagging * last) / (1.0 - lagging) if lagging else wanted
 
 
 def follow(command: Array, last: Array, lagging: float) -> Array:
     """Where a lagging actuator that stands at `last` is a cycle after `command`."""
-    return command + lagging * (last - command)
+    return command + lagging * (last - command) if lagging else command
+
+
+# A handful of tendons are floats: numpy takes ten times as long for so few.
 
 
 def limit_tension(limits: LimitsSection, period: float, wanted: Array, last: Array) -> tuple[Array, tuple[str, ...]]:
@@ -84,35 +95,37 @@ def limit_tension(limits: LimitsSection, period: float, wanted: Array, last: Arr
         wanted: [N], shape (n,); a value that is not finite counts as no change.
         last: commanded in the last cycle [N], shape (n,).
     """
-    met = []
-    tension = np.where(np.isfinite(wanted), wanted, last)
-    if not np.all(np.isfinite(wanted)):
-        met.append("not finite")
-    step = limits.tension_rate * period
-    rated = np.clip(tension, last - step, last + step)
-    if np.any(rated != tension):
-        met.append("tension rate")
-    bounded = np.clip(rated, limits.tension_min, limits.tension_max)
-    if np.any(rated > limits.tension_max):
-        met.append("tension max")
-    if np.any(rated < limits.tension_min):
-        met.append("tension min")
-    return bounded, tuple(met)
+    step, least, most = limits.tension_rate * period, limits.tension_min, limits.tension_max
+    tensions, met = [], set()
+    for tension, before in zip(wanted.tolist(), last.tolist(), strict=True):
+        if not math.isfinite(tension):
+            tension = before
+            met.add("not finite")
+        rated = min(max(tension, before - step), before + step)
+        if rated != tension:
+            met.add("tension rate")
+        if rated > most:
+            met.add("tension max")
+        elif rated < least:
+            met.add("tension min")
+        tensions.append(min(max(rated, least), most))
+    return np.array(tensions), tuple(name for name in TENSION_LIMITS if name in met) if met else ()
 
 
 def limit_displacement(
     limits: LimitsSection, period: float, wanted: Array, last: Array
 ) -> tuple[Array, tuple[str, ...]]:
     """`wanted` displacement within its range and rate [m], shape (n,), and the names of the limits that it met."""
-    met = []
-    step = limits.displacement_rate * period
-    rated = np.clip(wanted, last - step, last + step)
-    if np.any(rated != wanted):
-        met.append("displacement rate")
-    bounded = np.clip(rated, limits.displacement_min, limits.displacement_max)
-    if np.any(bounded != rated):
-        met.append("displacement")
-    return bounded, tuple(met)
+    step, least, most = limits.displacement_rate * period, limits.displacement_min, limits.displacement_max
+    displacements, met = [], set()
+    for displacement, before in zip(wanted.tolist(), last.tolist(), strict=True):
+        rated = min(max(displacement, before - step), before + step)
+        if rated != displacement:
+            met.add("displacement rate")
+        if not least <= rated <= most:
+            met.add("displacement")
+        displacements.append(min(max(rated, least), most))
+    return np.array(displacements), tuple(name for name in DISPLACEMENT_LIMITS if name in met) if met else ()
 
 
 def attainable(held: Array, wanted: Array, allowed: Array) -> float:
@@ -123,7 +136,10 @@ def attainable(held: Array, wanted: Array, allowed: Array) -> float:
         wanted: displacements if they take the whole step [m].
         allowed: `wanted` within its limits [m].
     """
-    way, short = wanted - held, wanted - allowed
-    parts = 1.0 - np.divide(short, way, out=(short != 0.0).astype(np.float64), where=way != 0.0)
-    part = float(np.min(parts))
-    return min(1.0, max(0.0, part)) if math.isfinite(part) else 0.0
+    part = 1.0
+    for before, asked, within in zip(held.tolist(), wanted.tolist(), allowed.tolist(), strict=True):
+        way, short = asked - before, asked - within
+        if not (math.isfinite(way) and math.isfinite(short)):
+            return 0.0
+        part = min(part, 1.0 - short / way if way else float(short == 0.0))
+    return max(0.0, part)

@@ -108,6 +108,6 @@ def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | Non
         return "out of order"
     faults = setup.config.faults
     reach = faults.tip_speed_max * setup.config.loop.period * (state.pose_age + 1) + faults.teleport_margin
-    if np.linalg.norm(np.subtract(pose.position, state.pose.position)) > reach:
+    if math.dist(pose.position, state.pose.position) > reach:
         return "teleport"
     return None

@@ -1,4 +1,4 @@
-"""The loop: the only clock. It wakes, lets `cycle.step` decide, publishes, and hands the record to the recorder."""
+"""The loop: the only clock. It wakes, lets `cycle.respond` decide, publishes, and hands the record to the recorder."""
 
 import gc
 import time
@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 
 from tendond.daemon.bus import Hub, Question
-from tendond.daemon.cycle import step
+from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
@@ -17,10 +17,11 @@ from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
 from tendond.daemon.practice import practise
 from tendond.daemon.state import CycleSetup, CycleState
+from tendond.daemon.write_record import write_record
 from tendond.notify import Supervisor
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
-from tendond.schemas.wire import encode
+from tendond.schemas.wire import decode, encode
 
 STATUS_SECONDS = 1.0
 RELEASE_SECONDS = 4.0
@@ -93,14 +94,14 @@ class Loop:
     def rehearse(self) -> None:
         """A cycle on the last inputs whose outcome is thrown away: the next one finds its code and data in the caches.
 
-        Other processes push them out while the loop sleeps, and a cycle then takes two to three times as long. `step`
-        changes nothing that it is given, so this is not seen in any command or record.
+        Other processes push them out while the loop sleeps, and a cycle then takes half as long again.
+        `respond` changes nothing that it is given, so this is not seen in any command or record.
         """
         pose = self._state.pose
-        if pose is not None:
-            pose = pose.model_copy(update={"seq": pose.seq + 1})
         with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
-            encode(step(self._setup, self._state, CycleInputs(pose=pose))[1])
+            if pose is not None:
+                pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
+            encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
 
     def _let_go(self) -> None:
         """Release the tendons without the cycle, along a ramp, from what was commanded last."""
@@ -153,12 +154,15 @@ class Loop:
                 unreadable=wake.arrivals.unreadable,
                 missed_ticks=wake.missed_ticks,
             )
-            self._state, command, record = step(self._setup, self._state, inputs)
-            self._hub.publish_command(command.model_copy(update={"stamp_ns": time.monotonic_ns()}))
+            response = respond(self._setup, self._state, inputs)
+            self._state = response.state
+            self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
+            # The command is out: all else can wait.
             self._health.add(work_us, wake.missed_ticks)
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
+            record = write_record(self._setup, response)
             if question is not None and question.request.action is requested:
                 question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
                 question = None
@@ -168,7 +172,7 @@ class Loop:
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
             )
-            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
+            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._journal.state(self._state)
             now = (record.mode, record.law, record.reference.target, self._journal.error)
             if now != seen or time.monotonic() >= next_status:

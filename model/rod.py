@@ -30,6 +30,7 @@ from tendond.model.work import LANES, new_work
 Array = NDArray[np.float64]
 
 ZERO = (0.0, 0.0, 0.0)
+_LOADS = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
 RESIDUAL_TOLERANCE = 1e-6
 MARCH_BUDGET = 60
 STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
@@ -97,8 +98,9 @@ class Rod:
         c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
         self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
         self._no_history = np.zeros((self._stages, HISTORY))
-        self._out = np.zeros(18 + 3 * n)
         self._loads = np.zeros(n + 15)
+        self._weight = np.zeros(n + 15)
+        self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
@@ -295,20 +297,20 @@ class Rod:
             ParameterError: a state of another rod.
         """
         self._check(state)
+        out = np.empty(18 + 3 * self.parameters.tendon_count)
         arguments = (
             self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
-            state.geometries[state.count % 2, -1], self._out,
+            state.geometries[state.count % 2, -1], out,
         )  # fmt: skip
         if self._tip is None:
             self._tip = bind(tip_quantities, *arguments)
         self._tip(*arguments)
-        out = self._out
         return Tip(
-            position=out[:3].copy(),
-            rotation=out[3:12].reshape(3, 3).copy(),
-            velocity=out[12:15].copy(),
-            acceleration=out[15:18].copy(),
-            input_gain=out[18:].reshape(-1, 3).T.copy(),
+            position=out[:3],
+            rotation=out[3:12].reshape(3, 3),
+            velocity=out[12:15],
+            acceleration=out[15:18],
+            input_gain=out[18:].reshape(3, -1),
             tension=state.tensions,
         )
 
@@ -436,17 +438,19 @@ class Rod:
         Raises:
             ParameterError: loads of the wrong shape or not finite.
         """
-        n = self.parameters.tendon_count
+        loads, at = np.zeros(self._weight.size), 0
         parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        arrays = [np.asarray(part, dtype=np.float64) for part in parts]
-        names = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
-        for name, array, size in zip(names, arrays, (n, 3, 3, 3, 3, 3), strict=True):
-            if array.shape != (size,):
-                raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
-            if not np.all(np.isfinite(array)):
-                raise ParameterError(f"{name} = {array.tolist()} must be finite")
-        loads = np.concatenate(arrays)
-        loads[n + 6 : n + 9] += self.parameters.mass_per_length * np.asarray(self.parameters.gravity)
+        for name, part in zip(_LOADS, parts, strict=True):
+            size = 3 if at else self.parameters.tendon_count
+            if part is not ZERO:
+                array = np.asarray(part, dtype=np.float64)
+                if array.shape != (size,):
+                    raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
+                if not all(map(math.isfinite, array.tolist())):
+                    raise ParameterError(f"{name} = {array.tolist()} must be finite")
+                loads[at : at + size] = array
+            at += size
+        loads += self._weight
         return loads
 
     def _actuation(self, tensions: ArrayLike | None, displacements: ArrayLike | None) -> tuple[ArrayLike, bool]:
@@ -457,9 +461,7 @@ class Rod:
             return np.zeros(self.parameters.tendon_count), False
         if displacements is not None:
             return displacements, True
-        assert tensions is not None
-        if np.any(np.asarray(tensions, dtype=np.float64) < 0.0):
-            raise ParameterError(
-                f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push"
-            )
-        return tensions, False
+        array = np.asarray(tensions, dtype=np.float64)
+        if any(tension < 0.0 for tension in array.ravel().tolist()):
+            raise ParameterError(f"tensions = {array.tolist()} must not be negative: a tendon cannot push")
+        return array, False

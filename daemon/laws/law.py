@@ -85,7 +85,8 @@ class Observation:
 
     def in_plane(self, vector: Array) -> Array:
         """The two components of a vector in the bending plane, shape (2,)."""
-        return vector[list(self.axes)]
+        across, along = self.axes
+        return vector[across : along + 1 : along - across]
 
     def tensions_for(self, acceleration: Array, rate: float) -> tuple[Array, float]:
         """Tensions [N], shape (n,), that give the tip `acceleration` [m/s^2], shape (2,), in the plane; and their net.

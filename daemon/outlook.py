@@ -25,30 +25,30 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
     assert choice.allocation is not None
     rod, model = setup.rod, state.rod
     try:
-        forecast = rod.forecast(model, state.tension, tip_force=state.observer.tip_force)
+        forecast = rod.forecast(model, state.tension, choice.allocation.shares, state.observer.tip_force)
     except ConvergenceError:  # the step itself will say so
         return replace(observation, outlook=None)
-    now, then = (choice.reference.goal(time, state.slip) for time in (elapsed, elapsed + period))
+    then, target = choice.reference.goal(elapsed + period, state.slip), observation.target
     if choice.reference.aim == "direction":
         position, velocity = state.tip.rotation[:, 2], (forecast.direction - state.tip.rotation[:, 2]) / period
-        ahead, answer = forecast.direction, forecast.sensitivity.direction_actuation
-        target_velocity = (then.place - now.place) / period
+        ahead, answer = forecast.direction, forecast.direction_answer
+        target = choice.reference.goal(elapsed).place
+        target_velocity = (then.place - target) / period
     else:
         unseen, drift = _unseen(setup, state, observation)
         position, velocity = state.tip.position + unseen, observation.velocity + drift
-        ahead, answer = forecast.position + unseen + period * drift, forecast.sensitivity.position_actuation
+        ahead, answer = forecast.position + unseen + period * drift, forecast.position_answer
         target_velocity = observation.target_velocity
     return replace(
         observation,
         position=position,
         velocity=velocity,
-        target=now.place,
+        target=target,
         target_velocity=target_velocity,
         outlook=Outlook(
             period=period,
             position=ahead,
-            # per bending moment: the tendons' answers are its, but for what pulling all of them does
-            answer=np.einsum("ij,kj->ik", answer, choice.allocation.shares),
+            answer=answer,
             target=then.place,
             directions=then.answer,
             allocation=choice.allocation,

@@ -101,6 +101,10 @@ class Rod:
         self._loads = np.zeros(n + 15)
         self._weight = np.zeros(n + 15)
         self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
+        self._ahead = (
+            self._weight.copy(), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
+            np.empty((self.nodes, 12)), np.zeros((6, LANES)),
+        )  # fmt: skip
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
@@ -356,7 +360,7 @@ class Rod:
         """
         n, m = self.parameters.tendon_count, 6 + self.parameters.tendon_count
         history = state.histories[state.count % 2] if state.count else self._no_history
-        actuation, force = np.zeros((9, n)), np.zeros((9, 3))
+        actuation, force = np.zeros((6, n)), np.zeros((6, 3))
         solvable = tip_sensitivity(
             self._data, self._work, self._bdf[0] if state.count else 0.0, state.displacement_driven,
             state.unknowns[state.count % RING], state.loads, history, np.empty((self._stages, HISTORY)),
@@ -364,35 +368,34 @@ class Rod:
         )  # fmt: skip
         if not solvable:
             raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
-        return Sensitivity.from_rows(actuation, force)
+        return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
 
-    def forecast(self, state: RodState, tensions: ArrayLike, *, tip_force: ArrayLike = ZERO) -> Forecast:
-        """The tip after the coming step under these loads, and its sensitivities there, from one Jacobian.
-
-        Costs little more than `sensitivity`: the equations of the step are linearised at the first guess of it.
+    def forecast(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> Forecast:
+        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `model.forecast`.
 
         Args:
-            state: of this rod, before the step.
-            tensions, tip_force: as in `solve_static`.
+            state: of this tension-driven rod, before the step.
+            tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
+            ways: tensions that change together, per unit of each way, shape (2, n), C-contiguous.
 
         Raises:
-            ParameterError: loads of the wrong shape, not finite, or a negative tension; a state of another rod.
+            ParameterError: a state of another rod.
             ConvergenceError: the equations are singular there.
         """
         self._check(state)
-        actuation, _ = self._actuation(tensions, None)
-        n, m = self.parameters.tendon_count, 6 + self.parameters.tendon_count
-        tip, answer, force = np.zeros(9), np.zeros((9, n)), np.zeros((9, 3))
+        n = self.parameters.tendon_count
+        loads, history, level, geometry, jacobian = self._ahead
+        loads[:n], loads[n : n + 3] = tensions, tip_force
+        tip, answer = np.zeros(9), np.zeros((9, 2))
         arguments = (
-            self._data, self._work, self._bdf, False, state.count, state.levels, state.histories, state.unknowns,
-            self.loads(actuation, tip_force), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
-            np.empty((self.nodes, 12)), np.zeros((m, m)), tip, answer, force,
+            self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
+            history, level, geometry, jacobian, tip, answer,
         )  # fmt: skip
         if self._forecast is None:
             self._forecast = bind(tip_forecast, *arguments)
-        if not (self._forecast(*arguments) and np.isfinite(tip).all()):
+        if not (self._forecast(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
             raise ConvergenceError("the coming step is singular", state.time, state.residual, state.marches)
-        return Forecast(tip[:3], tip[3:6], tip[6:], Sensitivity.from_rows(answer, force))
+        return Forecast(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
 
     def tip_response(self, state: RodState, tendon: int) -> Array:
         """A column of `sensitivity().velocity_actuation`, of a tension-driven rod, in less than half of its time.

@@ -26,20 +26,12 @@ class Sensitivity:
         velocity_actuation: d(velocity)/d(actuation) [m/s/N or 1/s], shape (3, n).
         position_force: d(position)/d(tip force) [m/N], shape (3, 3).
         velocity_force: d(velocity)/d(tip force) [m/s/N], shape (3, 3).
-        direction_actuation: d(R e_z)/d(actuation) [1/N or 1/m], shape (3, n). direction_force: d/d(tip force) [1/N].
     """
 
     position_actuation: Array
     velocity_actuation: Array
     position_force: Array
     velocity_force: Array
-    direction_actuation: Array
-    direction_force: Array
-
-    @staticmethod
-    def from_rows(actuation: Array, force: Array) -> "Sensitivity":
-        """From the kernels' rows: position, velocity, direction."""
-        return Sensitivity(actuation[:3], actuation[3:6], force[:3], force[3:6], actuation[6:], force[6:])
 
 
 @kernel
@@ -102,7 +94,7 @@ def tip_sensitivity(
     actuation: Any,
     force: Any,
 ) -> bool:
-    """Fill `actuation`, shape (9, n), and `force`, shape (9, 3): position, velocity, direction against each.
+    """Fill `actuation`, shape (6, n), and `force`, shape (6, 3): position then velocity against each.
 
     `levels` and `geometry` are scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are
     singular.
@@ -111,16 +103,6 @@ def tip_sensitivity(
     work = open_work(memory, n)
     evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
     differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
-    return bool(respond(rod, work, displacement_driven, loads, jacobian, levels, geometry, actuation, force))
-
-
-@inlined
-def respond(
-    rod: RodData, work: Work, displacement_driven: bool, loads: Any, jacobian: Any, levels: Any, geometry: Any,
-    actuation: Any, force: Any,
-) -> bool:  # fmt: skip
-    """Fill `actuation` and `force` from the equations' Jacobian and the tip's (`work.tip`); False where singular."""
-    n = len(rod.x)
     last, strain = geometry[geometry.shape[0] - 1], levels[levels.shape[0] - 1]
     solvable = True
     for column in range(n + 3):
@@ -138,18 +120,16 @@ def respond(
             for j in range(6):
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
-        if column < n:
-            follow(work, last, strain, m, direct, actuation, column)
-        else:
-            follow(work, last, strain, m, direct, force, column - n)
+        target, at = (actuation, column) if column < n else (force, column - n)
+        follow(work, last, strain, m, direct, target, at)
     return solvable
 
 
 @inlined
 def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
-    """Column `at` of `target`: how position, velocity and direction of the tip change with the unknowns.
+    """Column `at` of `target`: how the tip's position and velocity change with the unknowns; `work.node` its state.
 
-    These change by `work.step`, and the unknown `direct` by one beside them; -1: none.
+    The m unknowns change by `work.step`, and the unknown `direct` by one beside them; -1: none.
     """
     for j in range(STATE):
         work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
@@ -161,4 +141,3 @@ def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any,
         for k in range(3):
             velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
         target[3 + j, at] = velocity
-        target[6 + j, at] = work.node[5 + 3 * j]

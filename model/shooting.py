@@ -153,7 +153,7 @@ def newton_matrix(rod: RodData, work: Work, displacement_driven: bool, raw: Any,
 
 
 @inlined
-def newton_step(
+def _newton_step(
     rod: RodData, work: Work, displacement_driven: bool, unknown: Any, raw: Any, loads: Any, jacobian: Any
 ) -> bool:
     """Solve for the (semismooth) Newton step into `work.step`; False where the equations are singular."""
@@ -225,7 +225,7 @@ def solve(
                 marches += 1
             marches += differentiate(rod, work, c0, unknown, work.raw, m, loads, history, levels, geometry, jacobian)
             fresh, poor = True, False
-        solvable = newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian)
+        solvable = _newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian)
         if not solvable and fresh:
             return DIVERGED, error, marches
         for column in range(m):
@@ -251,7 +251,7 @@ def solve(
                 factor *= 0.3
     if not error <= rod.tolerance:  # NaN
         return DIVERGED, error, marches
-    if jacobian[0, 0] != 0.0 and newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian):
+    if jacobian[0, 0] != 0.0 and _newton_step(rod, work, displacement_driven, unknown, work.raw, loads, jacobian):
         for column in range(m):
             unknown[column] += work.step[column]
     return SOLVED, error, marches

@@ -13,7 +13,7 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
-    rod.forecast(state, np.zeros(rod.parameters.tendon_count))
+    rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
 
 

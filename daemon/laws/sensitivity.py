@@ -83,10 +83,12 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
 
 def _moment(outlook: Outlook, asked: Array, damping: float) -> Array:
     """dM [N m], shape (2,), that moves the tip by `asked` [m] where it can: the damped inverse of S'E."""
-    answer = outlook.answer
-    along = answer if outlook.directions is None else outlook.directions
-    (a, b), (c, d) = np.einsum("ki,kj->ij", along, answer).tolist()
-    p, q = np.einsum("ki,k->i", along, asked).tolist()
+    a = b = c = d = p = q = 0.0
+    answers = outlook.answer.tolist()
+    directions = answers if outlook.directions is None else outlook.directions.tolist()
+    for (s0, s1), (e0, e1), missing in zip(directions, answers, asked.tolist(), strict=True):
+        a, b, p = a + s0 * e0, b + s0 * e1, p + s0 * missing
+        c, d, q = c + s1 * e0, d + s1 * e1, q + s1 * missing
     ridge = damping**2 * (a * a + b * b + c * c + d * d)
     # (A'A + ridge) dM = A' b
     g, h, k = a * a + c * c + ridge, a * b + c * d, b * b + d * d + ridge

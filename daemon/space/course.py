@@ -93,7 +93,7 @@ class Course:
     def goal(self, time: float, slip: float = 0.0) -> Goal:
         """What is to be reached at `time` [s]; `slip` is for references in the plane."""
         way, (place, _, _) = self._locate(time)
-        value = way.at(place)[0]
+        value = way.value(place)
         if self.aim == "direction":
             return Goal(value[way.DIRECTION], value[way.DIRECTION_ANSWER].reshape(3, 2))
         return Goal(value[way.POSITION], value[way.POSITION_ANSWER].reshape(3, 2))

@@ -42,10 +42,19 @@ class Way:
         self._step = length / self.last
         self._c3, self._c2, self._c1, self._c0 = np.ascontiguousarray(spline.c)
 
+    def value(self, place: float) -> Array:
+        """All columns there, shape (20 + n,)."""
+        k, x = self._piece(place)
+        return np.asarray(self._c0[k] + x * (self._c1[k] + x * (self._c2[k] + x * self._c3[k])))
+
     def at(self, place: float) -> tuple[Array, Array, Array]:
         """All columns there, their first and their second derivatives by the parameter; ends are held."""
-        inside = min(max(place, 0.0), self.length)
-        k = min(int(inside / self._step), self.last - 1)
-        x = inside - k * self._step
+        k, x = self._piece(place)
         a, b, c, d = self._c3[k], self._c2[k], self._c1[k], self._c0[k]
         return d + x * (c + x * (b + x * a)), c + x * (2.0 * b + 3.0 * x * a), 2.0 * b + 6.0 * x * a
+
+    def _piece(self, place: float) -> tuple[int, float]:
+        """Of the spline, and the way into it."""
+        inside = min(max(place, 0.0), self.length)
+        k = min(int(inside / self._step), self.last - 1)
+        return k, inside - k * self._step

@@ -190,6 +190,9 @@ class PretensionSection(Schema):
     antagonist: NotNegative = Field(
         0.0, description="least tension of both tendons of the pair while the law pulls, where there is a pair [N]"
     )
+    least: NotNegative = Field(
+        1.0, description="least tension of every tendon under a law that moves the tip in space [N]"
+    )
     duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
 
 
@@ -214,6 +217,11 @@ class FaultsSection(Schema):
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
     ] = 0.3
     mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
+    slack_part: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
+    )
+    slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
+    slack_cycles: Annotated[int, Field(ge=1, description="cycles in a row without pull that are a fault")] = 20
 
 
 class SimulatorSection(Schema):
@@ -289,6 +297,8 @@ class RigConfig(Schema):
             yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
         if self.pretension.antagonist > 0.0 and control.antagonist is None:
             yield "pretension.antagonist needs control.antagonist"
+        if self.pretension.least >= self.limits.tension_max:
+            yield "pretension.least must be below limits.tension_max"
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
             yield "pretension.tension and .antagonist together are above limits.tension_max"
         if len(self.simulator.rod.tendon_positions) != count:

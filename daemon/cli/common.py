@@ -63,10 +63,10 @@ def load_config(path: Path | None) -> RigConfig:
 
 
 def read_samples(path: Path) -> list[tuple[float, ...]]:
-    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m].
+    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
 
     Raises:
-        ConfigError: the file cannot be read, or a line is not three numbers.
+        ConfigError: the file cannot be read, or a line is not three or four numbers.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -76,10 +76,14 @@ def read_samples(path: Path) -> list[tuple[float, ...]]:
     samples: list[tuple[float, ...]] = []
     for number, line in lines[1:]:
         try:
-            time, across, along = (float(cell) for cell in line)
-        except ValueError as error:
-            raise ConfigError(f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]") from error
-        samples.append((time, across, along))
+            sample = tuple(float(cell) for cell in line)
+        except ValueError:
+            sample = ()
+        if len(sample) not in (3, 4):
+            raise ConfigError(
+                f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]; or in space four"
+            )
+        samples.append(sample)
     return samples
 
 

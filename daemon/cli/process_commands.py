@@ -79,7 +79,7 @@ def inject(
     With --wired or without.
 
     Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
-    stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
+    stuck, cut; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
 
     Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
     """

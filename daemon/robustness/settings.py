@@ -10,8 +10,8 @@ from typing import Any
 import tendond
 from tendond.schemas.config import RigConfig
 
-SOURCES = ("model", "schemas", "drivers/simulator", "daemon/laws", "daemon/*.py", "daemon/analysis/metrics.py",
-           "daemon/robustness/points.py", "daemon/robustness/evaluate.py")  # fmt: skip
+SOURCES = ("model", "schemas", "drivers/simulator", "daemon/laws", "daemon/space", "daemon/*.py",
+           "daemon/analysis/metrics.py", "daemon/robustness/points.py", "daemon/robustness/evaluate.py")  # fmt: skip
 """Of the package: what a result depends on. A better figure does not make results old."""
 
 

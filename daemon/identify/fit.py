@@ -1,0 +1,260 @@
+"""The fit: nonlinear least squares on the differences of model and measurement, over several recordings at once."""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from tendond.daemon.errors import DaemonError
+from tendond.daemon.identify.parameters import Parameter, bounds
+from tendond.daemon.identify.simulate import MOTIONLESS, Motion, Simulation, SimulationError
+
+Array = NDArray[np.float64]
+Report = Callable[[str, int, int], None]
+"""Told what is being computed, how many simulations of it are done, and of how many."""
+
+LOGARITHMIC_STEP = 1e-3
+COORDINATE_STEP = 1e-2
+"""Of the differences that derivatives are taken from: a thousandth of a value, 0.1 ms, 10 um."""
+
+TOLERANCE = 1e-6
+"""Of the coordinates and of the sum of squares, relative."""
+
+MOST_EVALUATIONS = 40
+LOSSES = ("linear", "soft_l1", "huber")
+OUTLIER = 3.0
+"""Residual, in standard deviations, from which on a robust loss counts less."""
+
+
+class FitError(DaemonError):
+    """A fit that came to no result."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a fit found.
+
+    Attributes:
+        parameters: that were fitted.
+        values: of all parameters, by name.
+        coordinates: of the fitted ones, shape (p,).
+        residuals: each recording's blocks, see `Simulation.residuals`, in metres.
+        jacobian: of all of them in a row against the coordinates, shape (r, p).
+        weights: of each residual by the loss, shape (r,); ones where it is linear.
+        evaluations: of the residuals.
+        bounded: names of parameters that ended at a bound.
+    """
+
+    parameters: tuple[Parameter, ...]
+    values: dict[str, float]
+    coordinates: Array
+    residuals: list[list[Array]]
+    jacobian: Array
+    weights: Array
+    evaluations: int
+    bounded: tuple[str, ...]
+
+
+class Memory:
+    """Results of evaluations on disk, so that a fit that was interrupted goes through the same ones at once.
+
+    Args:
+        folder: of the files; none: nothing is kept.
+        settings: of the fit; results of others are left aside.
+    """
+
+    def __init__(self, folder: Path | None, settings: Mapping[str, object]) -> None:
+        digest = hashlib.sha256(json.dumps(settings, sort_keys=True, default=str).encode()).hexdigest()[:16]
+        self._folder = None if folder is None else folder / digest
+        self.known = 0
+
+    def get(self, kind: str, at: Array, make: Callable[[], Array]) -> Array:
+        """An evaluation's result: from the folder, or made and kept."""
+        if self._folder is None:
+            return make()
+        path = self._folder / f"{kind}-{hashlib.sha256(at.tobytes()).hexdigest()[:24]}.npy"
+        try:
+            found = np.load(path, allow_pickle=False)
+        except (OSError, ValueError):
+            found = make()
+            self._folder.mkdir(parents=True, exist_ok=True)
+            draft = path.with_suffix(".part")
+            with draft.open("wb") as stream:
+                np.save(stream, found)
+            os.replace(draft, path)
+        else:
+            self.known += 1
+        return np.asarray(found)
+
+    def forget(self) -> None:
+        """Remove them: the fit has its result."""
+        if self._folder is not None and self._folder.is_dir():
+            for file in self._folder.iterdir():
+                file.unlink()
+            self._folder.rmdir()
+
+
+class Problem:
+    """Residuals and their derivatives, computed by several threads: the rod's kernel does not hold the interpreter.
+
+    Args:
+        simulations: one for each recording.
+        parameters: to fit.
+        start: values of all parameters, by name.
+        load_noise: of the servos' tensions [N]; none: they are not used.
+        jobs: threads.
+        report: told of progress.
+    """
+
+    def __init__(
+        self,
+        simulations: Sequence[Simulation],
+        parameters: Sequence[Parameter],
+        start: Mapping[str, float],
+        load_noise: float | None,
+        jobs: int,
+        report: Report,
+    ) -> None:
+        self.simulations = tuple(simulations)
+        self.parameters = tuple(parameters)
+        self.start = dict(start)
+        self._load_noise = load_noise
+        self._jobs = jobs
+        self._report = report
+
+    def values(self, coordinates: Array) -> dict[str, float]:
+        """Of all parameters, by name, at coordinates of the fitted ones."""
+        fitted = {
+            parameter.name: parameter.value(float(coordinate), self.start[parameter.name])
+            for parameter, coordinate in zip(self.parameters, coordinates, strict=True)
+        }
+        return {**self.start, **fitted}
+
+    def blocks(self, values: Mapping[str, float], motions: Sequence[Motion]) -> list[list[Array]]:
+        """Each recording's residuals."""
+        return [
+            simulation.residuals(values, motion, self._load_noise)
+            for simulation, motion in zip(self.simulations, motions, strict=True)
+        ]
+
+    def residuals(self, coordinates: Array) -> Array:
+        """All in a row; not finite where the rod has no solution."""
+        values = self.values(coordinates)
+        try:
+            motions = self._motions([values], "trying")[0]
+        except SimulationError:
+            if not np.any(coordinates):
+                raise
+            return np.full(self._size, np.inf)
+        row = _row(self.blocks(values, motions))
+        self._size = row.size
+        return row
+
+    def jacobian(self, coordinates: Array) -> Array:
+        """By differences, shape (r, p)."""
+        base = self.values(coordinates)
+        shifted, steps, moving = [], [], []
+        for k, parameter in enumerate(self.parameters):
+            step = LOGARITHMIC_STEP if parameter.logarithmic else COORDINATE_STEP
+            highest = bounds(parameter, self.start[parameter.name])[1]
+            if coordinates[k] + step > highest:
+                step = -step
+            changed = coordinates.copy()
+            changed[k] += step
+            steps.append(step)
+            shifted.append(self.values(changed))
+            moving.append(any(parameter.name not in MOTIONLESS[s.drive] for s in self.simulations))
+        runs = [base, *(values for values, moves in zip(shifted, moving, strict=True) if moves)]
+        motions = iter(self._motions(runs, "derivatives"))
+        still = next(motions)
+        row = _row(self.blocks(base, still))
+        columns = [
+            (_row(self.blocks(values, next(motions) if moves else still)) - row) / step
+            for values, step, moves in zip(shifted, steps, moving, strict=True)
+        ]
+        return np.column_stack(columns)
+
+    def _motions(self, runs: Sequence[Mapping[str, float]], what: str) -> list[list[Motion]]:
+        """Of each recording for each set of values."""
+        tasks = [(simulation, values) for values in runs for simulation in self.simulations]
+        found: list[Motion] = []
+        pool = ThreadPoolExecutor(self._jobs)
+        try:
+            futures = [pool.submit(simulation.motion, values) for simulation, values in tasks]
+            for future in futures:
+                found.append(future.result())
+                self._report(what, len(found), len(tasks))
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+        n = len(self.simulations)
+        return [found[i : i + n] for i in range(0, len(found), n)]
+
+
+def _row(blocks: Sequence[Sequence[Array]]) -> Array:
+    return np.concatenate([block.ravel() for recording in blocks for block in recording])
+
+
+def fit(problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1e-4) -> Fit:
+    """Least squares over the problem's parameters.
+
+    Args:
+        problem: what to fit.
+        memory: of evaluations.
+        loss: of `LOSSES`.
+        noise: of the poses [m], which a robust loss goes by.
+
+    Raises:
+        SimulationError: the rod has no solution at the start.
+        FitError: no result.
+    """
+    span = np.array([bounds(parameter, problem.start[parameter.name]) for parameter in problem.parameters])
+    found = least_squares(
+        lambda at: memory.get("residuals", at, lambda: problem.residuals(at)),
+        np.zeros(len(problem.parameters)),
+        jac=lambda at: memory.get("jacobian", at, lambda: problem.jacobian(at)),
+        bounds=(span[:, 0] - 1e-9, span[:, 1] + 1e-9),
+        loss=loss,
+        f_scale=OUTLIER * noise,
+        x_scale="jac",
+        xtol=TOLERANCE,
+        ftol=TOLERANCE,
+        gtol=None,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    if not np.all(np.isfinite(found.x)) or found.status <= 0:
+        raise FitError(f"the fit did not converge in {found.nfev} evaluations: {found.message}")
+    values = problem.values(found.x)
+    motions = problem._motions([values], "result")[0]
+    residuals = problem.blocks(values, motions)
+    jacobian = memory.get("jacobian", found.x, lambda: problem.jacobian(found.x))
+    return Fit(
+        parameters=problem.parameters,
+        values=values,
+        coordinates=found.x,
+        residuals=residuals,
+        jacobian=jacobian,
+        weights=loss_weights(loss, _row(residuals), OUTLIER * noise),
+        evaluations=int(found.nfev),
+        bounded=tuple(
+            parameter.name
+            for parameter, at, (low, high) in zip(problem.parameters, found.x, span, strict=True)
+            if min(at - low, high - at) < 1e-3
+        ),
+    )
+
+
+def loss_weights(loss: str, residuals: Array, scale: float) -> Array:
+    """Weight of each residual in the normal equations: the loss' derivative at (r / scale)^2."""
+    z = (residuals / scale) ** 2
+    if loss == "soft_l1":
+        return np.asarray(1.0 / np.sqrt(1.0 + z))
+    if loss == "huber":
+        return np.asarray(np.where(z <= 1.0, 1.0, 1.0 / np.sqrt(np.maximum(z, 1.0))))
+    return np.ones_like(residuals)

@@ -9,6 +9,7 @@ from tendond import TendondError, __version__
 from tendond.daemon.cli import (
     bench_commands,
     experiment_commands,
+    identify_commands,
     log_commands,
     operator_commands,
     process_commands,
@@ -43,6 +44,7 @@ for commands in (
     experiment_commands,
     bench_commands,
     log_commands,
+    identify_commands,
 ):
     commands.add_to(app)
 

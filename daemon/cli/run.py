@@ -24,6 +24,7 @@ def run_controller(
     lockstep: bool,
     cycles: int | None,
     arm_at: int | None,
+    notes: dict[str, str] | None = None,
 ) -> None:
     """Run until a signal comes, or for so many cycles; see `tendond run --help`.
 
@@ -38,7 +39,7 @@ def run_controller(
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
-    with Hub(config) as hub, Journal(log_file, config, setup.rod) as journal:
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, notes=notes) as journal:
         loop = Loop(setup, hub, journal, arm_at)
         try:
             state = loop.warm()

@@ -5,6 +5,7 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,6 +100,8 @@ class Memory:
             for file in self._folder.iterdir():
                 file.unlink()
             self._folder.rmdir()
+            with suppress(OSError):  # other fits' results
+                self._folder.parent.rmdir()
 
 
 class Problem:
@@ -128,6 +131,7 @@ class Problem:
         self._load_noise = load_noise
         self._jobs = jobs
         self._report = report
+        self._size = 0  # of the residuals; zero before the first, which must have a solution
 
     def values(self, coordinates: Array) -> dict[str, float]:
         """Of all parameters, by name, at coordinates of the fitted ones."""
@@ -150,7 +154,7 @@ class Problem:
         try:
             motions = self._motions([values], "trying")[0]
         except SimulationError:
-            if not np.any(coordinates):
+            if self._size == 0:
                 raise
             return np.full(self._size, np.inf)
         row = _row(self.blocks(values, motions))
@@ -201,7 +205,9 @@ def _row(blocks: Sequence[Sequence[Array]]) -> Array:
     return np.concatenate([block.ravel() for recording in blocks for block in recording])
 
 
-def fit(problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1e-4) -> Fit:
+def fit(
+    problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1e-4, first: Array | None = None
+) -> Fit:
     """Least squares over the problem's parameters.
 
     Args:
@@ -209,6 +215,7 @@ def fit(problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1
         memory: of evaluations.
         loss: of `LOSSES`.
         noise: of the poses [m], which a robust loss goes by.
+        first: coordinates to start from, shape (p,); none: the problem's start.
 
     Raises:
         SimulationError: the rod has no solution at the start.
@@ -217,7 +224,7 @@ def fit(problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1
     span = np.array([bounds(parameter, problem.start[parameter.name]) for parameter in problem.parameters])
     found = least_squares(
         lambda at: memory.get("residuals", at, lambda: problem.residuals(at)),
-        np.zeros(len(problem.parameters)),
+        np.zeros(len(problem.parameters)) if first is None else np.clip(first, span[:, 0], span[:, 1]),
         jac=lambda at: memory.get("jacobian", at, lambda: problem.jacobian(at)),
         bounds=(span[:, 0] - 1e-9, span[:, 1] + 1e-9),
         loss=loss,
@@ -248,6 +255,36 @@ def fit(problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1
             if min(at - low, high - at) < 1e-3
         ),
     )
+
+
+def servo_start(simulations: Sequence[Simulation], parameters: Sequence[Parameter], start: Mapping[str, float]) -> Array:
+    """Coordinates for a fit to start from, shape (p,): lag and backlash from the servos' reports alone, where they tell.
+
+    What a servo makes of its commands needs no rod, and the backlash, which has kinks, no guess far away.
+    """
+    at = np.zeros(len(parameters))
+    rows = [k for k, parameter in enumerate(parameters) if parameter.name in ("lag", "backlash")]
+    if not rows or any(simulation.drive != "measured" for simulation in simulations):
+        return at
+
+    def apart(coordinates: Array) -> Array:
+        values = dict(start)
+        for k, coordinate in zip(rows, coordinates, strict=True):
+            values[parameters[k].name] = parameters[k].value(float(coordinate), start[parameters[k].name])
+        return np.concatenate([simulation.servos_apart(values).ravel() for simulation in simulations])
+
+    span = np.array([bounds(parameters[k], start[parameters[k].name]) for k in rows])
+    best: tuple[float, Array] | None = None
+    for guess in (0.0, 1.0, 4.0):  # [10 ms] and [0.1 mm] beyond the start, as far as each has room
+        first = np.clip(guess, span[:, 0] + 1e-3, span[:, 1] - 1e-3)
+        if not apart(first).size:
+            return at
+        found = least_squares(apart, first, bounds=(span[:, 0], span[:, 1]), diff_step=1e-3, x_scale=1.0)
+        if best is None or found.cost < best[0]:
+            best = float(found.cost), found.x
+    assert best is not None
+    at[rows] = best[1]
+    return at
 
 
 def loss_weights(loss: str, residuals: Array, scale: float) -> Array:

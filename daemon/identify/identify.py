@@ -9,7 +9,7 @@ import numpy as np
 
 from tendond.daemon.identify.checks import Finding, check, errors
 from tendond.daemon.identify.data import DataError, Recording
-from tendond.daemon.identify.fit import Fit, Memory, Problem, Report, fit
+from tendond.daemon.identify.fit import Fit, Memory, Problem, Report, fit, servo_start
 from tendond.daemon.identify.parameters import PARAMETERS, Parameter, chosen, nominal, starts
 from tendond.daemon.identify.simulate import Drive, Simulation
 from tendond.daemon.identify.statistics import ALIKE, Statistics, statistics
@@ -172,7 +172,8 @@ def identify(
     while True:
         if not free:
             raise DataError("the logs tell none of the parameters: " + "; ".join(why.values()))
-        result = fit(Problem(simulations, free, start, options.load_noise, options.jobs, report), kept, options.loss, noise)
+        problem = Problem(simulations, free, start, options.load_noise, options.jobs, report)
+        result = fit(problem, kept, options.loss, noise, servo_start(simulations, free, start))
         told = statistics(result)
         first = first or told
         lost = _lost(result, told)
@@ -262,8 +263,8 @@ def _lost(result: Fit, told: Statistics) -> dict[str, str]:
 
 
 def _is_none(parameter: Parameter, result: Fit) -> bool:
-    """A delay or lag of zero is a result."""
-    return parameter.name in ("delay", "lag") and result.values[parameter.name] < 0.001
+    """A delay, lag or backlash of zero is a result."""
+    return parameter.least < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
 
 
 def _found(

@@ -26,7 +26,7 @@ class Parameter:
         name: as on the command line.
         unit: SI.
         meaning: in words.
-        section, key: of the configuration; empty where it has none.
+        section, key: of the configuration; empty where the controller has none.
         scale: of the fit's own coordinate: 0 for the logarithm of the value, else a value's unit of change.
         least, most: bounds, factors of the start where the logarithm is fitted.
         force: multiplies with every force: the motion alone fixes only the ratios of such parameters.
@@ -84,6 +84,7 @@ PARAMETERS: dict[str, Parameter] = {
         _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", far=2.0),
         Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, told=0.005),
         Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, told=0.01),
+        Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, told=1e-4),
         Parameter(
             "zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, told=0.001
         ),
@@ -91,10 +92,10 @@ PARAMETERS: dict[str, Parameter] = {
 }
 """By name."""
 
-DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag", "spool")
+DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag", "spool", "backlash")
 
-SMALLEST_LAG = 2e-3
-"""[s] From which a fit of the lag starts: at no lag at all its derivative vanishes."""
+FROM = {"lag": 2e-3, "backlash": 2e-5}
+"""[s], [m] From which a fit of these starts at least: at none at all their derivatives vanish."""
 
 
 def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
@@ -122,6 +123,7 @@ def nominal(config: RigConfig) -> dict[str, float]:
         "C": rod.drag[0],
         "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,
         "spool": 1.0,
+        "backlash": 0.0,
         "delay": observer.delay,
         "lag": observer.lag,
         "zero": 0.0,
@@ -174,8 +176,7 @@ def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, floa
             raise UsageError(
                 f"{parameter.section}.{parameter.key} = 0 cannot be fitted from: give a first guess in the configuration"
             )
-        if parameter.name == "lag":
-            values["lag"] = max(values["lag"], SMALLEST_LAG)
+        values[parameter.name] = max(values[parameter.name], FROM.get(parameter.name, -math.inf))
     return values
 
 

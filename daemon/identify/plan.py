@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 SPEED = 0.7
 """Of the displacement's rate that a reference asks for: the rest is for the law."""
 
+FASTEST = 0.2
+"""[m/s] Of a tendon, whatever the limits allow."""
+
 RANGE = 0.9
 """Of the displacement's and half of the tension's range."""
 
@@ -37,8 +40,8 @@ MOST_ACROSS_ANGLE = 1.75
 SAMPLE = 0.05
 """[s] Between the samples of a reference."""
 
-SWAY_SECONDS = 1.5
-REST_SECONDS = 1.0
+SWAY_SECONDS = 1.2
+REST_SECONDS = 0.6
 KINDS = ("sway", "steps", "chirp")
 
 
@@ -150,7 +153,7 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
     if unknown or not kinds:
         raise PlanError(f"'{', '.join(unknown)}': choose among {', '.join(KINDS)}")
     way = way_of(config)
-    rate = SPEED * min(config.limits.displacement_rate, 1.0)
+    rate = min(SPEED * config.limits.displacement_rate, FASTEST)
     low = float(way.displacement[0])
     span = reach * (float(way.displacement[-1]) - low)
     release = config.limits.tension_max / config.limits.release_rate
@@ -206,7 +209,7 @@ def _ramp(start: float, end: float, rate: float) -> Array:
     return np.asarray(start + (end - start) * (10.0 * t**3 - 15.0 * t**4 + 6.0 * t**5))
 
 
-def _chirp(middle: float, amplitude: float, rate: float, seconds: float = 8.0) -> Array:
+def _chirp(middle: float, amplitude: float, rate: float, seconds: float = 7.0) -> Array:
     """Sweeps from 0.3 to 2.5 Hz, its amplitude bounded so that the speed stays below `rate` [m/s]; ends at rest."""
     t = np.arange(0.0, seconds, SAMPLE)
     low, high = 0.3, 2.5

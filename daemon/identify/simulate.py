@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
-from scipy.signal import lfilter
+from scipy.optimize import minimize_scalar
 
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.identify.data import Recording
@@ -33,8 +33,14 @@ The grid lies half a step off the commands: a jump within an implicit step count
 ALPHA = -0.45
 """Of BDF-alpha: near the trapezoidal rule, whose own damping would be taken off the rod's."""
 
+NO_LAG = 1e-6
+"""[s] That stands for none."""
+
 LET_GO = -1.0
 """[m] Displacement of a tendon whose servo has no torque: slack in every shape."""
+
+TRAVEL = 0.002
+"""[m] From which on a servo moves: where one that hardly does lies within its backlash, nobody knows."""
 
 SETTLING = 0.3
 """[s] After the torque comes on, for which servos are on their way from where they had been."""
@@ -86,30 +92,76 @@ class Simulation:
         rows = np.clip(np.searchsorted(self._ends_at, recording.report_times - 1e-9), 0, len(now) - 1)
         self.reports_count = self._armed[rows] & (recording.report_times - since[rows] > SETTLING)
         self.reports_count &= recording.report_times > 0.0
+        reported = recording.reported[self.reports_count]
+        travel = np.ptp(reported, axis=0) if len(reported) else np.zeros(recording.command.shape[1])
+        self._moving = np.flatnonzero(travel > TRAVEL)
+        self._ends = self._reported() if drive == "measured" else np.zeros_like(self._command)
 
-    def shaft(self, lag: float) -> Array:
-        """Displacement at which the servos report to be, by the commands and a lag [s]: [m], shape (steps, n)."""
-        left = math.exp(-self.step / lag) if lag > 0.0 else 0.0
-        shaft = np.empty_like(self._command)
-        for first, end in self._stretches:
-            goal = self._command[first:end]
-            shaft[first:end] = lfilter([1.0 - left], [1.0, -left], goal, axis=0, zi=left * goal[:1])[0]
-        return shaft
+    def shaft(self, times: Array, lag: float) -> Array:
+        """Where servos with a first-order lag [s] are at these times by the commands alone [m], shape (len(times), n).
+
+        Exact between commands. A servo whose torque comes on starts at its first command.
+        """
+        recording = self.recording
+        at, command = recording.times, recording.command
+        lag = max(lag, NO_LAG)
+        left = np.exp(-np.diff(at) / lag)
+        reached = command.copy()  # when each command is given
+        for k in range(1, len(at)):
+            if recording.armed[k - 1]:
+                reached[k] = command[k - 1] + left[k - 1] * (reached[k - 1] - command[k - 1])
+        now = np.clip(np.searchsorted(at, times + 1e-9, side="right") - 1, 0, len(at) - 1)
+        fading = np.exp(-np.maximum(times - at[now], 0.0) / lag)[:, None]
+        return np.asarray(command[now] + fading * (reached[now] - command[now]))
+
+    def servo(self, times: Array, lag: float, backlash: float) -> Array:
+        """As `shaft`, of what the servos move when their gears have a backlash [m]."""
+        recording = self.recording
+        knots = np.union1d(recording.times, times)  # between two of them a shaft turns one way only
+        shaft = self.shaft(knots, lag)
+        if backlash > 0.0:
+            now = np.searchsorted(recording.times, knots + 1e-9, side="right") - 1
+            armed = recording.armed[np.maximum(now, 0)]
+            play, end = 0.5 * backlash, shaft[0]
+            low, high = shaft - play, shaft + play
+            for k in range(1, len(knots)):
+                end = np.minimum(np.maximum(end, low[k]), high[k]) if armed[k - 1] else shaft[k]
+                shaft[k] = end
+        return np.asarray(shaft[np.searchsorted(knots, times)])
 
     def _reported(self) -> Array:
-        """Displacement of the tendons' ends by the servos' reports [m], shape (steps, n), where they are armed."""
-        at, recording = self._ends_at, self.recording
-        ends = np.empty_like(self._command)
+        """Displacement of the tendons' ends by the servos' reports [m], shape (steps, n), where they are armed.
+
+        Between two reports either as a smooth curve goes, or as the commands and a lag let expect: whichever is better at
+        every second report, from the others.
+        """
+        recording, count = self.recording, self.reports_count
+
+        def off(lag: float) -> float:
+            apart = self.shaft(recording.report_times[count], lag) - recording.reported[count]
+            return float(np.sum(apart**2))
+
+        lag = float(minimize_scalar(off, bounds=(NO_LAG, 0.3), method="bounded").x)
+        times = recording.report_times
+        expected, at = self.shaft(times, lag), self.shaft(self._ends_at, lag)
+        missed = [float(np.sum((self._filled(y, 2, times) - y)[count] ** 2))
+                  for y in (recording.reported - expected, recording.reported)]  # fmt: skip
+        if missed[0] < missed[1]:
+            return at + self._filled(recording.reported - expected, 1, self._ends_at)
+        return self._filled(recording.reported, 1, self._ends_at)
+
+    def _filled(self, reported: Array, every: int, where: Array) -> Array:
+        """Reports' values [m] at other times, shape (len(where), n), from each `every`th; each armed stretch for itself."""
+        filled = np.zeros((len(where), reported.shape[1]))
+        times = self.recording.report_times
         for first, end in self._stretches:
-            times = recording.report_times
-            rows = (times >= at[first] - self.step) & (times <= at[end - 1] + self.step)
-            if np.count_nonzero(rows) < 2:
-                ends[first:end] = self._command[first:end]
-                continue
-            times = times[rows]
-            inside = np.clip(at[first:end], times[0], times[-1])
-            ends[first:end] = PchipInterpolator(times, recording.reported[rows])(inside)
-        return ends
+            start, stop = self._ends_at[first] - self.step, self._ends_at[end - 1] + self.step
+            rows = np.flatnonzero((times >= start) & (times <= stop))[::every]
+            inside = (where >= start) & (where <= stop)
+            if len(rows) >= 2:
+                points = np.clip(where[inside], times[rows[0]], times[rows[-1]])
+                filled[inside] = PchipInterpolator(times[rows], reported[rows])(points)
+        return filled
 
     def motion(self, values: Mapping[str, float]) -> Motion:
         """The rod's course.
@@ -126,9 +178,9 @@ class Simulation:
         except ParameterError as error:
             raise SimulationError(f"{recording.path}: {error}") from error
         if self.drive == "measured":
-            ends = self._reported()
+            ends = self._ends
         else:
-            ends = self.shaft(values["lag"])
+            ends = self.servo(self._ends_at, values["lag"], values["backlash"])
         ends = values["spool"] * ends + values["zero"]
         ends[~self._armed] = LET_GO
         start = ends[0] if self._armed[0] else np.full(ends.shape[1], LET_GO)
@@ -168,20 +220,28 @@ class Simulation:
             load_noise: of the reported tensions [N]; none: they are not used.
 
         Returns:
-            Of the poses, shape (m, 3); where `drive` is 'measured', of the servos against their commands, shape (r, n);
+            Of the poses, shape (m, 3); where `drive` is 'measured', of the servos that move, against their commands,
+            shape (r, those);
             where loads are used, of the tensions, in units of their noise times the poses' noise, shape (r, n).
         """
         recording = self.recording
         found = [self.seen(motion, values["delay"]) - recording.position]
-        rows = np.clip(np.searchsorted(self._ends_at, recording.report_times - 1e-9), 0, len(self._ends_at) - 1)
-        rows, count = rows[self.reports_count], self.reports_count
         if self.drive == "measured":
-            found.append(self.shaft(values["lag"])[rows] - recording.reported[count])
+            found.append(self.servos_apart(values))
         if load_noise is not None:
+            count = self.reports_count
+            rows = np.searchsorted(self._ends_at, recording.report_times[count] - 1e-9)
             scale = max(recording.noise, 1e-5) / load_noise
-            found.append(scale * (motion.tensions[rows] - recording.pulled[count]))
+            tensions = motion.tensions[np.minimum(rows, len(motion.tensions) - 1)]
+            found.append(scale * (tensions - recording.pulled[count]))
         return found
 
+    def servos_apart(self, values: Mapping[str, float]) -> Array:
+        """Servos by their commands minus their reports [m], shape (r, those that move)."""
+        count = self.reports_count
+        expected = self.servo(self.recording.report_times[count], values["lag"], values["backlash"])
+        return np.asarray((expected - self.recording.reported[count])[:, self._moving])
 
-MOTIONLESS = {"measured": ("delay", "lag"), "command": ("delay",)}
+
+MOTIONLESS = {"measured": ("delay", "lag", "backlash"), "command": ("delay",)}
 """Parameters that a rod's course does not depend on, by drive: their derivatives cost no simulation."""

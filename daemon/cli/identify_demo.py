@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import time
 from collections.abc import Sequence
 from contextlib import closing
@@ -20,7 +19,7 @@ from tendond.daemon.cli.identify import write_results
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.identify.control import MEASURES, matches, means, play, table
 from tendond.daemon.identify.identify import SOURCES, Identification
-from tendond.daemon.identify.proof import FACTORS, GOALS, Outcome, Task, coverage, met, prove, truth
+from tendond.daemon.identify.proof import FACTORS, GOALS, USED, Outcome, Task, coverage, met, prove, record, redraw, truth
 from tendond.daemon.robustness.executors import spread
 from tendond.daemon.robustness.run import write_whole
 from tendond.daemon.robustness.settings import source_hash
@@ -93,22 +92,17 @@ class _Numbered:
         return numbered[0], self._work(numbered[1])
 
 
-def _outcome(task: Task) -> Outcome:
-    """Of a seed; its logs, of which nobody will ask, are removed."""
-    try:
-        return prove(task)[0]
-    finally:
-        shutil.rmtree(task.folder, ignore_errors=True)
-
-
 def _study(out: Path, seeds: int, workers: int, progress: Progress) -> list[Outcome]:
     """Fits to other noise; those of this version that the folder has are not run again."""
     known = {outcome.task.seed: outcome for outcome in _known(out)}
     wanted = range(100, 100 + seeds)
-    tasks = [Task(STUDIED, seed, str(out / f"seed-{seed}"), held_out=False) for seed in wanted if seed not in known]
+    folder = out / "without-noise"
+    tasks = [Task(STUDIED, seed, str(folder)) for seed in wanted if seed not in known]
+    if tasks and not all((folder / f"{name}.mcap").exists() for name in USED):
+        record(Task(STUDIED, 1, str(folder), noise=0.0))
     bar = progress.add_task("seeds", total=seeds, completed=seeds - len(tasks))
     version = source_hash(SOURCES)
-    with (out / SEEDS_FILE).open("a", encoding="utf-8") as stream, closing(spread(_outcome, tasks, workers)) as results:
+    with (out / SEEDS_FILE).open("a", encoding="utf-8") as stream, closing(spread(redraw, tasks, workers)) as results:
         for outcome in results:
             known[outcome.task.seed] = outcome
             stream.write(json.dumps({"source": version, **asdict(outcome)}) + "\n")

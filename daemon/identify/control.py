@@ -12,18 +12,15 @@ from tendond.schemas.config import RigConfig, check_config
 
 CASES: tuple[dict[str, Any], ...] = (
     {},
-    {"delay_cycles": 1},
-    {"delay_cycles": 3},
+    {"delay_cycles": 2},
     {"lag_part": 0.5},
-    {"noise_mm": 0.3},
-    {"load_g": 20.0},
     {"load_g": 50.0},
     {"drive": "displacement"},
     {"drive": "displacement", "delay_cycles": 1, "noise_mm": 0.1, "load_g": 20.0},
 )
 """Beside the factor of E."""
 
-MEASURES = ("settling_iterations", "overshoot_percent", "tpl_mm", "ripple_mm", "steady_error_mm", "force_error_n")
+MEASURES = ("settling_iterations", "path_overshoot_percent", "tpl_mm", "ripple_mm", "steady_error_mm", "force_error_n")
 
 
 @dataclass(frozen=True)

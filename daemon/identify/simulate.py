@@ -85,13 +85,7 @@ class Simulation:
         self._armed = recording.armed[now]
         edges = np.flatnonzero(np.diff(self._armed.astype(int)))
         self._stretches = list(zip(np.r_[0, edges + 1], np.r_[edges + 1, len(now)], strict=True))
-        since = np.full(len(now), -math.inf)
-        for first, end in self._stretches:
-            if self._armed[first]:
-                since[first:end] = self._ends_at[first] - 0.5 * self.step
-        rows = np.clip(np.searchsorted(self._ends_at, recording.report_times - 1e-9), 0, len(now) - 1)
-        self.reports_count = self._armed[rows] & (recording.report_times - since[rows] > SETTLING)
-        self.reports_count &= recording.report_times > 0.0
+        self.reports_count = _settled(recording)
         reported = recording.reported[self.reports_count]
         travel = np.ptp(reported, axis=0) if len(reported) else np.zeros(recording.command.shape[1])
         self._moving = np.flatnonzero(travel > TRAVEL)
@@ -236,11 +230,32 @@ class Simulation:
             found.append(scale * (tensions - recording.pulled[count]))
         return found
 
+    def shapes(self, loads: bool) -> list[tuple[int, int]]:
+        """Of the blocks of `residuals`, with or without the tensions."""
+        count = int(np.count_nonzero(self.reports_count))
+        found = [(len(self.recording.pose_times), 3)]
+        if self.drive == "measured":
+            found.append((count, len(self._moving)))
+        if loads:
+            found.append((count, self.recording.command.shape[1]))
+        return found
+
     def servos_apart(self, values: Mapping[str, float]) -> Array:
         """Servos by their commands minus their reports [m], shape (r, those that move)."""
         count = self.reports_count
         expected = self.servo(self.recording.report_times[count], values["lag"], values["backlash"])
         return np.asarray((expected - self.recording.reported[count])[:, self._moving])
+
+
+def _settled(recording: Recording) -> NDArray[np.bool_]:
+    """Reports of servos whose torque has been on for a while, shape (r,)."""
+    before = np.searchsorted(recording.times, recording.report_times - 1e-9) - 1
+    on = np.flatnonzero(recording.armed & ~np.r_[False, recording.armed[:-1]])
+    if not on.size:
+        return np.zeros(len(before), dtype=bool)
+    last = np.searchsorted(on, before, side="right") - 1
+    since = recording.report_times - recording.times[on[np.maximum(last, 0)]]
+    return np.asarray((before >= 0) & (last >= 0) & recording.armed[before] & (since > SETTLING + 1e-9))
 
 
 MOTIONLESS = {"measured": ("delay", "lag", "backlash"), "command": ("delay",)}

@@ -1,4 +1,4 @@
-"""A rod through a whole sequence of loads in one compiled call: for fits, where a step from Python costs as much again."""
+"""A rod through a whole sequence of loads in one compiled call: for fits, which take thousands of steps."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -46,7 +46,7 @@ def advance_through(
             lengths, jacobian,
         )  # fmt: skip
         if status != SOLVED:
-            return k
+            return int(k)
         count += 1
         for j in range(past_loads.shape[0]):
             past_loads[j] = loads[k, j]
@@ -55,7 +55,7 @@ def advance_through(
             tips[k, j] = geometries[count % 2, last, j]
         for i in range(n):
             tensions[k, i] = unknowns[count % RING, 6 + i]
-    return loads.shape[0]
+    return int(loads.shape[0])
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,8 @@ def course(rod: Rod, start: RodState, loads: Array) -> Course:
     tips, tensions = np.full((len(loads), 3), np.nan), np.full((len(loads), n), np.nan)
     arguments = (
         rod._data, rod._work, rod._bdf, state.displacement_driven, state.count, state.levels, state.histories,
-        state.geometries, state.unknowns, state.loads, np.ascontiguousarray(loads), state.lengths, state.jacobian, tips, tensions,
+        state.geometries, state.unknowns, state.loads, np.ascontiguousarray(loads), state.lengths, state.jacobian,
+        tips, tensions,
     )  # fmt: skip
     if n not in _bound:
         _bound[n] = bind(advance_through, *arguments)

@@ -14,7 +14,7 @@ from rich.table import Table
 from tendond.daemon.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.daemon.identify.data import load_recording, parse_weights
-from tendond.daemon.identify.fit import LOSSES
+from tendond.daemon.identify.fit import LOSSES, Loss
 from tendond.daemon.identify.identify import Identification, Options, identify
 from tendond.daemon.identify.parameter_file import free_name, parameter_file
 from tendond.daemon.identify.parameters import DEFAULT, chosen
@@ -59,7 +59,11 @@ def run_fit(
         if name not in {text for path in (*logs, *hold_out) for text in (str(path), path.name)}:
             raise UsageError(f"--weight {name}: is not one of the logs given")
     options = Options(
-        names, None if drive == "auto" else cast(Drive, drive), loss, load, jobs or len(os.sched_getaffinity(0))
+        names,
+        None if drive == "auto" else cast(Drive, drive),
+        cast(Loss, loss),
+        load,
+        jobs or len(os.sched_getaffinity(0)),
     )
     announce_compilation(say)
     console = Console()

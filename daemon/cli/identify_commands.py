@@ -1,4 +1,4 @@
-"""The commands that identify a rig: their options and their help; what they do stands in the modules that they import."""
+"""The commands that identify a rig: options and help; what they do stands in the modules that they import."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -51,7 +51,8 @@ def identify_fit(
         "identified"
     ),
     drive: Annotated[
-        str, typer.Option("--drive", help="Tendons' ends from the servos' reports or commands: auto, measured, command.")
+        str,
+        typer.Option("--drive", help="Tendons' ends from the servos' reports or commands: auto, measured, command."),
     ] = "auto",
     load: Annotated[
         float | None, typer.Option("--load", min=0.01, help="Use the servos' tensions, right to this much [N].")

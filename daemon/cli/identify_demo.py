@@ -19,7 +19,19 @@ from tendond.daemon.cli.identify import write_results
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.identify.control import MEASURES, matches, means, play, table
 from tendond.daemon.identify.identify import SOURCES, Identification
-from tendond.daemon.identify.proof import FACTORS, GOALS, USED, Outcome, Task, coverage, met, prove, record, redraw, truth
+from tendond.daemon.identify.proof import (
+    FACTORS,
+    GOALS,
+    USED,
+    Outcome,
+    Task,
+    coverage,
+    met,
+    prove,
+    record,
+    redraw,
+    truth,
+)
 from tendond.daemon.robustness.executors import spread
 from tendond.daemon.robustness.run import write_whole
 from tendond.daemon.robustness.settings import source_hash
@@ -59,13 +71,18 @@ def run_identify_demo(out: Path, seeds: int, jobs: int | None) -> None:
             result = proved[task][1]
             for old in (out / task.plant).glob("identified-*.toml"):
                 old.unlink()
-            console.print(f"\nrig '{task.plant}', whose Young's modulus is {truth(task.plant)['E']:.4g} Pa", highlight=False)
+            console.print(
+                f"\nrig '{task.plant}', whose Young's modulus is {truth(task.plant)['E']:.4g} Pa", highlight=False
+            )
             write_results(result, out / task.plant, datetime.now(UTC), console)
         _say(summary, console, out)
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
     missed = [
-        f"{plant}: {name}" for plant, rig in summary["rigs"].items() for name, good in rig["goals_met"].items() if not good
+        f"{plant}: {name}"
+        for plant, rig in summary["rigs"].items()
+        for name, good in rig["goals_met"].items()
+        if not good
     ]
     if missed:
         raise DaemonError(f"goals missed: {', '.join(missed)}; see {out / SUMMARY}")
@@ -173,7 +190,9 @@ def _summary(
 
 def _say(summary: dict[str, Any], console: Console, out: Path) -> None:
     """Tables for the eye."""
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, title="truth and what was found", title_justify="left")
+    table = Table(
+        box=None, padding=(0, 2, 0, 0), pad_edge=False, title="truth and what was found", title_justify="left"
+    )
     for name in ("rig", "parameter", "truth", "found", "off", "in errors"):
         table.add_column(name, justify="left" if name in ("rig", "parameter") else "right")
     for plant, one in summary["rigs"].items():
@@ -181,7 +200,9 @@ def _say(summary: dict[str, Any], console: Console, out: Path) -> None:
             off, scaled = f"{row['off_percent']:.3f} %", f"{row['off_in_standard_errors']:.2f}"
             table.add_row(plant, name, f"{row['truth']:.5g}", f"{row['value']:.5g}", off, scaled)
     console.print(table)
-    control = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, title="control, E off by 15 %", title_justify="left")
+    control = Table(
+        box=None, padding=(0, 2, 0, 0), pad_edge=False, title="control, E off by 15 %", title_justify="left"
+    )
     for name in ("feedback", "model", "points", "meet", *MEASURES):
         control.add_column(name, justify="left" if name in ("feedback", "model") else "right")
     for feedback, models in summary["control"]["means"].items():
@@ -191,6 +212,7 @@ def _say(summary: dict[str, Any], console: Console, out: Path) -> None:
     console.print(control)
     if summary["coverage"]:
         for name, row in summary["coverage"].items():
-            line = f"{name:<18}{row['fits']:4.0f} fits, truth within two errors {row['within_two']:.0%}, spread {row['spread']:.2f}"
+            within = f"truth within two errors {row['within_two']:.0%}, spread {row['spread']:.2f}"
+            line = f"{name:<18}{row['fits']:4.0f} fits, {within}, bias {row['bias']:+.2f}"
             console.print(line, highlight=False)
     console.print(f"{summary['seconds']:.0f} s on {summary['cores']} cores\nsummary  {out / SUMMARY}", highlight=False)

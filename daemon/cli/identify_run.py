@@ -45,9 +45,21 @@ def run_plan(config_file: Path | None, log: Path, parts: str, reach: float, weig
     rehearsed = rehearse(rig_of_model(config, weight), plan)
     for line in plan_lines(plan, rehearsed):
         print(line, flush=True)
-    if not yes and input(f"Weight on the tip: {weight:g} kg. Is the arm free to move? [y/N] ").strip() not in ("y", "Y"):
+    if not yes and input(f"Weight on the tip: {weight:g} kg. Is the arm free to move? [y/N] ").strip() not in (
+        "y",
+        "Y",
+    ):
         raise DaemonError("not begun: nobody said yes")
-    command = [sys.executable, "-m", "tendond.daemon.cli", "run", "--log", str(log), "--note", f"{WEIGHT_NOTE}={weight}"]
+    command = [
+        sys.executable,
+        "-m",
+        "tendond.daemon.cli",
+        "run",
+        "--log",
+        str(log),
+        "--note",
+        f"{WEIGHT_NOTE}={weight}",
+    ]
     if config_file is not None:
         command += ["--config", str(config_file)]
     # A session of its own: Ctrl-C is for this process, which stops the arm before it ends the controller.

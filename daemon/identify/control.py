@@ -47,7 +47,9 @@ class Match:
 
 def as_built() -> RigConfig:
     """The controller that knows its rod, but for the factor of Young's modulus: the model of `tendond robustness`."""
-    return check_config({"rod": BUILT, "limits": CONTROLLER["limits"] | {"displacement_rate": 5.0, "slack": 0.0}}, "proof")
+    return check_config(
+        {"rod": BUILT, "limits": CONTROLLER["limits"] | {"displacement_rate": 5.0, "slack": 0.0}}, "proof"
+    )
 
 
 def matches(values: dict[str, dict[str, float]]) -> list[Match]:
@@ -84,7 +86,7 @@ def table(played: Sequence[tuple[Match, Result]]) -> list[dict[str, Any]]:
 
 
 def means(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, dict[str, float]]]:
-    """By feedback and model: the mean of each measure over the points where both have one, and how many meet the goal."""
+    """By feedback and model: each measure's mean over the points where both have one, and how many meet the goal."""
     found: dict[str, dict[str, dict[str, float]]] = {}
     for feedback in sorted({row["feedback"] for row in rows}):
         part = [row for row in rows if row["feedback"] == feedback]

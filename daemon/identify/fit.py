@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,10 @@ TOLERANCE = 1e-6
 MOST_EVALUATIONS = 40
 
 FINER_ROUNDS = 2
-"""Of the fit with half the time step, by the coarse one's derivatives: it takes off what the step itself was found as."""
+"""Of the fit with half the time step, by the whole step's derivatives: what the step itself was found as goes."""
 
-LOSSES = ("linear", "soft_l1", "huber")
+Loss = Literal["linear", "soft_l1", "huber"]
+LOSSES = get_args(Loss)
 OUTLIER = 3.0
 """Residual, in standard deviations, from which on a robust loss counts less."""
 
@@ -227,7 +229,7 @@ def _row(blocks: Sequence[Sequence[Array]]) -> Array:
 
 
 def fit(
-    problem: Problem, memory: Memory, loss: str = "linear", noise: float = 1e-4, first: Array | None = None
+    problem: Problem, memory: Memory, loss: Loss = "linear", noise: float = 1e-4, first: Array | None = None
 ) -> Fit:
     """Least squares over the problem's parameters.
 
@@ -243,10 +245,17 @@ def fit(
         FitError: no result.
     """
     span = np.array([bounds(parameter, problem.start[parameter.name]) for parameter in problem.parameters])
+
+    def residuals(at: Array) -> Array:
+        return memory.get("residuals", at, partial(problem.residuals, at))
+
+    def jacobian_at(at: Array) -> Array:
+        return memory.get("jacobian", at, partial(problem.jacobian, at))
+
     found = least_squares(
-        lambda at: memory.get("residuals", at, lambda: problem.residuals(at)),
+        residuals,
         np.zeros(len(problem.parameters)) if first is None else np.clip(first, span[:, 0], span[:, 1]),
-        jac=lambda at: memory.get("jacobian", at, lambda: problem.jacobian(at)),
+        jac=jacobian_at,
         bounds=(span[:, 0] - 1e-9, span[:, 1] + 1e-9),
         loss=loss,
         f_scale=OUTLIER * noise,
@@ -258,12 +267,11 @@ def fit(
     )
     if not np.all(np.isfinite(found.x)) or found.status <= 0:
         raise FitError(f"the fit did not converge in {found.nfev} evaluations: {found.message}")
-    jacobian = memory.get("jacobian", found.x, lambda: problem.jacobian(found.x))
-    return refine(problem.finer(), found.x, jacobian, memory, loss, noise, int(found.nfev))
+    return refine(problem.finer(), found.x, jacobian_at(found.x), memory, loss, noise, int(found.nfev))
 
 
 def refine(
-    fine: Problem, at: Array, jacobian: Array, memory: Memory, loss: str, noise: float, evaluations: int = 0
+    fine: Problem, at: Array, jacobian: Array, memory: Memory, loss: Loss, noise: float, evaluations: int = 0
 ) -> Fit:
     """Gauss-Newton with half the time step and the whole step's derivatives, from a fit with the whole step.
 
@@ -295,8 +303,10 @@ def refine(
     )
 
 
-def servo_start(simulations: Sequence[Simulation], parameters: Sequence[Parameter], start: Mapping[str, float]) -> Array:
-    """Coordinates for a fit to start from, shape (p,): lag and backlash from the servos' reports alone, where they tell.
+def servo_start(
+    simulations: Sequence[Simulation], parameters: Sequence[Parameter], start: Mapping[str, float]
+) -> Array:
+    """Coordinates for a fit to start from, shape (p,): lag and backlash from the servos' reports alone.
 
     What a servo makes of its commands needs no rod, and the backlash, which has kinks, no guess far away.
     """
@@ -317,7 +327,9 @@ def servo_start(simulations: Sequence[Simulation], parameters: Sequence[Paramete
         first = np.clip(guess, span[:, 0] + 1e-3, span[:, 1] - 1e-3)
         if not apart(first).size:
             return at
-        found = least_squares(apart, first, bounds=(span[:, 0], span[:, 1]), diff_step=1e-3, x_scale=1.0)
+        found = least_squares(
+            apart, first, bounds=(span[:, 0], span[:, 1]), diff_step=np.full(len(rows), 1e-3), x_scale=1.0
+        )
         if best is None or found.cost < best[0]:
             best = float(found.cost), found.x
     assert best is not None

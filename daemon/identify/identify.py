@@ -9,7 +9,7 @@ import numpy as np
 
 from tendond.daemon.identify.checks import Finding, check, errors
 from tendond.daemon.identify.data import DataError, Recording
-from tendond.daemon.identify.fit import Fit, Memory, Problem, Report, fit, servo_start
+from tendond.daemon.identify.fit import Fit, Loss, Memory, Problem, Report, fit, servo_start
 from tendond.daemon.identify.parameters import PARAMETERS, Parameter, chosen, nominal, starts
 from tendond.daemon.identify.simulate import Drive, Simulation
 from tendond.daemon.identify.statistics import ALIKE, Statistics, statistics
@@ -32,7 +32,7 @@ class Options:
 
     parameters: tuple[str, ...]
     drive: Drive | None = None
-    loss: str = "linear"
+    loss: Loss = "linear"
     load_noise: float | None = None
     jobs: int = 1
 
@@ -233,7 +233,10 @@ def _scale(recordings: Sequence[Recording], parameters: Sequence[Parameter], opt
     for held in ("rho", "E"):
         if held not in names:
             key = PARAMETERS[held].key
-            return f"{held}, which is not fitted: all others rest on rod.{key} = {nominal(recordings[0].config)[held]:g}", True
+            return (
+                f"{held}, which is not fitted: all others rest on rod.{key} = {nominal(recordings[0].config)[held]:g}",
+                True,
+            )
     return (
         "nothing: displacements and poses fix only ratios of E, rho, Bbt, C and tendon_stiffness. Record a log with a "
         "known weight on the tip ('tendond identify run --weight 0.05'), use the servos' load (--load 2), or leave out "
@@ -249,7 +252,9 @@ def _lost(result: Fit, told: Statistics) -> dict[str, str]:
     for k, parameter in enumerate(result.parameters):
         deviation = told.deviations[k]
         if parameter.name in result.bounded and not _is_none(parameter, result):
-            lost[parameter.name] = f"it went to the end of its range, {result.values[parameter.name]:.4g} {parameter.unit}"
+            lost[parameter.name] = (
+                f"it went to the end of its range, {result.values[parameter.name]:.4g} {parameter.unit}"
+            )
         elif not deviation <= parameter.told_deviation:
             alike = [names[i] for i in range(len(names)) if i != k and abs(told.correlation[k, i]) > ALIKE]
             together = [name for direction in told.untold if parameter.name in direction.names
@@ -306,4 +311,3 @@ def _compare(simulation: Simulation, used: bool, start: Mapping[str, float], fit
         distance = np.linalg.norm(simulation.seen(simulation.motion(values), values["delay"]) - measured, axis=1)
         apart += [float(np.sqrt(np.mean(distance**2))), float(distance.max())]
     return HeldOut(simulation.recording.name, used, *apart)
-

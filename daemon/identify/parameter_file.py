@@ -43,7 +43,8 @@ def parameter_file(result: Identification, now: datetime) -> str:
 
 def _lines(result: Identification, now: datetime) -> Iterator[str]:
     used = [recorded for recorded in result.held_out if recorded.used]
-    yield f"# Parameters of rig '{result.config.rig.name}', identified {now:%Y-%m-%d %H:%M} UTC by tendond {__version__}."
+    date = f"{now:%Y-%m-%d %H:%M} UTC"
+    yield f"# Parameters of rig '{result.config.rig.name}', identified {date} by tendond {__version__}."
     yield f"# From {', '.join(recorded.name for recorded in used)}."
     yield f"# Residuals {result.rms * 1e3:.3f} mm in each coordinate; the poses' noise is {result.noise * 1e3:.3f} mm."
     yield f"# The scale of force is fixed by {_wrapped(result.scale)}."
@@ -51,10 +52,7 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
     yield f'#     include = ["{file_name(now)}"]'
     for section in ("rod", "observer", "servo"):
         lines = [
-            line
-            for found in result.parameters
-            if found.parameter.section == section
-            for line in _value(result, found)
+            line for found in result.parameters if found.parameter.section == section for line in _value(result, found)
         ]
         if any(not line.startswith("#") for line in lines):
             yield ""
@@ -68,7 +66,8 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
         yield ""
     yield from nowhere
     for ratio in result.ratios:
-        yield f"# {ratio.name} = {ratio.value:.{DIGITS}g} +- {ratio.error:.2g} (configuration: {ratio.nominal:.{DIGITS}g})"
+        known = f"{ratio.value:.{DIGITS}g} +- {ratio.error:.2g}"
+        yield f"# {ratio.name} = {known} (configuration: {ratio.nominal:.{DIGITS}g})"
 
 
 def _wrapped(text: str) -> str:

@@ -85,9 +85,7 @@ PARAMETERS: dict[str, Parameter] = {
         Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, told=0.005),
         Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, told=0.01),
         Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, told=1e-4),
-        Parameter(
-            "zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, told=0.001
-        ),
+        Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, told=0.001),
     )
 }
 """By name."""
@@ -173,9 +171,7 @@ def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, floa
     values = nominal(config)
     for parameter in parameters:
         if parameter.logarithmic and values[parameter.name] <= 0.0:
-            raise UsageError(
-                f"{parameter.section}.{parameter.key} = 0 cannot be fitted from: give a first guess in the configuration"
-            )
+            raise UsageError(f"{parameter.section}.{parameter.key} = 0 cannot be fitted from: give it a first guess")
         values[parameter.name] = max(values[parameter.name], FROM.get(parameter.name, -math.inf))
     return values
 
@@ -193,4 +189,3 @@ def bounds(parameter: Parameter, start: float) -> tuple[float, float]:
     if parameter.logarithmic:
         return math.log(parameter.least), math.log(parameter.most)
     return parameter.coordinate(parameter.least, start), parameter.coordinate(parameter.most, start)
-

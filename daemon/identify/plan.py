@@ -1,12 +1,13 @@
-"""A safe excitation: free sway, steps of tension, a chirp; along the tips at which the model can rest, within its limits.
+"""A safe excitation: free sway, steps of tension, a chirp; along the tips at which the model can rest.
 
-A plan is a list of an operator's requests: the controller carries them out as it would anyone's, with all its limits and
-faults. All motion is by references through resting tips, no faster than a part of the displacement's rate.
+A plan is a list of an operator's requests: the controller carries them out as it would anyone's, with all its limits
+and faults. All motion is by references through resting tips, no faster than a part of the displacement's rate.
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,9 +95,7 @@ class Way:
     def samples(self, displacement: Array, sample: float) -> tuple[tuple[float, float, float], ...]:
         """A reference through the tips that rest at these displacements [m], one every `sample` [s]."""
         points = self.curve.spline(np.interp(displacement, self.displacement, self.arc))
-        return tuple(
-            (round(k * sample, 6), round(float(x), 7), round(float(z), 7)) for k, (x, z) in enumerate(points)
-        )
+        return tuple((round(k * sample, 6), round(float(x), 7), round(float(z), 7)) for k, (x, z) in enumerate(points))
 
 
 def way_of(config: RigConfig) -> Way:
@@ -172,9 +171,7 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
     return Plan(tuple(requests), now, tuple(parts))
 
 
-def _courses(
-    kinds: tuple[str, ...], low: float, span: float, rate: float
-) -> Iterator[tuple[str, Array, float]]:
+def _courses(kinds: tuple[str, ...], low: float, span: float, rate: float) -> Iterator[tuple[str, Array, float]]:
     """Each part in words, its displacements every `SAMPLE` [m], and how long it sways afterwards [s]."""
     for kind in KINDS:
         if kind not in kinds:
@@ -190,7 +187,7 @@ def _courses(
         elif kind == "steps":
             levels = [low + part * span for part in (0.0, 0.35, 0.15, 0.7, 0.45, 1.0, 0.6)]
             pieces = []
-            for start, end in zip(levels, levels[1:], strict=False):
+            for start, end in pairwise(levels):
                 pieces += [_ramp(start, end, rate), np.full(round(0.6 / SAMPLE), end)]
             yield f"steps of tension, up to {levels[5] * 1e3:.1f} mm", np.concatenate(pieces), REST_SECONDS
         else:

@@ -58,8 +58,8 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
             error = f"{found.error:.2g}{part}"
         yield f"| {parameter.name} | {parameter.unit} | {found.nominal:.6g} | {value} | {error} | {found.why} |"
     for ratio in result.ratios:
-        part = ratio.error / ratio.value
-        yield f"| {ratio.name} | | {ratio.nominal:.6g} | {ratio.value:.6g} | {ratio.error:.2g} ({part:.2%}) | ratio |"
+        share = ratio.error / ratio.value
+        yield f"| {ratio.name} | | {ratio.nominal:.6g} | {ratio.value:.6g} | {ratio.error:.2g} ({share:.2%}) | ratio |"
     yield ""
     lines = warnings(result)
     if lines:
@@ -129,7 +129,10 @@ def numbers(result: Identification) -> dict[str, Any]:
         },
         "error_inflation": dict(zip(names, np.round(result.statistics.inflation, 3).tolist(), strict=True)),
         "untold": [
-            {"names": list(direction.names), "times": direction.deviation if math.isfinite(direction.deviation) else None}
+            {
+                "names": list(direction.names),
+                "times": direction.deviation if math.isfinite(direction.deviation) else None,
+            }
             for direction in result.first.untold
         ],
         "residual_mm": result.rms * 1e3,

@@ -42,6 +42,9 @@ LET_GO = -1.0
 TRAVEL = 0.002
 """[m] From which on a servo moves: where one that hardly does lies within its backlash, nobody knows."""
 
+PULLING = 3.0
+"""Of the noise of the servos' tensions, from which on they count: a slack tendon's cannot fall below zero."""
+
 SETTLING = 0.3
 """[s] After the torque comes on, for which servos are on their way from where they had been."""
 
@@ -79,7 +82,9 @@ class Simulation:
         period = recording.period
         self.step = period / math.ceil(period / time_step - 1e-9)
         last = max(recording.duration, float(recording.pose_times[-1]))
-        self._ends_at = self.step * (np.arange(math.ceil(last / self.step) + 2) + 0.5)
+        self._ends_at: Array = np.asarray(
+            self.step * (np.arange(math.ceil(last / self.step) + 2) + 0.5), dtype=np.float64
+        )
         now = np.searchsorted(recording.times, self._ends_at, side="right") - 1
         self._command = recording.command[now]
         self._armed = recording.armed[now]
@@ -126,8 +131,8 @@ class Simulation:
     def _reported(self) -> Array:
         """Displacement of the tendons' ends by the servos' reports [m], shape (steps, n), where they are armed.
 
-        Between two reports either as a smooth curve goes, or as the commands and a lag let expect: whichever is better at
-        every second report, from the others.
+        Between two reports either as a smooth curve goes, or as the commands and a lag let expect: whichever is better
+        at every second report, from the others.
         """
         recording, count = self.recording, self.reports_count
 
@@ -141,11 +146,11 @@ class Simulation:
         missed = [float(np.sum((self._filled(y, 2, times) - y)[count] ** 2))
                   for y in (recording.reported - expected, recording.reported)]  # fmt: skip
         if missed[0] < missed[1]:
-            return at + self._filled(recording.reported - expected, 1, self._ends_at)
+            return np.asarray(at + self._filled(recording.reported - expected, 1, self._ends_at))
         return self._filled(recording.reported, 1, self._ends_at)
 
     def _filled(self, reported: Array, every: int, where: Array) -> Array:
-        """Reports' values [m] at other times, shape (len(where), n), from each `every`th; each armed stretch for itself."""
+        """Reports' values [m] at other times, shape (len(where), n), from each `every`th; each stretch for itself."""
         filled = np.zeros((len(where), reported.shape[1]))
         times = self.recording.report_times
         for first, end in self._stretches:
@@ -171,10 +176,8 @@ class Simulation:
             rod = Rod(rod_parameters(recording.config, values), time_step=self.step, alpha=ALPHA)
         except ParameterError as error:
             raise SimulationError(f"{recording.path}: {error}") from error
-        if self.drive == "measured":
-            ends = self._ends
-        else:
-            ends = self.servo(self._ends_at, values["lag"], values["backlash"])
+        measured = self.drive == "measured"
+        ends = self._ends if measured else self.servo(self._ends_at, values["lag"], values["backlash"])
         ends = values["spool"] * ends + values["zero"]
         ends[~self._armed] = LET_GO
         start = ends[0] if self._armed[0] else np.full(ends.shape[1], LET_GO)
@@ -192,7 +195,7 @@ class Simulation:
         return Motion(self.step, np.vstack([rod.tip(rest).position, found.tips]), found.tensions)
 
     def seen(self, motion: Motion, delay: float) -> Array:
-        """The poses that would have arrived [m], shape (m, 3): the tip of `delay` [s] before, by cubic interpolation."""
+        """The poses that would have arrived [m], shape (m, 3): the tip `delay` [s] before, by cubic interpolation."""
         at = np.clip((self.recording.pose_times - delay) / motion.step + 0.5, 0.0, len(motion.tips) - 1.001)
         whole = at.astype(np.intp)
         t = (at - whole)[:, None]
@@ -227,7 +230,8 @@ class Simulation:
             rows = np.searchsorted(self._ends_at, recording.report_times[count] - 1e-9)
             scale = max(recording.noise, 1e-5) / load_noise
             tensions = motion.tensions[np.minimum(rows, len(motion.tensions) - 1)]
-            found.append(scale * (tensions - recording.pulled[count]))
+            pulled = recording.pulled[count]
+            found.append(np.where(pulled > PULLING * load_noise, scale * (tensions - pulled), 0.0))
         return found
 
     def shapes(self, loads: bool) -> list[tuple[int, int]]:

@@ -1,9 +1,9 @@
 """How well a fit knows what it found: standard errors, correlations, and what the data cannot tell apart.
 
 Residuals are no white noise: what the model misses goes on from sample to sample. The covariance is therefore the
-sandwich (J'WJ)^-1 S (J'WJ)^-1, with S of the scores' autocovariances (heteroskedasticity and autocorrelation consistent:
-Newey & West, Econometrica 55, 1987), Bartlett's window, and Andrews' bandwidth for it (Econometrica 59, 1991), which
-grows with the correlation that the scores have.
+sandwich (J'WJ)^-1 S (J'WJ)^-1, with S of the scores' autocovariances, which is consistent under heteroskedasticity and
+autocorrelation (Newey & West, Econometrica 55, 1987), in Bartlett's window, and Andrews' bandwidth for it (Econometrica
+59, 1991), which grows with the correlation that the scores have.
 """
 
 import math
@@ -153,7 +153,7 @@ def long_run(scores: Sequence[Array]) -> Array:
 
 
 def bandwidth(scores: Array) -> int:
-    """Andrews' automatic bandwidth of Bartlett's window, from first-order autoregressions of the scores, shape (k, p)."""
+    """Andrews' automatic bandwidth of Bartlett's window, from autoregressions of the scores, shape (k, p)."""
     count = len(scores)
     above = below = 0.0
     for column in scores.T:

@@ -23,6 +23,8 @@ TRUE = {
     "lag": 0.02,
 }  # fmt: skip
 PERIOD, RATE = 0.01, 0.08
+STEP = 0.00125
+"""[s] A quarter of the fit's own."""
 
 
 def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -50,7 +52,7 @@ def recording(
 ) -> Recording:
     """What a rig with these parameters would leave behind."""
     command, armed = commands(list(levels))
-    times = PERIOD * np.arange(len(command))
+    times = np.asarray(PERIOD * np.arange(len(command)), dtype=np.float64)
     seen = times.copy()
     bare = Recording(
         path=Path(f"made-{seed}-{weight:g}.mcap"),
@@ -73,12 +75,15 @@ def recording(
         missed=0,
         fault="",
     )
-    simulation = Simulation(bare, "command")
+    simulation = Simulation(bare, "command", STEP)
     reported = simulation.servo(times, values["lag"], values["backlash"])
-    bare = replace(bare, reported=reported)
-    motion = Simulation(bare, "command").motion(values)
-    tips = Simulation(bare, "command").seen(motion, values["delay"])
-    rows = np.minimum(np.searchsorted(simulation.step * np.arange(len(motion.tensions)), times), len(motion.tensions) - 1)
+    motion = simulation.motion(values)
+    tips = simulation.seen(motion, values["delay"])
+    rows = np.minimum(
+        np.searchsorted(simulation.step * np.arange(len(motion.tensions)), times), len(motion.tensions) - 1
+    )
     noisy = tips + noise * np.random.default_rng(seed).standard_normal(tips.shape)
-    made = replace(bare, position=noisy, pulled=motion.tensions[rows])
-    return made if reports else replace(made, report_times=np.zeros(0), reported=np.zeros((0, 4)), pulled=np.zeros((0, 4)))
+    made = replace(bare, reported=reported, position=noisy, pulled=motion.tensions[rows])
+    return (
+        made if reports else replace(made, report_times=np.zeros(0), reported=np.zeros((0, 4)), pulled=np.zeros((0, 4)))
+    )

@@ -53,9 +53,7 @@ def test_an_error_names_the_file_that_it_is_in(tmp_path: Path, rig: str, one: st
 
 
 def test_each_wrong_key_is_said_with_its_own_file(tmp_path: Path) -> None:
-    path = written(
-        tmp_path, rig='include = ["one.toml"]\n[limits]\nslack = 9\n', one="[rod]\nlength = 99\n[limits]\n"
-    )
+    path = written(tmp_path, rig='include = ["one.toml"]\n[limits]\nslack = 9\n', one="[rod]\nlength = 99\n[limits]\n")
     with pytest.raises(ConfigError) as raised:
         load_config(path)
     lines = sorted(str(raised.value).splitlines())

@@ -15,7 +15,7 @@ from tendond.daemon.identify.parameters import chosen, nominal, starts, with_val
 from tendond.daemon.identify.simulate import Simulation
 from tests.unit.recordings import CONFIG, TRUE, recording
 
-NAMES = ("E", "rho", "Bbt", "delay", "lag")
+NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
 
 
 @pytest.fixture(scope="module")
@@ -25,14 +25,14 @@ def free() -> Recording:
 
 @pytest.fixture(scope="module")
 def weighted() -> Recording:
-    return recording(seed=1, weight=0.04, levels=(0.02,))
+    return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
 
 
 @pytest.fixture(scope="module")
 def found(free: Recording, weighted: Recording) -> Identification:
     """All of them, with a known weight."""
-    held_out = recording(seed=2, levels=(0.02, 0.035))
-    return identify([free, weighted], [held_out], Options(("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")))
+    held_out = recording(seed=2, levels=(0.02, 0.035, 0.02))
+    return identify([free, weighted], [held_out], Options(NAMES))
 
 
 def test_with_a_known_weight_everything_is_found_within_its_errors(found: Identification) -> None:
@@ -77,7 +77,7 @@ def test_a_density_that_was_measured_otherwise_fixes_the_scale(free: Recording) 
 def test_the_servos_load_fixes_the_scale(free: Recording) -> None:
     random = np.random.default_rng(5)
     loaded = replace(free, pulled=np.maximum(0.0, free.pulled + 0.2 * random.standard_normal(free.pulled.shape)))
-    result = identify([loaded], [], Options(("E", "rho", "Bbt", "delay"), load_noise=0.2))
+    result = identify([loaded], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay"), load_noise=0.2))
     assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.05)
     assert "servos' load" in result.scale
 
@@ -95,7 +95,7 @@ def test_what_the_data_cannot_tell_is_named_and_left_at_the_configurations_value
 
 
 def test_commands_do_where_the_servos_report_nothing() -> None:
-    silent = [recording(reports=False), recording(seed=1, weight=0.04, levels=(0.02,), reports=False)]
+    silent = [recording(reports=False), recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025), reports=False)]
     result = identify(silent, [], Options(NAMES))
     assert result.drive == "command"
     assert result.values["lag"] == pytest.approx(TRUE["lag"], abs=5e-4)
@@ -120,7 +120,8 @@ def test_an_interrupted_fit_goes_on_where_it_was_and_ends_at_the_same_bits(
     options = Options(("E", "rho", "delay"))
     whole = identify([free, weighted], [], options, memory=tmp_path / "whole")
     assert not (tmp_path / "whole").exists()
-    folder, made = tmp_path / "state", []
+    folder = tmp_path / "state"
+    made: list[Any] = []
     honest = Problem.jacobian
 
     def counted(self: Problem, at: Any) -> Any:
@@ -133,7 +134,12 @@ def test_an_interrupted_fit_goes_on_where_it_was_and_ends_at_the_same_bits(
     with pytest.raises(KeyboardInterrupt):
         identify([free, weighted], [], options, memory=folder)
     assert list(folder.rglob("jacobian-*.npy"))
-    monkeypatch.setattr(Problem, "jacobian", lambda self, at: made.append(at) or honest(self, at))
+
+    def noted(self: Problem, at: Any) -> Any:
+        made.append(at)
+        return honest(self, at)
+
+    monkeypatch.setattr(Problem, "jacobian", noted)
     resumed = identify([free, weighted], [], options, memory=folder)
     assert resumed.fit.coordinates.tobytes() == whole.fit.coordinates.tobytes()
     assert len({at.tobytes() for at in made}) == len(made), "a derivative was computed twice"

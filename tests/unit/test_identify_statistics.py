@@ -63,9 +63,7 @@ def test_two_parameters_that_do_the_same_are_not_told_apart() -> None:
     column = random.standard_normal(500)
     x = np.column_stack([column, column, random.standard_normal(500)])
     residual = random.standard_normal(500)
-    told = covariance(
-        x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "same", "free"], np.full(3, 10.0), 500
-    )
+    told = covariance(x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "same", "free"], np.full(3, 10.0), 500)
     assert np.isinf(told.deviations[:2]).all()
     assert np.isfinite(told.deviations[2])
     assert set(told.untold[0].names) == {"one", "same"}

@@ -227,7 +227,7 @@ class FaultsSection(Schema):
 class SimulatorSection(Schema):
     """[simulator]"""
 
-    period: Annotated[float, Field(ge=0.001, le=0.1, description="between poses, and time step of the plant [s]")] = (
+    period: Annotated[float, Field(ge=0.0001, le=0.1, description="between poses, and time step of the plant [s]")] = (
         0.01
     )
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
+from tendond.daemon.cli.include import parse_with_includes, read_text
 from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.presets import PROFILES
@@ -48,13 +49,7 @@ def load_config(path: Path | None) -> RigConfig:
     """
     if path is None:
         return RigConfig()
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: is no text in UTF-8") from error
-    config = parse_config(text, str(path))
+    config = parse_with_includes(read_text(path), path)
     if config.reference.file and not config.reference.samples:
         samples = read_samples(path.parent / config.reference.file)
         reference = {**config.reference.model_dump(), "samples": samples}

@@ -29,6 +29,7 @@ def run_controller(
     lockstep: bool,
     cycles: int | None,
     arm_at: int | None,
+    notes: dict[str, str] | None = None,
 ) -> None:
     """Run until a signal comes, or for so many cycles; see `tendond run --help`.
 
@@ -44,7 +45,7 @@ def run_controller(
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
-    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration, notes=notes) as journal:
         supervisor = Supervisor()
         loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:

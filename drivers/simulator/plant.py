@@ -168,9 +168,10 @@ class Plant:
         vx, vy, vz = tip.velocity.tolist()
         fx, fy, fz = self._force.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
+        ends = tuple(self._servos.ends.tolist()) if self._wound else displacement
         tension = tuple(self._state.tensions.tolist())
         pull, fault = tuple(self._pull.tolist()), self.faults.reported
-        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=pull, fault=fault)
+        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=ends, tension=pull, fault=fault)
         truth = SimulatorTruth(
             seq=self.seq,
             stamp_ns=stamp_ns,

@@ -95,7 +95,7 @@ def real_time(minutes: float) -> bool:
     one by right, and the bare loop shows whether it did.
     """
     faults: list[str] = []
-    with tempfile.TemporaryDirectory() as name, rig(Path(name), SPLIT) as one:
+    with tempfile.TemporaryDirectory() as name, rig(Path(name), SPLIT + "[faults]\n") as one:
         controller, simulator = one.controller(), one.start("simulate")
         with one.session() as session:
             one.arm(session)

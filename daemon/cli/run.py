@@ -9,7 +9,7 @@ from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
-from tendond.daemon.realtime import become_punctual
+from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
@@ -46,6 +46,7 @@ def run_controller(
             raise _refusal(source, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
+            be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)

@@ -219,7 +219,8 @@ class Rod:
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        new = state.copy()
+        self._check(state)
+        new = state.successor()
         self.advance(new, loads, displacement_driven)
         return new
 

@@ -203,7 +203,9 @@ class FaultsSection(Schema):
         int, Field(ge=1, le=1000, description="cycles without a new pose that the observer bridges")
     ] = 20
     rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
-    tip_speed_max: Positive = Field(20.0, description="a pose that implies more is a teleport [m/s]")
+    tip_speed_max: Positive = Field(
+        15.0, description="a pose that implies more is a teleport; the paper's robot reaches 11 m/s [m/s]"
+    )
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
     teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
     solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5

@@ -11,7 +11,7 @@ from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
-from tendond.daemon.realtime import become_punctual
+from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
@@ -54,6 +54,7 @@ def run_controller(
             raise _refusal(source, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
+            be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)

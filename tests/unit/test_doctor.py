@@ -73,10 +73,10 @@ def test_rights_of_this_user(computer: Computer) -> None:
 def test_a_running_controller_is_judged_by_what_it_has(computer: Computer) -> None:
     """Whatever the user's own rights are; another rig's controller does not count."""
     computer.write("proc/self/limits", LIMITS + "Max realtime priority     99  99\n")
-    for pid, config, policy, locked in ((70, "other.toml", 1, 9), (71, "rig.toml", 0, 0)):
+    for pid, config, policy, locked in ((70, "other.toml", 1, 400000), (71, "rig.toml", 0, 12)):
         words = ["/opt/tendond/bin/python", "-m", "tendond.daemon.cli", "run", "--config", config]
         computer.write(f"proc/{pid}/cmdline", "\0".join(words) + "\0")
-        computer.write(f"proc/{pid}/status", f"VmLck:\t{locked} kB\n")
+        computer.write(f"proc/{pid}/status", f"VmLck:\t{locked} kB\nVmRSS:\t300000 kB\n")
         fields = ["0"] * 50
         fields[37], fields[38] = str(50 * policy), str(policy)
         computer.write(f"proc/{pid}/stat", f"{pid} (a name) with ) in it) {' '.join(fields)}")

@@ -49,9 +49,9 @@ def memory(rig: Rig) -> Result:
     machine, pid = rig.machine, find_controller(rig)
     remedy = LIMITS_REMEDY.format("memlock", "unlimited")
     if pid is not None:
-        locked = _status(machine, str(pid), "VmLck").split()
-        if locked and int(locked[0]) > 0:
-            return good(f"the controller (process {pid}) has {int(locked[0]) / 1024:.0f} MiB locked")
+        locked, resident = (int((_status(machine, str(pid), name).split() or "0")[0]) for name in ("VmLck", "VmRSS"))
+        if locked >= resident > 0:
+            return good(f"the controller (process {pid}) has {locked / 1024:.0f} MiB locked")
         return doubtful(f"the controller (process {pid}) is not locked in memory", remedy)
     limit = _limit(machine, "Max locked memory")
     if limit is None or _has_capability(machine, CAP_IPC_LOCK):

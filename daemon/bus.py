@@ -204,10 +204,12 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
     except zenoh.ZError as error:
         raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
-    if not (guarded or config.bus.unguarded or config.bus.is_loopback):
+    connects = bool(json.loads(settings.get_json("connect/endpoints")))
+    if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):
+        way = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
         raise DaemonError(
-            f"bus.endpoint = {config.bus.endpoint} is open to the network and has no access list: name a Zenoh "
-            "configuration with one in ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
+            f"{way} is open to the network and has no access list: name a Zenoh configuration with one in "
+            "ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
         )
     return settings
 

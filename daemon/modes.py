@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.haste import haste
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
 from tendond.model.errors import ModelError
 from tendond.model.observer import start_observer
@@ -82,8 +83,10 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         elif inputs.reference is not None:
             choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference)
             x, y, z = choice.reference.target
-            notes = "".join(f"; {note}" for note in choice.reference.notes)
-            done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m{notes}"
+            notes = list(choice.reference.notes)
+            if late := haste(choice.reference, setup.config.limits):
+                notes.append(late)
+            done = "; ".join([f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m", *notes])
         else:
             return state, Answer(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:

@@ -136,7 +136,7 @@ class ControlSection(Schema):
 
 
 class ObserverSection(Schema):
-    """[observer]: how the model is held to the measured tip, and what is known of delays; see docs/observer.md."""
+    """[observer]: how the model is held to the measured tip, and what is known of delays."""
 
     kind: Literal["force", "offset"] = Field(
         "force", description="force: what the model misses is a force on its tip; offset: it is added to its tip"
@@ -342,4 +342,5 @@ def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | 
         return RigConfig.model_validate(data)
     except ValidationError as error:
         wrong = [replace(one, line=line_of(one.path, lines or {})) for one in objections(error, RigConfig)]
+        wrong.sort(key=lambda one: one.line or 0)
         raise ConfigError("\n".join(in_file(one, source) for one in wrong), wrong) from error

@@ -118,8 +118,10 @@ base_axes = ["+z", "+x", "+y"]
 latency = 0.01
 """
 WIRED_SERVO = """\
-answer_timeout = 0.1
-silent_reads = 15
-watchdog = 0.5
-command_timeout = 0.2
+# Emulated servos are a thread of a process that simulates a rod besides: on a busy machine they answer late.
+answer_timeout = 0.5
+silent_reads = 6
+watchdog = 1.5
+command_timeout = 0.5
+following_time = 1.0
 """

@@ -10,6 +10,7 @@ from tendond import TendondError, __version__
 from tendond.daemon.cli import (
     bench_commands,
     config_commands,
+    doctor_commands,
     experiment_commands,
     log_commands,
     operator_commands,
@@ -51,6 +52,7 @@ for commands in (
     servo_commands,
     operator_commands,
     config_commands,
+    doctor_commands,
     experiment_commands,
     bench_commands,
     log_commands,

@@ -72,9 +72,12 @@ def bench_profiles() -> None:
 def bench_replay(
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
 ) -> None:
-    """Time replays of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone: a Markdown table.
+    """Time replays, as a Markdown table.
 
-    On a busy machine only the last column means something.
+    Of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone. On a busy machine only the last
+    column means something.
+
+    Example: tendond bench replay --seconds 20
     """
     from tendond.daemon.cli.bench import run_bench_replay
 
@@ -83,7 +86,12 @@ def bench_replay(
 
 @bench.command("friction")
 def bench_friction() -> None:
-    """Pull and release rubbing tendons, and run both laws with them on profile rig, as a Markdown table."""
+    """Pull and release rubbing tendons, as a Markdown table.
+
+    And run both laws with them, on profile rig.
+
+    Example: tendond bench friction
+    """
     from tendond.daemon.bench.friction import table
 
     print(table())

@@ -35,6 +35,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool) -> None:
         wrong, source, text = list(error.objections), str(file or profile), str(error)
         if wrong:
             wrong += _located(_law_objections(_control_of(file)), file)
+            wrong.sort(key=lambda one: one.line or 0)
             text = "\n".join(in_file(one, source) for one in wrong)
             notes.append(INCOMPLETE)
         else:

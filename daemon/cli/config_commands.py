@@ -66,7 +66,9 @@ def config_show(
 def config_schema() -> None:
     """Print the JSON Schema, by which editors complete.
 
-    Example: tendond config schema > tendond.schema.json, and '#:schema ./tendond.schema.json' as rig.toml's first line
+    Editors with taplo take it from a first line '#:schema ./tendond.schema.json' in the configuration.
+
+    Example: tendond config schema > tendond.schema.json
     """
     from tendond.daemon.cli.config import run_schema
 

@@ -48,7 +48,7 @@ def simulate(
 
     Or behind their drivers, with --wired.
 
-    Examples: tendond simulate --config rig.toml; or tendond run --profile rig, and tendond simulate --profile rig
+    Examples: tendond simulate --config rig.toml; tendond simulate --profile rig
     """
     leave_on_signals()
     from tendond.daemon.cli.simulate import run_simulator, run_wired

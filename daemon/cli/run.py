@@ -7,6 +7,7 @@ from pathlib import Path
 from tendond.daemon.bus import Hub
 from tendond.daemon.cli.common import chosen_config, say, stop_on_signals
 from tendond.daemon.errors import DaemonError, LawError
+from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
@@ -57,6 +58,10 @@ def run_controller(
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
+        for note in setup.choice.reference.notes:
+            say(note)
+        if late := haste(setup.choice.reference, config.limits):
+            say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
         say(ready)
         supervisor.ready(ready)

@@ -94,7 +94,7 @@ def run_watch(config_file: Path | None, *, once: bool) -> None:
     try:
         if once:
             _once(listener, config, console)
-        elif console.is_terminal:
+        elif console.is_terminal and not console.is_dumb_terminal:
             _live(listener, config, console)
         else:
             _lines(listener, config)

@@ -66,9 +66,9 @@ def line(seen: Seen, config: RigConfig, now: float) -> str:
     parts = [f"{status.mode.value} ({status.reason})", f"tip {' '.join(_tip(seen).split())}"]
     if seen.error is not None:
         parts.append(f"to target {_millimetre(seen.error)} mm")
-    if seen.command is not None:
-        parts.append(f"tension {' '.join(f'{value:.2f}' for value in seen.command.tension)} N")
-        parts.append(f"displacement {_millimetres(seen.command.displacement)} mm")
+    command = seen.command or status
+    parts.append(f"tension {' '.join(f'{value:.2f}' for value in command.tension)} N")
+    parts.append(f"displacement {_millimetres(command.displacement)} mm")
     parts.append(f"cycle {status.loop.cycle_ms_median:.2f} ms, {status.loop.missed_ticks} missed")
     return ", ".join(parts)
 
@@ -163,7 +163,8 @@ def bar(part: float, width: int) -> str:
 
 def _tendons(seen: Seen, config: RigConfig, width: int) -> list[Text]:
     """A line each: tension against its limit; displacement, commanded and reported."""
-    command, state, limits = seen.command, seen.tendons, config.limits
+    state, limits = seen.tendons, config.limits
+    command = seen.command or seen.status
     if command is None:
         return [_row("tension", Text("-"))]
     size = max(4, width - 4 - 1 - 8 - 2 * 9)
@@ -183,7 +184,7 @@ def _tendons(seen: Seen, config: RigConfig, width: int) -> list[Text]:
                 "".join(f"{_millimetre(value):>9}" for value in reported),
             )
         )
-    if not command.armed:
+    if seen.command is not None and not seen.command.armed:
         rows.append(Text(" disarmed, torque off", style=DIM))
     return rows
 

@@ -14,6 +14,9 @@ RATE_SECONDS = 2.0
 SILENT_SECONDS = 1.0
 """Without a command for so long, there is no controller: it sends one each cycle, armed or not."""
 
+STATUS_SILENT_SECONDS = 2.5
+"""The same for its status, which it sends each second."""
+
 
 @dataclass
 class Stream:
@@ -98,5 +101,7 @@ class Seen:
         return math.dist(self.pose.position, self.status.target)
 
     def is_silent(self, now: float) -> bool:
-        """Whether no controller is heard."""
+        """Whether no controller is heard; by its status where an access list keeps its commands from us."""
+        if self.command_stream.message is None:
+            return self.status_stream.at < now - STATUS_SILENT_SECONDS
         return self.command_stream.at < now - SILENT_SECONDS

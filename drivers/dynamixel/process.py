@@ -7,6 +7,7 @@ from pathlib import Path
 
 import zenoh
 
+from tendond.drivers.dynamixel.adapter import latency_warning
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
@@ -76,6 +77,8 @@ class ServoProcess:
             return
         with session:
             driver = ServoDriver(section, calibration, open_bus)
+            if warning := latency_warning(section.port):
+                self._say(warning)
             ready = f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
             self._say(ready)
             self._supervisor.ready(ready)

@@ -81,6 +81,16 @@ def test_without_commands_it_waits_for_the_controller() -> None:
     assert "last 2 s ago" in frame(seen, CONFIG, 4.0, 80, 24).plain
 
 
+def test_a_viewer_who_may_not_hear_commands_sees_the_status() -> None:
+    seen = Seen()
+    assert seen.is_silent(0.0)
+    seen.add(status(), 0.0)
+    assert not seen.is_silent(2.0)
+    assert "10.0" in frame(seen, CONFIG, 2.0, 80, 24).plain
+    assert "tension 1.00 1.00 1.00 1.00 N" in line(seen, CONFIG, 2.0)
+    assert seen.is_silent(3.0)
+
+
 def test_the_line_has_the_numbers() -> None:
     assert line(watched(), CONFIG, 2.0) == (
         "tracking (armed by the operator), tip 340.0 0.0 57.5 mm, to target 10.0 mm, tension 59.50 0.00 0.00 0.00 N, "

@@ -60,6 +60,8 @@ def run_controller(
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
+        for note in setup.choice.reference.notes:
+            say(note)
         if late := haste(setup.choice.reference, config.limits):
             say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"

@@ -86,7 +86,7 @@ class Course:
         way, (place, speed, acceleration) = self._locate(time)
         value, first, second = (one[way.POSITION] for one in way.at(place))
         rows = np.array([value, first * speed, second * speed**2 + first * acceleration]).tolist()
-        return ReferencePoint(
+        return ReferencePoint.trusted(
             position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
         )
 

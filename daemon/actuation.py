@@ -1,8 +1,9 @@
 """From what a law wants to what the tendons are told: the one place that bounds a command.
 
-In order: the inverse of b_c near the straight rod (`net_tension`), the share of a pair of tendons and its least
-tension (`share`), bounds and rate of the tension (`limit_tension`), the actuators' lag (`lead`, `follow`), range and
-rate of the displacement (`limit_displacement`, and `attainable`: how much of a tension step can be wound in a cycle).
+In order: the inverse of b_c, bounded where the rod is nearly straight (`net_tension`), the share of a pair of tendons
+and its least tension (`share`), bounds and rate of the tension (`limit_tension`), the actuators' lag (`lead`,
+`follow`), range and rate of the displacement (`limit_displacement`, and `attainable`: how much of a tension step can be
+wound in a cycle).
 Whatever comes in, what goes out is finite.
 """
 
@@ -20,21 +21,37 @@ DISPLACEMENT_LIMITS = ("displacement rate", "displacement")
 """Names of the limits, in the order in which they are met."""
 
 
-def net_tension(gain: Array, missing: Array, applied: float, gain_min: float) -> float:
+def net_tension(
+    gain: Array, missing: Array, applied: float, gain_min: float, rate: float = 0.0, response: Array | None = None
+) -> float:
     """Net tension of the pair [N] for an acceleration that the tip is still missing.
 
     The paper's U = b_c^+ (-a_c + ...), with a_c = acceleration now - b_c U_applied: incremental, which is its integral
-    action. b_c^+ = b'/(b'b); the paper writes 1/b_c and leaves open how a column is inverted. b_c vanishes as the rod
-    straightens: below `gain_min` the inverse shrinks with b_c instead of growing.
+    action. b_c^+ = b'/(b'b); the paper writes 1/b_c and leaves open how a column is inverted.
+
+    b_c vanishes as the rod straightens, but what a newton does to the tip's velocity within a cycle, the response D,
+    does not. A velocity error e makes the law ask for kd e, so that a cycle takes kd b'D/(b'b) of it away: more than
+    all of it near the straight rod, and from twice on the loop swings, cycle by cycle, between the limits. So b'b is
+    replaced by kd b'D where that is larger: all of the error in one cycle, which is what a kd beyond 1/period means. D
+    takes b_c's place where b_c is too small or points against it.
 
     Args:
         gain: agonist's column of b_c in the bending plane [m/s^2/N], shape (2,).
         missing: wanted minus present acceleration [m/s^2], shape (2,).
         applied: net tension applied now [N].
-        gain_min: bound of the size of `gain` [m/s^2/N].
+        gain_min: below this b_c has no direction [m/s^2/N]; without a response the inverse grows no further.
+        rate: kd, the law's gain on the velocity error [1/s].
+        response: D of the agonist in the plane [m/s/N], shape (2,); none: the law as it is written.
     """
     (g0, g1), (m0, m1) = gain.tolist(), missing.tolist()
-    return float(applied + (g0 * m0 + g1 * m1) / max(g0 * g0 + g1 * g1, gain_min**2))
+    size = g0 * g0 + g1 * g1
+    if response is None or not response.any():
+        return float(applied + (g0 * m0 + g1 * m1) / max(size, gain_min**2))
+    d0, d1 = response.tolist()
+    towards = g0 * d0 + g1 * d1
+    if towards > gain_min * math.hypot(d0, d1):
+        return float(applied + (g0 * m0 + g1 * m1) / max(size, rate * towards))
+    return float(applied + (d0 * m0 + d1 * m1) / max(towards, rate * (d0 * d0 + d1 * d1)))
 
 
 def share(count: int, agonist: int, antagonist: int | None, net: float, least: float) -> Array:

@@ -96,7 +96,7 @@ class Hub:
 
     def __init__(self, config: RigConfig) -> None:
         zenoh.init_log_from_env_or("off")
-        settings = _own_config(config)
+        settings = hub_settings(config)
         settings.insert_json5("mode", '"peer"')
         settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
         settings.insert_json5("scouting/multicast/enabled", "false")
@@ -192,7 +192,7 @@ class Hub:
         self._status.put(encode(status))
 
 
-def _own_config(config: RigConfig) -> zenoh.Config:
+def hub_settings(config: RigConfig) -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
 
     Raises:
@@ -204,10 +204,12 @@ def _own_config(config: RigConfig) -> zenoh.Config:
     except zenoh.ZError as error:
         raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
-    if not (guarded or config.bus.unguarded or config.bus.is_loopback):
+    connects = bool(json.loads(settings.get_json("connect/endpoints")))
+    if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):
+        way = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
         raise DaemonError(
-            f"bus.endpoint = {config.bus.endpoint} is open to the network and has no access list: name a Zenoh "
-            "configuration with one in ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
+            f"{way} is open to the network and has no access list: name a Zenoh configuration with one in "
+            "ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
         )
     return settings
 

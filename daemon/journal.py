@@ -26,11 +26,12 @@ from tendond.daemon.channels import (
     TRUTH,
     Channel,
 )
-from tendond.daemon.recorder import CONFIG, Counts, Recorder
+from tendond.daemon.recorder import CALIBRATION, CONFIG, Counts, Recorder
 from tendond.daemon.snapshot import StateSnapshot, encode_state
 from tendond.daemon.state import CycleState
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
+from tendond.schemas.calibration import Calibration
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
@@ -51,6 +52,7 @@ class Journal:
         now: gives the time of an entry [ns]; left out: wall time.
         notes: for the metadata, beside versions.
         queue: entries that may wait for the disk; left out: the configuration's.
+        calibration: of the servos; attached as well.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Journal:
         now: Callable[[], int] | None = None,
         notes: dict[str, str] | None = None,
         queue: int | None = None,
+        calibration: Calibration | None = None,
     ) -> None:
         self.path = path
         self._rod = rod
@@ -70,10 +73,13 @@ class Journal:
         epoch_ns = time.time_ns() - time.monotonic_ns()
         self._now = now or (lambda: epoch_ns + time.monotonic_ns())
         self._snapshot_period = max(1, round(SNAPSHOT_SECONDS / config.loop.period))
+        attachments = {CONFIG: config.model_dump_json()}
+        if calibration is not None:
+            attachments[CALIBRATION] = calibration.model_dump_json()
         self._recorder = Recorder(
             path,
             {**run_metadata(config), **(notes or {})},
-            {CONFIG: config.model_dump_json()},
+            attachments,
             config.log.queue if queue is None else queue,
             split_bytes=config.log.split_size * 1e6,
             split_seconds=config.log.split_time,

@@ -5,19 +5,20 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
 from tendond.daemon.bus import Hub, Question
-from tendond.daemon.cycle import respond, step
+from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
 from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
-from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.practice import practise
+from tendond.daemon.state import CycleSetup, CycleState
 from tendond.daemon.write_record import write_record
+from tendond.notify import Supervisor
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import decode, encode
@@ -38,6 +39,7 @@ class Loop:
         hub: open.
         journal: where the records go.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
+        supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
     """
 
     def __init__(
@@ -46,21 +48,19 @@ class Loop:
         hub: Hub,
         journal: Journal,
         arm_at: int | None = None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._setup = setup
         self._hub = hub
         self._journal = journal
         self._arm_at = arm_at
+        self._supervisor = supervisor or Supervisor({})
         self._health = Health()
         self._status_seq = 0
 
     def warm(self) -> CycleState:
         """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
-        state = initial_state(self._setup)
-        practice = replace(state, mode=Mode.TRACKING, pose_age=0)
-        for _ in range(3):
-            practice, _, _ = step(self._setup, practice, CycleInputs())
-        return state
+        return practise(self._setup)
 
     def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
         """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last.
@@ -82,11 +82,13 @@ class Loop:
         try:
             self._run(pacer, stopped, cycles)
         except Exception as error:
+            self._supervisor.stopping()
             self._journal.crash(traceback.format_exc())
             self._let_go()
             raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
         finally:
             gc.enable()
+            self._supervisor.stopping()
             self._hub.publish_last(_slack(self._setup, self._health.cycles))
 
     def rehearse(self) -> None:
@@ -129,6 +131,7 @@ class Loop:
         while cycles is None or self._health.cycles < cycles:
             stopping = stopped()
             if stopping:
+                self._supervisor.stopping()
                 give_up = give_up or time.monotonic() + RELEASE_SECONDS
                 if not _holding(self._state) or time.monotonic() > give_up:
                     break
@@ -157,6 +160,8 @@ class Loop:
             work_us = (time.monotonic() - wake.at) * 1e6
             # The command is out: all else can wait.
             self._health.add(work_us, wake.missed_ticks)
+            if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
+                self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
             if question is not None and question.request.action is requested:
                 question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
@@ -174,6 +179,8 @@ class Loop:
                 status = self._status(record)
                 self._hub.publish_status(status)
                 self._journal.status(status, changed=now != seen)
+                if now != seen:
+                    self._supervisor.status("; ".join(filter(None, (_in_words(record), self._journal.error))))
                 seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
@@ -197,6 +204,11 @@ class Loop:
             rejected=self._state.rejected,
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
+
+
+def _in_words(record: CycleRecord) -> str:
+    """Mode and reason."""
+    return f"{record.mode.value}: {record.reason}" if record.reason else record.mode.value
 
 
 def _holding(state: CycleState) -> bool:

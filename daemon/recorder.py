@@ -29,6 +29,9 @@ METADATA = "tendond"
 CONFIG = "rig.json"
 """Name of the attachment that holds the configuration, so that the file replays on its own."""
 
+CALIBRATION = "calibration.json"
+"""Name of the attachment that holds the calibration of the servos, where the rig has one."""
+
 PART = "part"
 """Name in the metadata of the number of a file in its run, from 0."""
 

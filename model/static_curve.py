@@ -28,6 +28,7 @@ class StaticCurve:
         axes: of the bending plane, across the straight rod and along it: indices of world axes.
         tension: [N], shape (k,), increasing.
         arc: length of the tip's way from the first equilibrium [m], shape (k,), increasing.
+        displacement: of that tendon's end, its own stretch included [m], shape (k,).
         angle: of the tip's direction against the straight rod [rad], in the plane, shape (k,).
         spline: of the tip's two coordinates in the plane against `arc` [m]; twice differentiable.
     """
@@ -35,6 +36,7 @@ class StaticCurve:
     axes: tuple[int, int]
     tension: Array
     arc: Array
+    displacement: Array
     angle: Array
     spline: CubicSpline
 
@@ -112,7 +114,7 @@ def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int
     tensions = tension_max * np.linspace(0.0, 1.0, POINTS) ** 2
     pull = np.zeros(rod.parameters.tendon_count)
     state = rod.solve_static(pull)
-    tips = [rod.tip(state)]
+    tips, wound = [rod.tip(state)], [rod.displacements(state, elastic=True)[tendon]]
     for tension in tensions[1:]:
         pull[tendon] = tension
         try:
@@ -120,8 +122,9 @@ def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int
         except ConvergenceError:
             break
         tips.append(rod.tip(state))
+        wound.append(rod.displacements(state, elastic=True)[tendon])
     points = np.array([tip.position[list(axes)] for tip in tips])
     directions = np.array([tip.rotation[:, 2][list(axes)] for tip in tips])
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     angle = np.unwrap(np.arctan2(directions[:, 0], directions[:, 1]))
-    return StaticCurve(axes, tensions[: len(tips)], arc, angle, CubicSpline(arc, points))
+    return StaticCurve(axes, tensions[: len(tips)], arc, np.array(wound), angle, CubicSpline(arc, points))

@@ -17,9 +17,9 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 def info(path: Path) -> dict[str, Any]:
     """The contents and health of a log, damaged or not; JSON types.
 
-    Keys: files, bytes, complete, damage (texts), metadata, started (UTC), duration_s, messages (by topic), cycles,
-    first_tick, last_tick, missing_ticks (in the log), missed_deadlines (of the loop), modes (tick, mode, reason at each
-    change), faults (tick, reason), rejected (inputs, by reason), snapshots.
+    Keys: files, bytes, complete, damage (texts), metadata, calibration (of the servos; null without), started (UTC),
+    duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), missed_deadlines (of the
+    loop), modes (tick, mode, reason at each change), faults (tick, reason), rejected (inputs, by reason), snapshots.
 
     Raises:
         LogError: not one of ours, without configuration, without one cycle that can be read, or of another version.
@@ -64,6 +64,7 @@ def info(path: Path) -> dict[str, Any]:
         "complete": complete,
         "damage": damage,
         "metadata": run.metadata,
+        "calibration": None if run.calibration is None else run.calibration.model_dump(mode="json"),
         "started": datetime.fromtimestamp(times[0] / 1e9, UTC).isoformat(timespec="seconds"),
         "duration_s": _duration(run, ticks),
         "messages": dict(counts),

@@ -4,11 +4,14 @@ import glob
 import json
 import re
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from mcap.records import Attachment, Footer, Message, Metadata
 from mcap.records import Channel as ChannelRecord
 from numpy.typing import NDArray
@@ -18,7 +21,8 @@ from tendond.daemon import foxglove
 from tendond.daemon.analysis.container import Damage, records
 from tendond.daemon.analysis.container import LogError as LogError
 from tendond.daemon.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel, M
-from tendond.daemon.recorder import CONFIG, METADATA, PART
+from tendond.daemon.recorder import CALIBRATION, CONFIG, METADATA, PART
+from tendond.schemas.calibration import Calibration
 from tendond.schemas.config import ConfigError, RigConfig, check_config
 from tendond.schemas.explain import explain
 from tendond.schemas.messages import SimulatorTruth
@@ -38,6 +42,7 @@ class Log:
         complete: it was finished; if not, its end is missing (writer killed, disk full).
         config: of the rig.
         metadata: revision and versions, by name.
+        calibration: of the servos; none without servos.
         records: of the cycles; at least one.
         timings: of the loop.
         shapes: tick and points of the rod, base to tip [m], shape (points, 3).
@@ -49,6 +54,7 @@ class Log:
     complete: bool
     config: RigConfig
     metadata: dict[str, str]
+    calibration: Calibration | None
     records: list[CycleRecord]
     timings: list[LoopTiming]
     shapes: list[tuple[int, Array]]
@@ -75,6 +81,7 @@ def load(path: Path) -> Log:
         complete=run.complete,
         config=run.config,
         metadata=run.metadata,
+        calibration=run.calibration,
         records=messages[CYCLE.topic],
         timings=messages[TIMING.topic],
         shapes=[_shape(path, scene) for scene in messages[ROD_SHAPE.topic]],
@@ -97,6 +104,7 @@ class Run:
         config: of the rig.
         attachment: the configuration as it stands in the file.
         metadata: revision and versions, by name.
+        calibration: of the servos; none without servos.
         complete: the last file was finished; known once all messages have been read.
     """
 
@@ -104,6 +112,7 @@ class Run:
     config: RigConfig
     attachment: bytes
     metadata: dict[str, str]
+    calibration: Calibration | None = None
     complete: bool = False
 
     def decode(self, topic: str, model: type[M], data: bytes) -> M:
@@ -137,31 +146,37 @@ def open_run(path: Path) -> Run:
     Raises:
         LogError: no file, not an MCAP file, not one of ours, without configuration.
     """
-    metadata, attachment = _head(path)
-    if attachment is None:
+    metadata, attachments = _head(path)
+    if CONFIG not in attachments:
         raise LogError(f"{path}: has no configuration ('{CONFIG}'), so its start is lost; use another log")
-    return Run(_parts(path, metadata), _config(path, attachment), attachment, metadata)
+    attached = attachments.get(CALIBRATION)
+    calibration = None if attached is None else _calibration(path, attached)
+    return Run(_parts(path, metadata), _config(path, attachments[CONFIG]), attachments[CONFIG], metadata, calibration)
 
 
-def _head(path: Path) -> tuple[dict[str, str], bytes | None]:
-    """Metadata and configuration; they come before the first message."""
+def _head(path: Path) -> tuple[dict[str, str], dict[str, bytes]]:
+    """Metadata and attachments by name: what stands before the first message, or, where another program has rewritten
+    the file, at its end."""
     metadata: dict[str, str] | None = None
-    attachment: bytes | None = None
+    attachments: dict[str, bytes] = {}
     for record in records(path):
         match record:
             case Metadata(name=name) if name == METADATA:
                 metadata = record.metadata
-            case Attachment(name=name) if name == CONFIG:
-                attachment = record.data
-            case Damage(cut=False) if metadata is None or attachment is None:
+            case Attachment():
+                attachments[record.name] = record.data
+            case Damage(cut=False) if metadata is None or CONFIG not in attachments:
                 raise LogError(f"{path}: {record}, at its start; use another log")
             case Message():
                 break
-        if metadata is not None and attachment is not None:
-            break
+    if metadata is None or CONFIG not in attachments:
+        with suppress(McapError, OSError), path.open("rb") as stream:
+            reader = make_reader(stream)
+            metadata = metadata or next((one.metadata for one in reader.iter_metadata() if one.name == METADATA), None)
+            attachments = attachments or {one.name: one.data for one in reader.iter_attachments()}
     if metadata is None:
         raise LogError(f"{path}: is an MCAP file, but not of tendond; give a log that 'tendond run' has written")
-    return metadata, attachment
+    return metadata, attachments
 
 
 def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
@@ -193,6 +208,14 @@ def _config(path: Path, data: bytes) -> RigConfig:
     except ConfigError as error:
         lines = "; ".join(str(error).splitlines())
         raise LogError(f"{path}: {lines}; read it with the version of tendond that wrote it") from error
+
+
+def _calibration(path: Path, data: bytes) -> Calibration:
+    try:
+        return Calibration.model_validate_json(data)
+    except ValidationError as error:
+        line = explain(error, Calibration)[0]
+        raise LogError(f"{path}: {CALIBRATION}: {line}; read it with the version of tendond that wrote it") from error
 
 
 def _decode(path: Path, topic: str, model: type[M], data: bytes) -> M:

@@ -70,6 +70,7 @@ def page(log: Log, facts: dict[str, Any]) -> str:
         _events([event for event in found if event.kind not in (REQUEST, MODE, FAULT)]),
         "<h2>Configuration</h2>",
         _configuration(log.config),
+        *_calibration(log),
         "<h2>Versions</h2>",
         _table(("", "version"), [*log.metadata.items(), ("report by tendond", __version__)]),
     ]
@@ -108,6 +109,17 @@ def _configuration(config: RigConfig) -> str:
         for key, value in _keys("", config.model_dump(mode="json"))
     )
     return f"<p>Values other than the defaults stand out.</p><table>{rows}</table>"
+
+
+def _calibration(log: Log) -> list[str]:
+    if log.calibration is None:
+        return []
+    rows = [
+        (str(i), str(one.servo), str(one.zero), f"{one.sign:+d}", _number(1e3 * one.spool_radius))
+        for i, one in enumerate(log.calibration.tendons)
+    ]
+    head = ("tendon", "servo", "zero [ticks]", "sign", "spool radius [mm]")
+    return ["<h2>Calibration</h2>", f"<p>{escape(log.calibration.date)}</p>", _table(head, rows)]
 
 
 def _keys(path: str, value: Any) -> list[tuple[str, str]]:

@@ -62,16 +62,15 @@ class Row:
     note: str = ""
 
 
-def run_bench_loop(seconds: float, json_file: Path | None) -> None:
+def run_bench_loop(seconds: float, *, as_json: bool) -> None:
     """Measure and print the table; see `tendond bench loop --help`.
 
     Raises:
-        TendondError: a process could not be started, or the file not written.
+        TendondError: a process could not be started.
     """
     announce_compilation(say)
     warm_up()
-    console = Console()
-    with tempfile.TemporaryDirectory() as name, console.status("") as status:
+    with tempfile.TemporaryDirectory() as name, Console(stderr=True).status("") as status:
         folder = Path(name)
         rows = []
         for label, extra, period in (
@@ -85,23 +84,20 @@ def run_bench_loop(seconds: float, json_file: Path | None) -> None:
         rows.append(_latency(folder, "pose to command at 100 Hz, wait for the tick in it", 0.01))
         status.update("recorder")
         rows.append(Row("recorder's share of a cycle", _recorder(folder)))
-    _print(console, rows)
-    if json_file is not None:
-        data = [
-            {
-                "name": row.name,
-                "us": row.controller.as_json(),
-                "bare_us": row.bare.as_json() if row.bare else None,
-                "ratio": row.controller.over(row.bare).as_json() if row.bare else None,
-                "note": row.note,
-            }
-            for row in rows
-        ]
-        try:
-            json_file.parent.mkdir(parents=True, exist_ok=True)
-            json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise DaemonError(f"{json_file}: cannot be written: {error.strerror}") from error
+    if not as_json:
+        _print(Console(), rows)
+        return
+    data = [
+        {
+            "name": row.name,
+            "us": row.controller.as_json(),
+            "bare_us": row.bare.as_json() if row.bare else None,
+            "ratio": row.controller.over(row.bare).as_json() if row.bare else None,
+            "note": row.note,
+        }
+        for row in rows
+    ]
+    print(json.dumps(data, indent=2))
 
 
 def _print(console: Console, rows: list[Row]) -> None:

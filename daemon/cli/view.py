@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from tendond.daemon import foxglove
-from tendond.daemon.analysis.log import Run, open_run
+from tendond.daemon.analysis.log import Run, no_cycles, open_run
 from tendond.daemon.channels import (
     CHANNELS,
+    CYCLE,
     ROD_SHAPE,
     STATUS,
     TIP_MEASURED,
@@ -43,6 +44,8 @@ def run_view(file: Path | None, config: Path | None, host: str, port: int) -> No
         TendondError: the extra is missing, the port is taken, the log cannot be used, or there is no controller.
     """
     run = None if file is None else open_run(file)
+    if run is not None and next(run.messages((CYCLE.topic,)), None) is None:
+        raise no_cycles(run.paths[0])
     rig = load_config(config) if run is None else run.config
     server = _Server(CHANNELS if run is not None else LIVE, rig.rig.name, host, port)
     try:

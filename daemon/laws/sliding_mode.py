@@ -48,7 +48,7 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
         + parameters.epsilon * np.sign(surface)
         + parameters.k * surface
     )
-    tension, net = observation.tensions_for(acceleration)
+    tension, net = observation.tensions_for(acceleration, rate=parameters.c + parameters.k)
     (p, q), (r, s) = error.tolist(), surface.tolist()
     return Decision(tension, Terms(error=(p, q), surface=(r, s), lyapunov=(r * r + s * s) / 2.0, net_tension=net))
 

@@ -8,7 +8,7 @@ from tendond.daemon.analysis.log import Run
 from tendond.daemon.errors import UsageError
 from tendond.daemon.journal import run_metadata
 from tendond.daemon.replay.difference import MISSING, compare
-from tendond.schemas.config import ConfigError, RigConfig, check_config
+from tendond.schemas.config import ConfigError, ControlSection, RigConfig, check_config
 
 
 def version_changes(run: Run) -> list[str]:
@@ -41,7 +41,8 @@ def with_changes(config: RigConfig, law: str | None, changes: list[str]) -> RigC
     Args:
         config: of the log.
         law: for control.law.
-        changes: 'key=value', the key with dots, the value as in TOML.
+        changes: 'key=value', the key with dots, the value as in TOML; control.NAME is a parameter of the law in use
+            where [control] has no such key.
 
     Raises:
         UsageError: no key and value, or a configuration that cannot be.
@@ -60,6 +61,8 @@ def with_changes(config: RigConfig, law: str | None, changes: list[str]) -> RigC
             if not isinstance(inner, dict):
                 raise UsageError(f"--set {change}: '{section}' is no section")
             table = inner
+        if sections == ["control"] and name not in ControlSection.model_fields:
+            table = table["laws"].setdefault(table["law"], {})
         table[name] = _value(text.strip())
     try:
         return check_config(tables, "--set" if changes else "--law")

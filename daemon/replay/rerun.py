@@ -5,30 +5,36 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import chain, islice
 from multiprocessing import get_context
 from pathlib import Path
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from tendond.daemon.analysis.log import LogError, Run, no_cycles, open_run
 from tendond.daemon.cycle import step
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.practice import practise
 from tendond.daemon.replay.difference import Difference, Field, compare
 from tendond.daemon.replay.segments import Gaps, Segment, segments
 from tendond.daemon.snapshot import decode_state, encode_state
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
 from tendond.model import ModelError
-from tendond.schemas.config import ConfigError
+from tendond.schemas.config import ConfigError, RigConfig
 from tendond.schemas.record import CycleInputs
 
 ALONE = 8
 """Segments below which a log is not worth other processes."""
 
 
+BEFORE_INPUTS, AFTER_INPUTS = b',"inputs":', b',"rejected":['
+"""In a record, what stands before its inputs and after them; no text can hold these: its quotes are escaped."""
+
+
 class RecordedInputs(BaseModel):
-    """Of a record, the part that a cycle is given; the rest is not looked at."""
+    """Of a record, the inputs."""
 
     inputs: CycleInputs
 
@@ -42,7 +48,7 @@ class Outcome:
         differing: of them.
         first: of these, with each field that differs.
         period: of the cycle [s].
-        seconds: that the replay took.
+        seconds: that the replay took, once code and kernels were loaded.
         gaps: in the log.
         complete: the log was finished.
     """
@@ -81,8 +87,8 @@ def rerun(
         LogError: the log cannot be used, or nothing in it could be compared.
     """
     run = open_run(path)
-    setup = recorded_setup(run)
-    initial_state(setup)  # loads the kernels: not a part of the replay's time
+    setup = recorded_setup(run.config, str(run.paths[0]))
+    practise(setup)  # loads the kernels: not a part of the replay's time
     outcome = Outcome(period=run.config.loop.period)
     started = time.perf_counter()
     for compared, differing, difference in _results(run, setup, outcome.gaps, first, last, tolerance, jobs):
@@ -90,7 +96,7 @@ def rerun(
         outcome.differing += differing
         outcome.first = outcome.first or difference
     outcome.seconds = time.perf_counter() - started
-    outcome.complete = run.complete
+    outcome.complete = run.complete or last is not None  # that far
     if not outcome.compared:
         if first == 0 and last is None and not outcome.gaps.passed_over:
             raise no_cycles(path)
@@ -101,17 +107,25 @@ def rerun(
     return outcome
 
 
-def recorded_setup(run: Run) -> CycleSetup:
-    """The setup of the configuration in a log.
+def recorded_setup(config: RigConfig, source: str) -> CycleSetup:
+    """The setup of the configuration in a log, whose file is `source`.
 
     Raises:
         LogError: this version of tendond cannot use it.
     """
     try:
-        return CycleSetup.from_config(run.config)
+        return CycleSetup.from_config(config)
     except (DaemonError, ModelError, ConfigError) as error:
         line = "; ".join(str(error).splitlines())
-        raise LogError(f"{run.paths[0]}: {line}; replay it with the version of tendond that wrote it") from error
+        raise LogError(f"{source}: {line}; replay it with the version of tendond that wrote it") from error
+
+
+@dataclass
+class Reached:
+    """A state that a replay has come to, and its text, which is that of the log. The next segment begins with it."""
+
+    text: str | None = None
+    state: CycleState | None = None
 
 
 Result = tuple[int, int, Difference | None]
@@ -126,8 +140,9 @@ def _results(
     head = list(islice(pieces, ALONE))
     jobs = jobs or len(os.sched_getaffinity(0))
     if jobs == 1 or len(head) < ALONE:
+        reached = Reached()
         for piece in chain(head, pieces):
-            yield run_segment(setup, piece, tolerance)
+            yield run_segment(setup, piece, tolerance, reached)
         return
     # Forked, so that kernels and setup are there already.
     with ProcessPoolExecutor(jobs, get_context("fork"), _begin, (setup,)) as pool:
@@ -146,36 +161,54 @@ def _begin(setup: CycleSetup) -> None:
 
 
 def _run_segment(segment: Segment, tolerance: float | None) -> Result:
-    return run_segment(_setup, segment, tolerance)
+    return run_segment(_setup, segment, tolerance, Reached())
 
 
-def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None = None) -> Result:
+def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, reached: Reached) -> Result:
     """How many cycles were compared, how many differ, and where the first of these does.
 
     Without a tolerance the state at the end must be the one in the log, too: then what follows from it is checked by
-    what follows it.
+    what follows it, and `reached` is what the next segment can begin with.
     """
-    state = state_before(setup, segment)
+    known = reached.state is not None and reached.text == segment.start
+    state = reached.state if known and reached.state is not None else state_before(setup, segment)
+    reached.state = None
     compared = differing = 0
     found: Difference | None = None
     for i, data in enumerate(segment.cycles):
-        inputs = RecordedInputs.model_validate_json(data).inputs
         try:
-            state, _, record = step(setup, state, inputs)
+            state, _, record = step(setup, state, inputs_of(data))
         except Exception as error:  # another version's cycle may stumble over this log: that is a finding
             failure = Field("(all)", "a record", f"{type(error).__name__}: {error}")
             return compared + 1, differing + 1, found or Difference(segment.first + i, (failure,))
         if i < segment.skip:
             continue
         compared += 1
-        text = record.model_dump_json().encode()
-        if text != data and (fields := compare(data, text, tolerance)):
+        again = record.model_dump_json().encode()
+        if again != data and (fields := compare(data, again, tolerance)):
             differing += 1
             found = found or Difference(segment.first + i, fields)
-    if found is None and tolerance is None and segment.end is not None and (end := encode_state(state)) != segment.end:
-        fields = tuple(Field(f"state.{one.path}", one.logged, one.replayed) for one in compare(segment.end, end))
+    if found is not None or tolerance is not None or segment.end is None:
+        return compared, differing, found
+    text = encode_state(state)
+    if text != segment.end and (fields := compare(segment.end, text)):
+        fields = tuple(Field(f"state.{one.path}", one.logged, one.replayed) for one in fields)
         return compared, 1, Difference(state.tick - 1, fields)
+    reached.text, reached.state = segment.end, state
     return compared, differing, found
+
+
+def inputs_of(data: bytes) -> CycleInputs:
+    """Of a record, the part that a cycle is given: the rest is neither parsed nor validated.
+
+    Raises:
+        ValidationError: there are none that could be used.
+    """
+    start, end = data.find(BEFORE_INPUTS), data.find(AFTER_INPUTS)
+    if start >= 0 and end >= 0:
+        with suppress(ValidationError):  # not as the recorder writes it: by the long way
+            return CycleInputs.model_validate_json(data[start + len(BEFORE_INPUTS) : end])
+    return RecordedInputs.model_validate_json(data).inputs
 
 
 def state_before(setup: CycleSetup, segment: Segment) -> CycleState:

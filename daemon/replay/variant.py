@@ -8,18 +8,11 @@ import numpy as np
 from tendond.daemon.analysis.log import Log, LogError, Run, load, open_run
 from tendond.daemon.cycle import step
 from tendond.daemon.errors import DaemonError, UsageError
-from tendond.daemon.journal import Journal
-from tendond.daemon.lockstep import watched_loop
-from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.replay.offline import OfflineJournal, record_lockstep
+from tendond.daemon.state import CycleSetup, initial_state
 from tendond.model import ModelError
 from tendond.schemas.config import RigConfig
 from tendond.schemas.record import CycleInputs, CycleRecord
-
-QUEUE = 10_000_000
-"""Entries that may wait for the disk: here nobody waits for a command, and none must be lost."""
-
-EPOCH_NS = 1_000_000_000
-"""Log time of the first cycle of a closed loop: there is no clock in it."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +51,8 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     state = initial_state(setup)
     start_ns, period_ns = first_time(open_run(path)), round(config.loop.period * 1e9)
     records = []
-    with _journal(out, setup, path, "same inputs", changes) as journal:
+    notes = _notes(path, "same inputs", changes)
+    with OfflineJournal(out, setup, notes, recorded.calibration) as journal:
         journal.at = start_ns
         journal.state(state)
         for old in recorded.records:
@@ -67,7 +61,7 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
             journal.cycle(record, None, state.rod, None)
             journal.state(state)
             records.append(record)
-    _check(journal)
+    journal.check()
     return compare_commands(recorded.records, records)
 
 
@@ -80,29 +74,15 @@ def closed_loop(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
         UsageError: the configuration cannot be used.
     """
     recorded = load(path)
-    requests, cycles = _script(recorded)
-    setup = _setup(config)
-    period_ns = round(config.loop.period * 1e9)
-    newest: list[CycleState] = []
-    records = []
-    with _journal(out, setup, path, "closed loop", changes) as journal:
-        journal.at = EPOCH_NS
-        for watched in watched_loop(config, cycles, requests, see_state=newest.append):
-            if len(newest) == 2:
-                journal.state(newest[0])
-            state = newest[-1]
-            newest[:] = [state]
-            journal.at = EPOCH_NS + watched.record.tick * period_ns
-            journal.cycle(watched.record, None, state.rod, watched.truth)
-            journal.state(state)
-            records.append(watched.record)
-    _check(journal)
-    return compare_commands(recorded.records, records)
+    requests, cycles, lead = _script(recorded)
+    notes = _notes(path, "closed loop", changes)
+    records = record_lockstep(_setup(config), cycles, requests, out, notes, recorded.calibration)
+    return compare_commands(recorded.records, records, lead)
 
 
-def compare_commands(one: list[CycleRecord], other: list[CycleRecord]) -> Commanded:
-    """Of two runs, cycle by cycle."""
-    before = {record.tick: record for record in one}
+def compare_commands(one: list[CycleRecord], other: list[CycleRecord], lead: int = 0) -> Commanded:
+    """Of two runs, cycle by cycle; `lead` is added to the ticks of the first."""
+    before = {record.tick + lead: record for record in one}
     pairs = [(before[record.tick], record) for record in other if record.tick in before]
     tension = np.array([np.subtract(b.command.tension, a.command.tension) for a, b in pairs])
     displacement = np.array([np.subtract(b.command.displacement, a.command.displacement) for a, b in pairs])
@@ -121,21 +101,8 @@ def first_time(run: Run) -> int:
     return next(message.log_time for topic, message in run.messages(("cycle",)))
 
 
-class _Offline(Journal):
-    """A journal whose time is set by hand."""
-
-    at = 0
-
-
-def _journal(out: Path, setup: CycleSetup, path: Path, kind: str, changes: str) -> _Offline:
-    notes = {"replay": kind, "replay_of": path.name, "replay_changes": changes or "none"}
-    journal = _Offline(out, setup.config, setup.rod, now=lambda: journal.at, notes=notes, queue=QUEUE)
-    return journal
-
-
-def _check(journal: Journal) -> None:
-    if journal.error or journal.dropped:
-        raise DaemonError(f"the new log is not whole: {journal.summary}")
+def _notes(path: Path, kind: str, changes: str) -> dict[str, str]:
+    return {"replay": kind, "replay_of": path.name, "replay_changes": changes or "none"}
 
 
 def _setup(config: RigConfig) -> CycleSetup:
@@ -145,8 +112,8 @@ def _setup(config: RigConfig) -> CycleSetup:
         raise UsageError(str(error)) from error
 
 
-def _script(log: Log) -> tuple[dict[int, CycleInputs], int]:
-    """Requests by tick of a run in lockstep, and its length in cycles."""
+def _script(log: Log) -> tuple[dict[int, CycleInputs], int, int]:
+    """Requests by tick of a run in lockstep, its length, and by how many cycles the plant was ahead."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0
     requests: dict[int, CycleInputs] = {}
@@ -155,4 +122,4 @@ def _script(log: Log) -> tuple[dict[int, CycleInputs], int]:
             lead = round(record.inputs.tendon_state.seq * simulated) - record.tick
         if record.inputs.request is not None:
             requests[max(0, record.tick + lead)] = record.inputs
-    return requests, max(1, log.records[-1].tick + lead + 1)
+    return requests, max(1, log.records[-1].tick + lead + 1), lead

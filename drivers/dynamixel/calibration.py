@@ -3,48 +3,17 @@
 import os
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import ValidationError
 
-from tendond.schemas.base import SCHEMA_VERSION, Schema
+from tendond.schemas.calibration import Calibration as Calibration
+from tendond.schemas.calibration import TendonCalibration as TendonCalibration
 from tendond.schemas.config import ConfigError
 from tendond.schemas.explain import explain
 
 
 class CalibrationError(ConfigError):
     """A calibration that cannot be read, written, or used for this rig."""
-
-
-class TendonCalibration(Schema):
-    """Of one tendon.
-
-    Attributes:
-        servo: id of its servo.
-        zero: position at which the straight robot's tendon is just not slack [ticks].
-        sign: +1 where larger positions wind the tendon up.
-        spool_radius: to the middle of the tendon [m].
-    """
-
-    servo: Annotated[int, Field(ge=0, le=252)]
-    zero: Annotated[int, Field(ge=-1_048_575, le=1_048_575)]
-    sign: Literal[-1, 1]
-    spool_radius: Annotated[float, Field(gt=0.0, le=0.2)]
-
-
-class Calibration(Schema):
-    """Of a rig.
-
-    Attributes:
-        rig: name of the rig that it was made on.
-        date: on which it was last changed, ISO 8601, UTC.
-        tendons: in the order of the configuration; an unfinished calibration has fewer.
-    """
-
-    version: Literal[1] = SCHEMA_VERSION
-    rig: str
-    date: str
-    tendons: tuple[TendonCalibration, ...]
 
 
 def now() -> str:

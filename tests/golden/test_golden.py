@@ -45,7 +45,8 @@ def test_the_golden_log_with_faults_has_them() -> None:
 
 def test_renewing_says_what_changed(tmp_path: Path) -> None:
     record("normal", tmp_path / "new.mcap")
+    record("faults", tmp_path / "old.mcap")  # here and now: the golden one may be of another processor
     assert what_changed(tmp_path / "none.mcap", tmp_path / "new.mcap") == ["was not there"]
-    lines = what_changed(path_of("faults"), tmp_path / "new.mcap")
+    lines = what_changed(tmp_path / "old.mcap", tmp_path / "new.mcap")
     assert any("cycles of the new log are not as in the old one" in line for line in lines)
     assert any(line.startswith("first at 2: inputs.pose.valid: false in the log, true replayed") for line in lines)

@@ -10,6 +10,7 @@ from mcap.writer import Writer
 
 from tendond.daemon.analysis.container import records
 from tendond.daemon.channels import CYCLE, STATE
+from tendond.daemon.recorder import CALIBRATION
 
 Change = Callable[[str, bytes], bytes | None]
 
@@ -22,8 +23,14 @@ def rewritten(
     config: str | None = None,
     *,
     attach: bool = True,
+    calibration: str | None = None,
+    at_end: bool = False,
 ) -> Path:
-    """A copy, its messages and what stands beside them changed; a message for which `change` gives none is left out."""
+    """A copy, its messages and what stands beside them changed; a message for which `change` gives none is left out.
+
+    With `at_end` metadata and attachments come last, where other programs write them.
+    """
+    last: list[Metadata | Attachment] = []
     with out.open("wb") as stream:
         writer = Writer(stream, chunk_size=64 * 1024)
         writer.start()
@@ -31,10 +38,14 @@ def rewritten(
         channels: dict[int, tuple[int, str]] = {}
         for record in records(path):
             match record:
+                case Metadata() | Attachment() if at_end:
+                    last.append(record)
                 case Metadata():
                     writer.add_metadata(record.name, {**record.metadata, **(metadata or {})})
                 case Attachment() if attach:
                     data = record.data if config is None else config.encode()
+                    if calibration is not None:
+                        writer.add_attachment(0, 0, CALIBRATION, "application/json", calibration.encode())
                     writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, data)
                 case Schema():
                     schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
@@ -46,6 +57,11 @@ def rewritten(
                     changed = change(topic, record.data)
                     if changed is not None:
                         writer.add_message(new, record.log_time, changed, record.publish_time)
+        for one in last:
+            if isinstance(one, Metadata):
+                writer.add_metadata(one.name, one.metadata)
+            else:
+                writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, one.data)
         writer.finish()
     return out
 

@@ -10,12 +10,13 @@ import pytest
 from tendond.daemon.analysis import load
 from tendond.daemon.analysis.container import records as mcap_records
 from tendond.daemon.analysis.log import LogError, open_run
+from tendond.daemon.bench.replay import bench_replay
 from tendond.daemon.channels import CYCLE, STATE
 from tendond.daemon.cycle import step
 from tendond.daemon.errors import UsageError
 from tendond.daemon.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.daemon.replay.difference import Field, compare
-from tendond.daemon.replay.rerun import rerun
+from tendond.daemon.replay.rerun import inputs_of, rerun
 from tendond.daemon.replay.variant import closed_loop, same_inputs
 from tendond.daemon.snapshot import StateSnapshot, decode_state, encode_state
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
@@ -272,3 +273,20 @@ def test_the_snapshots_are_a_second_apart(recorded: Path) -> None:
              for tick in (json.loads(message.data)["tick"],)]  # fmt: skip
     assert found == [0, 100]
     assert any(True for _ in mcap_records(recorded, (STATE.topic,)))
+
+
+def test_a_replay_costs_little_more_than_the_cycles_themselves() -> None:
+    """Reading, parsing, writing and comparing of records: a ratio within one run, of the best of three rounds."""
+    alone, *replays = bench_replay(2.0)
+    assert replays[0].cycle_us < 1.6 * alone.cycle_us
+    assert alone.speed > 0.0
+
+
+def test_the_inputs_of_a_record_are_found_without_the_rest(recorded: Path) -> None:
+    for _, message in open_run(recorded).messages((CYCLE.topic,)):
+        record = CycleRecord.model_validate_json(message.data)
+        assert inputs_of(message.data) == record.inputs
+        nasty = record.model_copy(update={"reason": ',"inputs":{}', "reply": '\\","rejected":['})
+        assert inputs_of(nasty.model_dump_json().encode()) == record.inputs
+        spaced = json.dumps(json.loads(message.data)).encode()
+        assert inputs_of(spaced) == record.inputs

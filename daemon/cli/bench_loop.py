@@ -43,6 +43,9 @@ ROUND_TRIPS = 300
 LOCKSTEP_PAUSE = 0.5e-3
 """Between an answer and the next pose [s]; about what a simulated step takes."""
 
+TURN = 20
+"""Round trips with the one before it is the other's turn."""
+
 WARM_UP = 20
 """Round trips that are not counted."""
 
@@ -130,6 +133,7 @@ def _process(*arguments: str) -> "Iterator[subprocess.Popen[str]]":
     finally:
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
+            process.send_signal(signal.SIGCONT)
         try:
             process.communicate(timeout=END_SECONDS)
         except subprocess.TimeoutExpired:
@@ -205,8 +209,8 @@ def _latency(folder: Path, name: str, period: float) -> Row:
     bare_endpoint = f"tcp/127.0.0.1:{_free_port()}"
     mode = [] if period else ["--lockstep"]
     with (
-        _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log), *mode),
-        _process("tendond.daemon.bench.loop", "echo", bare_endpoint, str(period)),
+        _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log), *mode) as controller_process,
+        _process("tendond.daemon.bench.loop", "echo", bare_endpoint, str(period)) as bare_process,
         open_client(endpoint, START_SECONDS) as session,
         open_client(bare_endpoint, START_SECONDS) as bare_session,
     ):
@@ -214,9 +218,12 @@ def _latency(folder: Path, name: str, period: float) -> Row:
         bare = _RoundTrips(bare_session, "bare/pose", "bare/command", "seq")
         deadline, draw = time.monotonic() + START_SECONDS, random.Random(0)
         while len(controller.times) < ROUND_TRIPS + WARM_UP:
-            for one in (controller, bare):
-                one.go()
-                time.sleep(LOCKSTEP_PAUSE if not period else 0.005 + draw.random() * period)  # any phase of the period
+            for one, resting in ((controller, bare_process), (bare, controller_process)):
+                resting.send_signal(signal.SIGSTOP)  # what polls beside it would count as well
+                for _ in range(TURN):
+                    one.go()
+                    time.sleep(LOCKSTEP_PAUSE if not period else 0.005 + draw.random() * period)  # any phase of it
+                resting.send_signal(signal.SIGCONT)
             if time.monotonic() > deadline:
                 raise DaemonError("the controller, or the echo, gave no answers")
     return Row(name, Quantiles.of(controller.times[WARM_UP:]), Quantiles.of(bare.times[WARM_UP:]))

@@ -1,6 +1,7 @@
 """Load every kernel from the cache, or compile it: `python -m tendond.model.warm` is the last step of a set-up."""
 
 from tendond.model.announce import announce_compilation
+from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
 
@@ -12,6 +13,10 @@ def warm_up() -> None:
     rod.tip(state)
     rod.sensitivity(state)
     rod.tip_response(state, 0)
+    tip = rod.tip(state).position
+    gains = ObserverGains("force", 0.01, 0.0, 1.0, 0.1, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    observe(gains, start_observer(gains, tip), rod, state, tip, tip)
+    tip_compliance(rod, state)
 
 
 if __name__ == "__main__":

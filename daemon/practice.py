@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
-from tendond.schemas.messages import Mode
+from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs
 
 
@@ -16,6 +16,8 @@ def practise(setup: CycleSetup) -> CycleState:
     """
     state = initial_state(setup)
     practice = replace(state, mode=Mode.TRACKING, pose_age=0)
-    for _ in range(3):
-        practice, _, _ = step(setup, practice, CycleInputs())
+    tip = setup.rod.tip(state.rod)
+    for seq in range(3):  # with poses: without one the observer does nothing
+        pose = TipPose(seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=(1.0, 0.0, 0.0, 0.0))
+        practice, _, _ = step(setup, practice, CycleInputs(pose=pose))
     return state

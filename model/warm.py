@@ -3,6 +3,7 @@
 import numpy as np
 
 from tendond.model.announce import announce_compilation
+from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
 
@@ -15,6 +16,10 @@ def warm_up() -> None:
     rod.sensitivity(state)
     rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
+    tip = rod.tip(state).position
+    gains = ObserverGains("force", 0.01, 0.0, 1.0, 0.1, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    observe(gains, start_observer(gains, tip), rod, state, tip, tip)
+    tip_compliance(rod, state)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,48 @@
+"""No kernel is compiled, or even looked for on the disk, while the loop runs."""
+
+import subprocess
+import sys
+
+FRESH = """
+from tendond.daemon.cycle import step
+from tendond.daemon.practice import practise
+from tendond.daemon.state import CycleSetup
+from tendond.model import compile as compiling
+from tendond.model.warm import warm_up
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import ControlAction, TipPose
+from tendond.schemas.record import CycleInputs
+
+def loaded():
+    return {kernel.py_func.__qualname__: len(kernel.signatures) for kernel in compiling._KERNELS}
+
+"""
+
+
+def run_fresh(code: str) -> str:
+    """In a process that has not used any kernel yet."""
+    result = subprocess.run([sys.executable, "-c", FRESH + code], capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+def test_setting_up_runs_every_kernel() -> None:
+    """But for those that others bring with them when they come from the disk."""
+    assert run_fresh(
+        "warm_up()\nprint({name for name, count in loaded().items() if not count} - {'march', 'solve'})"
+    ) == ("set()")
+
+
+def test_after_practice_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
+    code = """
+setup = CycleSetup.from_config(RigConfig())
+state = practise(setup)
+before = loaded()
+for seq in range(60):
+    tip = tuple(setup.rod.tip(state.rod).position.tolist())
+    pose = TipPose(seq=seq, stamp_ns=0, position=tip, orientation=(1.0, 0.0, 0.0, 0.0))
+    request = ControlAction.ARM if seq == 5 else None
+    state, _, record = step(setup, state, CycleInputs(pose=pose, request=request))
+print(record.mode.value, {name: count for name, count in loaded().items() if count != before[name]})
+"""
+    assert run_fresh(code) == "tracking {}"

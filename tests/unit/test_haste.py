@@ -6,6 +6,7 @@ import re
 import pytest
 
 from tendond.daemon.haste import fastest_winding, haste
+from tendond.daemon.reference import Reference
 from tendond.daemon.state import CycleSetup
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.presets import PROFILES, WIRED
@@ -14,6 +15,12 @@ from tendond.schemas.presets import PROFILES, WIRED
 def setup(text: str) -> tuple[CycleSetup, RigConfig]:
     config = parse_config(text, "test")
     return CycleSetup.from_config(config), config
+
+
+def planar(rig: CycleSetup) -> Reference:
+    """Its reference, which is in the plane."""
+    assert isinstance(rig.choice.reference, Reference)
+    return rig.choice.reference
 
 
 def test_the_papers_course_is_too_fast_for_the_papers_servos_and_says_what_it_takes() -> None:
@@ -29,7 +36,7 @@ def test_a_minimum_jerk_course_asks_for_less_than_twice_its_mean_speed() -> None
     """Its peak is 15/8 of the mean, and the tendon's way grows with the tip's a little unevenly."""
     rig, config = setup(PROFILES["rig"])
     mean = 0.0598 / 2.0
-    assert fastest_winding(rig.choice.reference) == pytest.approx(15.0 / 8.0 * mean, rel=0.3)
+    assert fastest_winding(planar(rig)) == pytest.approx(15.0 / 8.0 * mean, rel=0.3)
     assert haste(rig.choice.reference, config.limits) == ""
 
 
@@ -41,5 +48,5 @@ def test_no_profile_is_late(text: str) -> None:
 
 def test_a_step_is_faster_than_anything() -> None:
     rig, config = setup('[reference]\nkind = "step"\n[limits]\ndisplacement_rate = 0.1\n')
-    assert fastest_winding(rig.choice.reference) == math.inf
+    assert fastest_winding(planar(rig)) == math.inf
     assert "at once" in haste(rig.choice.reference, config.limits)

@@ -18,7 +18,7 @@ def moving(rod: Rod, cycles: int) -> tuple[RodState, Array]:
     tensions = np.array([3.0, 1.0, 1.0, 2.0])
     state = rod.solve_static(tensions)
     for cycle in range(cycles):
-        tensions = tensions + [0.1, 0.2 * np.sin(cycle / 5.0), 0.02, 0.0]
+        tensions = tensions + np.array([0.1, 0.2 * np.sin(cycle / 5.0), 0.02, 0.0])
         state = rod.step(state, tensions, tip_force=FORCE)
     return state, tensions
 
@@ -28,7 +28,7 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
     """To the step's own tolerance; the answers to the error of forward differences."""
     rod = Rod(PARAMETERS, tolerance=1e-10)
     state, tensions = moving(rod, 12)
-    tensions = tensions + [jump, 0.0, 0.0, 0.0]
+    tensions = tensions + np.array([jump, 0.0, 0.0, 0.0])
     said = rod.forecast(state, tensions, WAYS, FORCE)
     tip = rod.tip(rod.step(state, tensions, tip_force=FORCE))
     # The guess of the step is further off after a jump, and so is what two corrections leave.
@@ -43,11 +43,9 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
         )
         by_position = (more.position - less.position) / (2.0 * small)
         by_direction = (more.rotation[:, 2] - less.rotation[:, 2]) / (2.0 * small)
-        size = float(np.linalg.norm(by_position))
+        size, turn = float(np.linalg.norm(by_position)), float(np.linalg.norm(by_direction))
         assert said.position_answer[:, way] == pytest.approx(by_position, abs=2e-2 * size)
-        assert said.direction_answer[:, way] == pytest.approx(
-            by_direction, abs=2e-2 * float(np.linalg.norm(by_direction))
-        )
+        assert said.direction_answer[:, way] == pytest.approx(by_direction, abs=2e-2 * turn)
 
 
 def test_a_forecast_leaves_the_state_as_it_was() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tendond.model.allocation import Allocation
 from tendond.model.announce import announce_compilation
 from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
 from tendond.model.parameters import RodParameters
@@ -14,6 +15,7 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
+    Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
     tip = rod.tip(state).position

@@ -5,7 +5,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench golden clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness identify figures test check format bench golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -19,6 +19,9 @@ demo: .venv/.runtime ## run the demo, results in out/demo
 
 robustness: .venv/.runtime ## run the closed loop on plants unlike the model, results in out/robustness
 	@$(BIN)/tendond robustness --out out/robustness
+
+identify: .venv/.runtime ## prove the identification on simulated rigs, results in out/identify
+	@$(BIN)/tendond identify demo --out out/identify
 
 rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in out/rig-demo
 	@$(BIN)/tendond rig-demo --out out/rig-demo

@@ -1,6 +1,9 @@
 """Load every kernel from the cache, or compile it: `python -m tendond.model.warm` is the last step of a set-up."""
 
+import numpy as np
+
 from tendond.model.announce import announce_compilation
+from tendond.model.course import course
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
 
@@ -11,6 +14,8 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
+    rest = rod.solve_static(displacements=[0.0] * 4)
+    course(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
 
 
 if __name__ == "__main__":

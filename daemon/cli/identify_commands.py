@@ -89,8 +89,11 @@ def identify_plan(config: Config = None, parts: Parts = PARTS, reach: Reach = 1.
 
 @identify.command("run")
 def identify_run(
-    log: Annotated[Path, typer.Option("--log", help="MCAP file to write, a new one.")],
     config: Config = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-identify-TIME.mcap."),
+    ] = None,
     parts: Parts = PARTS,
     reach: Reach = 1.0,
     weight: WeightOnTip = 0.0,

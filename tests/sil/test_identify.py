@@ -30,7 +30,7 @@ tendon_stiffness = 20000.0
 
 def begin(one: Rig) -> "subprocess.Popen[str]":
     """`tendond identify run` of a short plan."""
-    plan = ("--parts", "steps", "--reach", "0.2", "--weight", "0.03", "--yes")
+    plan = ("--parts", "steps", "--reach", "0.6", "--weight", "0.03", "--yes")
     return one.start("identify", "run", "--log", str(one.folder / "run.mcap"), *plan)
 
 

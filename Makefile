@@ -32,7 +32,7 @@ figures: demo paper ## renew the pictures of the README and the documentation
 	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper

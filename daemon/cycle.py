@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit
 from tendond.daemon.laws.law import Observation
-from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request
+from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon
+from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
 from tendond.daemon.write_record import Response, write_record
@@ -69,10 +70,11 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     if state.mode is Mode.TRACKING:
         observation = _observation(setup, state, fresh, reference)
         if observation is not None:
-            decision = choice.law.decide(choice.parameters, observation)
+            ahead = look_ahead(setup, state, observation, elapsed) if choice.law.looks_ahead else observation
+            decision = choice.law.decide(choice.parameters, ahead)
     wanted = state.tension if decision is None else decision.tension
     overbent = None
-    if decision is not None and config.control.feedback == "observer":
+    if decision is not None and not choice.law.looks_ahead and config.control.feedback == "observer":
         overbent = choice.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
@@ -156,6 +158,9 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
             runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
+    slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
+    if slack or runs.slack:
+        runs = changed(runs, slack=runs.slack + 1 if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
 
 
@@ -172,12 +177,13 @@ def _observation(
         velocity = (fresh - earlier) / (state.interval * setup.config.loop.period)
     else:
         return None
+    sampled = control.sampled and not state.choice.law.looks_ahead
     return Observation(
         position=position,
         velocity=velocity,
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
-        response=setup.rod.tip_response(state.rod, control.agonist) if control.sampled else None,
+        response=setup.rod.tip_response(state.rod, control.agonist) if sampled else None,
         tension=state.tension,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),
@@ -201,7 +207,7 @@ def _slip(
         return 0.0
     if observation is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
         return state.slip
-    across, along = state.choice.reference.curve.axes
+    across, along = PLANES[setup.config.control.plane]
     position: list[float] = observation.position.tolist()
     if abs(position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
         return state.slip
@@ -215,6 +221,8 @@ def _pretension(setup: CycleSetup, state: CycleState) -> Array:
     section, control = setup.config.pretension, setup.config.control
     elapsed = (state.tick - state.since + 1) * setup.config.loop.period
     part = min(1.0, elapsed / max(section.duration, 1e-9))
+    if state.choice.law.looks_ahead:
+        return np.full(len(state.tension), part * section.least)
     return part * share(len(state.tension), control.agonist, control.antagonist, section.tension, section.antagonist)
 
 

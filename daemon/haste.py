@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from tendond.daemon.reference import Reference
+from tendond.daemon.space.course import Course
 from tendond.schemas.config import LimitsSection
 
 SAMPLES = 100
@@ -24,8 +25,13 @@ def fastest_winding(reference: Reference) -> float:
     return float(np.max(np.abs(np.diff(displacement)))) / float(times[1])
 
 
-def haste(reference: Reference, limits: LimitsSection) -> str:
-    """What to tell an operator of a reference that `limits.displacement_rate` holds back; empty if it does not."""
+def haste(reference: Reference | Course, limits: LimitsSection) -> str:
+    """What to tell an operator of a reference that `limits.displacement_rate` holds back; empty if it does not.
+
+    A course in space is slowed down by itself, and says so.
+    """
+    if isinstance(reference, Course):
+        return ""
     asked, allowed = fastest_winding(reference), limits.displacement_rate
     if asked <= allowed:
         return ""

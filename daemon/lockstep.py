@@ -36,7 +36,7 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
     """Run the closed loop and yield each cycle's record.
 
     Args:
-        config: of controller and plant; both have the controller's period.
+        config: of controller and plant, which takes whole steps of about `simulator.period` in each cycle.
         cycles: to run.
         requests: of the operator, by tick.
 
@@ -64,7 +64,8 @@ def watched_loop(
     state = initial_state(setup)
     if see_state is not None:
         see_state(state)
-    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
+    steps = max(1, round(config.loop.period / config.simulator.period))
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period / steps))
     for tick in range(cycles):
         pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
         asked = requests.get(tick)
@@ -77,6 +78,8 @@ def watched_loop(
             see_state(state)
         yield Watched(record, truth, plant.shape(points) if points else np.zeros((0, 3)))
         plant.step(command)
+        for _ in range(steps - 1):
+            plant.step(None)
 
 
 def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[tuple[TendonState, SimulatorTruth]]:

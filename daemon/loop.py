@@ -166,7 +166,7 @@ class Loop:
             if question is not None and question.request.action is requested:
                 question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
                 question = None
-            timing = LoopTiming(
+            timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,
                 work_us=work_us,

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.errors import DaemonError
+from tendond.daemon.errors import TargetError
+from tendond.daemon.space.course import Goal
 from tendond.model.rod import Rod
 from tendond.model.static_curve import Pair, StaticCurve, by_point, static_curve
 from tendond.schemas.base import Vector3
@@ -34,10 +35,6 @@ SETTLED_COURSE = 0.999
 """Part of the way from which on the along component of a target 'across' lets itself be moved by loads."""
 
 
-class TargetError(DaemonError):
-    """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
-
-
 @dataclass(frozen=True)
 class Reference:
     """A course in time.
@@ -49,6 +46,7 @@ class Reference:
         yields: the along component is not part of what was asked, and may follow the tip under load.
         course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each across and along.
         arrival: time from which on the reference rests at its target, or nearly [s].
+        notes, aim: as those of a `Course`.
     """
 
     target: Vector3
@@ -57,6 +55,8 @@ class Reference:
     yields: bool
     course: Callable[[float], tuple[Pair, Pair, Pair]]
     arrival: float
+    notes: tuple[str, ...] = ()
+    aim: str = "position"
 
     def overbent(self, tip_direction: Array) -> float | None:
         """Tension [N] that holds the target at rest, where the rod is bent beyond the target by more than `OVERBENT`.
@@ -84,6 +84,10 @@ class Reference:
             acceleration=in_world(acceleration, axes),
             target=self.target,
         )
+
+    def goal(self, time: float, slip: float = 0.0) -> Goal:
+        """What a law that looks ahead is to reach at `time` [s]."""
+        return Goal(np.array(self.at(time, slip).position), None)
 
 
 def in_world(pair: Pair, axes: tuple[int, int]) -> Vector3:
@@ -154,7 +158,7 @@ def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, floa
         values, unit = curve.angle, "rad"
         asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
     if found.size:
-        arc = float(found[-1] if section.branch == "far" else found[0])
+        arc = float(found[-1] if section.branch != "near" else found[0])
         return curve.at(arc)[0], arc
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.compile import bind
 from tendond.model.errors import ConvergenceError, ParameterError
+from tendond.model.forecast import Forecast, tip_forecast
 from tendond.model.march import HISTORY
 from tendond.model.parameters import RodParameters
 from tendond.model.predictor import RING
@@ -100,9 +101,14 @@ class Rod:
         self._loads = np.zeros(n + 15)
         self._weight = np.zeros(n + 15)
         self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
+        self._ahead = (
+            self._weight.copy(), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
+            np.empty((self.nodes, 12)), np.zeros((6, LANES)),
+        )  # fmt: skip
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
+        self._forecast: Any = None
         self._response: Any = None
 
     def solve_static(
@@ -213,7 +219,8 @@ class Rod:
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        new = state.copy()
+        self._check(state)
+        new = state.successor()
         self.advance(new, loads, displacement_driven)
         return new
 
@@ -363,6 +370,33 @@ class Rod:
         if not solvable:
             raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
         return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
+
+    def forecast(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> Forecast:
+        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `model.forecast`.
+
+        Args:
+            state: of this tension-driven rod, before the step.
+            tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
+            ways: tensions that change together, per unit of each way, shape (2, n), C-contiguous.
+
+        Raises:
+            ParameterError: a state of another rod.
+            ConvergenceError: the equations are singular there.
+        """
+        self._check(state)
+        n = self.parameters.tendon_count
+        loads, history, level, geometry, jacobian = self._ahead
+        loads[:n], loads[n : n + 3] = tensions, tip_force
+        tip, answer = np.zeros(9), np.zeros((9, 2))
+        arguments = (
+            self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
+            history, level, geometry, jacobian, tip, answer,
+        )  # fmt: skip
+        if self._forecast is None:
+            self._forecast = bind(tip_forecast, *arguments)
+        if not (self._forecast(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
+            raise ConvergenceError("the coming step is singular", state.time, state.residual, state.marches)
+        return Forecast(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
 
     def tip_response(self, state: RodState, tendon: int) -> Array:
         """A column of `sensitivity().velocity_actuation`, of a tension-driven rod, in less than half of its time.

@@ -60,6 +60,29 @@ class RodState:
             self.marches,
         )
 
+    def successor(self) -> "RodState":
+        """A copy to be advanced by one step: what that step overwrites in the rings is not copied."""
+        levels, histories = np.empty_like(self.levels), np.empty_like(self.histories)
+        geometries = np.empty_like(self.geometries)
+        now, last = self.count % 3, (self.count - 1) % 3
+        levels[now], levels[last] = self.levels[now], self.levels[last]
+        histories[self.count % 2] = self.histories[self.count % 2]
+        geometries[self.count % 2] = self.geometries[self.count % 2]
+        return RodState(
+            self.count,
+            self.time,
+            self.displacement_driven,
+            levels,
+            histories,
+            geometries,
+            self.unknowns.copy(),
+            self.loads.copy(),
+            self.lengths.copy(),
+            self.jacobian.copy(),
+            self.residual,
+            self.marches,
+        )
+
     @property
     def tensions(self) -> Array:
         """Of the tendons [N], shape (n,)."""

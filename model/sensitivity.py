@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.compile import kernel
+from tendond.model.compile import inlined, kernel
 from tendond.model.linear import solve_in_place
 from tendond.model.march import STATE, march
 from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, perturbation, pull
-from tendond.model.work import LANES, open_work
+from tendond.model.work import LANES, Work, open_work
 
 Array = NDArray[np.float64]
 
@@ -120,15 +120,24 @@ def tip_sensitivity(
             for j in range(6):
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
-        for j in range(STATE):
-            work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
-            for k in range(m):
-                work.node[j] += work.tip[j, k] * work.step[k]
         target, at = (actuation, column) if column < n else (force, column - n)
-        for j in range(3):
-            target[j, at] = work.node[j]
-            velocity = 0.0
-            for k in range(3):
-                velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
-            target[3 + j, at] = velocity
+        follow(work, last, strain, m, direct, target, at)
     return solvable
+
+
+@inlined
+def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
+    """Column `at` of `target`: how the tip's position and velocity change with the unknowns; `work.node` its state.
+
+    The m unknowns change by `work.step`, and the unknown `direct` by one beside them; -1: none.
+    """
+    for j in range(STATE):
+        work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
+        for k in range(m):
+            work.node[j] += work.tip[j, k] * work.step[k]
+    for j in range(3):
+        target[j, at] = work.node[j]
+        velocity = 0.0
+        for k in range(3):
+            velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
+        target[3 + j, at] = velocity

@@ -190,6 +190,9 @@ class PretensionSection(Schema):
     antagonist: NotNegative = Field(
         0.0, description="least tension of both tendons of the pair while the law pulls, where there is a pair [N]"
     )
+    least: NotNegative = Field(
+        1.0, description="least tension of every tendon under a law that moves the tip in space [N]"
+    )
     duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
 
 
@@ -200,7 +203,9 @@ class FaultsSection(Schema):
         int, Field(ge=1, le=1000, description="cycles without a new pose that the observer bridges")
     ] = 20
     rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
-    tip_speed_max: Positive = Field(20.0, description="a pose that implies more is a teleport [m/s]")
+    tip_speed_max: Positive = Field(
+        15.0, description="a pose that implies more is a teleport; the paper's robot reaches 11 m/s [m/s]"
+    )
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
     teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
     solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
@@ -214,12 +219,17 @@ class FaultsSection(Schema):
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
     ] = 0.3
     mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
+    slack_part: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
+    )
+    slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
+    slack_cycles: Annotated[int, Field(ge=1, description="cycles in a row without pull that are a fault")] = 20
 
 
 class SimulatorSection(Schema):
     """[simulator]"""
 
-    period: Annotated[float, Field(ge=0.001, le=0.1, description="between poses, and time step of the plant [s]")] = (
+    period: Annotated[float, Field(ge=0.0001, le=0.1, description="between poses, and time step of the plant [s]")] = (
         0.01
     )
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
@@ -289,6 +299,8 @@ class RigConfig(Schema):
             yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
         if self.pretension.antagonist > 0.0 and control.antagonist is None:
             yield "pretension.antagonist needs control.antagonist"
+        if self.pretension.least >= self.limits.tension_max:
+            yield "pretension.least must be below limits.tension_max"
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
             yield "pretension.tension and .antagonist together are above limits.tension_max"
         if len(self.simulator.rod.tendon_positions) != count:

@@ -12,6 +12,7 @@ from tendond.daemon.cli import (
     config_commands,
     doctor_commands,
     experiment_commands,
+    identify_commands,
     log_commands,
     operator_commands,
     process_commands,
@@ -56,6 +57,7 @@ for commands in (
     experiment_commands,
     bench_commands,
     log_commands,
+    identify_commands,
 ):
     commands.add_to(app)
 

@@ -51,7 +51,7 @@ def robustness(
         "out/robustness"
     ),
     points: Annotated[
-        str, typer.Option("--points", help="Which plants: default, axes, corners, grid or sample.")
+        str, typer.Option("--points", help="Which plants: default, axes, corners, grid, sample; or space.")
     ] = "default",
     law: Annotated[list[str] | None, typer.Option("--law", help="Only this law; may be repeated.")] = None,
     feedback: Annotated[
@@ -76,6 +76,8 @@ def robustness(
     axes: one thing at a time, for every feedback; corners: all extremes together; grid: every combination (an hour);
     sample: random plants; default: all but the grid. The plant is the configuration's [rod], changed.
 
+    space: instead, circles, figure-eight, helix and line with the law 'sensitivity', a figure each; half a minute.
+
     The default set takes about two minutes on two cores. Interrupted, the same command goes on where it was.
 
     Example: tendond robustness --points axes --feedback force
@@ -84,8 +86,15 @@ def robustness(
     from tendond.daemon.cli.robustness import run_robustness
     from tendond.daemon.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
 
+    if points == "space":
+        if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh:
+            raise typer.BadParameter("'space' runs the law sensitivity alone, anew, here", param_hint="--points")
+        from tendond.daemon.cli.trials import run_trials
+
+        run_trials(config, out, seed, jobs)
+        return
     if points not in POINT_SETS:
-        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}", param_hint="--points")
+        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}, space", param_hint="--points")
     for name in feedback or ():
         if name not in FEEDBACKS:
             raise typer.BadParameter(f"'{name}': choose among {', '.join(FEEDBACKS)}", param_hint="--feedback")

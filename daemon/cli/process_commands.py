@@ -20,6 +20,10 @@ def run(
     arm_at: Annotated[
         int | None, typer.Option("--arm-at", min=0, help="Cycle to arm at; with --lockstep only.")
     ] = None,
+    note: Annotated[
+        list[str] | None,
+        typer.Option("--note", help="KEY=VALUE for the log's metadata, as weight=0.05 [kg] for identify; repeatable."),
+    ] = None,
 ) -> None:
     """Run the controller; it starts disarmed.
 
@@ -32,7 +36,13 @@ def run(
 
     if arm_at is not None and not lockstep:
         raise typer.BadParameter("only with --lockstep: a controller on a clock is armed by 'tendond arm'")
-    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
+    notes = {}
+    for text in note or ():
+        key, sign, value = text.partition("=")
+        if not key or not sign:
+            raise typer.BadParameter(f"'{text}': give KEY=VALUE", param_hint="--note")
+        notes[key] = value
+    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at, notes=notes)
 
 
 def simulate(
@@ -79,7 +89,7 @@ def inject(
     With --wired or without.
 
     Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
-    stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
+    stuck, cut; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
 
     Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
     """

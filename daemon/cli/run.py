@@ -11,7 +11,7 @@ from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
-from tendond.daemon.realtime import become_punctual
+from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
@@ -29,6 +29,7 @@ def run_controller(
     lockstep: bool,
     cycles: int | None,
     arm_at: int | None,
+    notes: dict[str, str] | None = None,
 ) -> None:
     """Run until a signal comes, or for so many cycles; see `tendond run --help`.
 
@@ -44,7 +45,7 @@ def run_controller(
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
-    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration, notes=notes) as journal:
         supervisor = Supervisor()
         loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:
@@ -53,11 +54,14 @@ def run_controller(
             raise _refusal(source, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
+            be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
+        for note in setup.choice.reference.notes:
+            say(note)
         if late := haste(setup.choice.reference, config.limits):
             say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pydantic import ValidationError
 
 from tendond.daemon.errors import LawError
-from tendond.daemon.laws import backstepping, sliding_mode
+from tendond.daemon.laws import backstepping, sensitivity, sliding_mode
 from tendond.daemon.laws.law import Law, LawParameters
 from tendond.schemas.explain import explain
 
@@ -14,6 +14,7 @@ __all__ = ["LAWS", "Law", "LawParameters", "select_law"]
 LAWS: dict[str, Law] = {
     backstepping.LAW.name: backstepping.LAW,
     sliding_mode.LAW.name: sliding_mode.LAW,
+    sensitivity.LAW.name: sensitivity.LAW,
 }
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from tendond.daemon.actuation import net_tension, share
+from tendond.model.allocation import Allocation
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -27,6 +28,27 @@ class LawParameters(BaseModel):
 
 
 @dataclass(frozen=True)
+class Outlook:
+    """What a law that looks ahead knows of the coming step; vectors in the world frame.
+
+    Attributes:
+        period: of the cycle [s].
+        position: of the tip after the step, if the tensions stay [m], shape (3,).
+        answer: of that position to the tendons' bending moment [m/(N m)], shape (3, 2); see `Allocation`.
+        target: of the reference at the end of the step [m], shape (3,).
+        directions: in which the resting tip moves there, not normalised, shape (3, 2); none where that is not known.
+        allocation: of a bending moment to tensions.
+    """
+
+    period: float
+    position: Array
+    answer: Array
+    target: Array
+    directions: Array | None
+    allocation: Allocation
+
+
+@dataclass(frozen=True)
 class Observation:
     """What a law knows in one cycle; vectors in the world frame.
 
@@ -42,6 +64,7 @@ class Observation:
         agonist: index of the tendon that bends towards the first axis; antagonist: of the opposing one, if it is used.
         input_gain_min: below this size b_c has no direction, and its inverse grows no further [m/s^2/N].
         pair_tension: least tension of both tendons of the pair [N].
+        outlook: on the coming step, for a law that looks ahead.
     """
 
     position: Array
@@ -58,6 +81,7 @@ class Observation:
     antagonist: int | None
     input_gain_min: float
     pair_tension: float
+    outlook: Outlook | None = None
 
     def in_plane(self, vector: Array) -> Array:
         """The two components of a vector in the bending plane, shape (2,)."""
@@ -90,8 +114,16 @@ class Decision:
 
 @dataclass(frozen=True)
 class Law:
-    """A registered law: its name, its parameters' type, and the function."""
+    """A registered law.
+
+    Attributes:
+        name, parameters: its name, and its parameters' type.
+        decide: the function.
+        looks_ahead: it moves the tip in space with all tendons, and needs an `Outlook` for that; other laws move it in
+            the bending plane, with the agonist or a pair.
+    """
 
     name: str
     parameters: type[LawParameters]
     decide: Callable[[Any, Observation], Decision]
+    looks_ahead: bool = False

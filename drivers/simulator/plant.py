@@ -22,6 +22,9 @@ ITERATIONS = 30
 RELAXATION = 0.8
 """Of a tendon that slides nearly all could be taken, of one that sticks two thirds."""
 
+LOOSE = 1.0
+"""[m] By which a tendon that is cut is let out."""
+
 GIVEN_WELL = 1e-7
 """[m] 2 mN of a tendon of 20 kN/m."""
 
@@ -115,11 +118,15 @@ class Plant:
                 self._rod.spread_push(place, SPREAD)
         ratio = grip(self._section.servo.friction, self._bend)
         if self._wound:
-            self._state = self._wind(self._servos.wind(self._command), ratio, push)
+            ends = self._servos.wind(self._command)
+            ends[self.faults.cut] = -LOOSE
+            self._state = self._wind(ends, ratio, push)
         else:
             tension = self._servos.pull(self._command, ratio)
+            tension[self.faults.cut] = 0.0
             self._state = self._rod.step(self._state, tension, tip_force=self._force, push=push)
             self._pull = self._servos.tension
+            self._pull[self.faults.cut] = 0.0
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
         self.faults.time = self.time
@@ -161,9 +168,10 @@ class Plant:
         vx, vy, vz = tip.velocity.tolist()
         fx, fy, fz = self._force.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
+        ends = tuple(self._servos.ends.tolist()) if self._wound else displacement
         tension = tuple(self._state.tensions.tolist())
         pull, fault = tuple(self._pull.tolist()), self.faults.reported
-        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=pull, fault=fault)
+        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=ends, tension=pull, fault=fault)
         truth = SimulatorTruth(
             seq=self.seq,
             stamp_ns=stamp_ns,

@@ -42,6 +42,11 @@ class Servos:
     def tension(self) -> Array:
         return self._shaft.copy()
 
+    @property
+    def ends(self) -> Array:
+        """Where the tendons' ends are [m] (or the tensions that arrive [N]), shape (n,)."""
+        return self._end.copy()
+
     def wind(self, goal: Array) -> Array:
         """Displacement of the tendons' ends after a period of moving towards `goal` [m], shape (n,)."""
         section, period = self._section, self._period

@@ -42,8 +42,8 @@ def test_what_the_servos_can_do_is_taken_and_without_servos_nothing_is_asked() -
 
 
 def test_an_adapter_that_keeps_answers_back_is_named_with_the_remedy(tmp_path: Path) -> None:
-    timer = tmp_path / "ttyUSB0" / "latency_timer"
-    timer.parent.mkdir()
+    timer = tmp_path / "bus" / "usb-serial" / "devices" / "ttyUSB0" / "latency_timer"
+    timer.parent.mkdir(parents=True)
     link = tmp_path / "servos"
     link.symlink_to("/dev/ttyUSB0")
     timer.write_text("16\n")

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from tendond.daemon.cli.doctor.check import Outcome, Result, Rig, bad, doubtful, good
 from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.adapter import WANTED_MS, latency_timer
 from tendond.drivers.dynamixel.bus import PortLostError, ServoBus, ServoError
 from tendond.drivers.dynamixel.tools import ports
 from tendond.schemas.config_servo import ServoSection
 
-LATENCY_MS = 1
 WARM_DEGREES = 10.0
 """Below servo.temperature_max, from which on a servo is warm."""
 
@@ -44,18 +44,18 @@ def latency(rig: Rig) -> Result | None:
     section = rig.config.servo
     if section is None or not Path(section.port).exists():
         return None
-    file = rig.machine.sys / "bus" / "usb-serial" / "devices" / Path(section.port).resolve().name / "latency_timer"
-    text = rig.machine.read(file)
-    if text is None or not text.isdecimal():
+    found = latency_timer(section.port, rig.machine.sys)
+    if found is None:
         return good("this adapter has no latency timer")
-    if int(text) <= LATENCY_MS:
-        return good(f"{text} ms")
-    remedy = f"install deploy/udev/70-tendond.rules, or: echo {LATENCY_MS} > {file}"
-    if int(text) * 1e-3 >= section.answer_timeout:
+    timer, file = found
+    if timer <= WANTED_MS:
+        return good(f"{timer} ms")
+    remedy = f"install deploy/udev/70-tendond.rules, or: echo {WANTED_MS} > {file}"
+    if timer * 1e-3 >= section.answer_timeout:
         return bad(
-            f"{text} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no answer in time", remedy
+            f"{timer} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no answer in time", remedy
         )
-    return doubtful(f"{text} ms: each answer waits for so long", remedy)
+    return doubtful(f"{timer} ms: each answer waits for so long", remedy)
 
 
 def servos(rig: Rig) -> Result | None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tendond.model.allocation import Allocation
 from tendond.model.announce import announce_compilation
 from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
 from tendond.model.parameters import RodParameters
@@ -20,6 +21,8 @@ def warm_up() -> None:
     gains = ObserverGains("force", 0.01, 0.0, 1.0, 0.1, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
+    allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
+    allocation.tensions(allocation.nearest(np.zeros(2)))
 
 
 if __name__ == "__main__":

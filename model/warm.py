@@ -25,6 +25,8 @@ def warm_up() -> None:
     tip_compliance(rod, state)
     rest = rod.solve_static(displacements=[0.0] * 4)
     course(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
+    allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
+    allocation.tensions(allocation.nearest(np.zeros(2)))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
-    Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
     tip = rod.tip(state).position

@@ -95,7 +95,8 @@ def test_it_runs_with_the_versions_that_are_pinned(installed: Installation) -> N
         "import importlib.metadata as m, pkgutil, importlib, tendond\n"
         "assert m.version('tendond') == tendond.__version__\n"
         "for one in pkgutil.walk_packages(tendond.__path__, 'tendond.'):\n"
-        "    if '__main__' not in one.name: importlib.import_module(one.name)\n"
+        "    if '__main__' not in one.name and not one.name.startswith('tendond.daemon.manual.'):\n"  # needs mkdocs
+        "        importlib.import_module(one.name)\n"
         'print(*(f\'{d.name.lower().replace("_", "-")}=={d.version}\' for d in m.distributions()))\n'
     )
     python = str(installed.root / "opt/tendond/bin/python")

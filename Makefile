@@ -7,11 +7,11 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures docs test check format bench example dist pythons \
-	lock golden clean
+.PHONY: help venv venv-dev demo demo-3d rig-demo paper robustness identify figures docs test check format bench example \
+	dist pythons lock golden clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 venv: .venv/.runtime ## set up .venv to run tendond
 
@@ -22,6 +22,12 @@ demo: .venv/.runtime ## run the demo, results in out/demo
 
 robustness: .venv/.runtime ## run the closed loop on plants unlike the model, results in out/robustness
 	@$(BIN)/tendond robustness --out out/robustness
+
+demo-3d: .venv/.runtime ## run a circle of the tip in space, results in out/demo-3d
+	@$(BIN)/tendond demo-3d --out out/demo-3d
+
+identify: .venv/.runtime ## prove the identification on simulated rigs, results in out/identify
+	@$(BIN)/tendond identify demo --out out/identify
 
 rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in out/rig-demo
 	@$(BIN)/tendond rig-demo --out out/rig-demo

@@ -5,6 +5,7 @@ import gc
 import os
 import resource
 import sys
+import threading
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,7 +22,8 @@ SWITCH_SECONDS = 0.5e-3
 def become_punctual(section: LoopSection) -> list[str]:
     """For the calling thread, or the process: memory locked, first-in-first-out priority, one CPU, no garbage hunts.
 
-    Threads that exist already (the recorder's, Zenoh's) keep their priority, and the loop goes before them.
+    Python's other threads that exist already (the recorder's) get the least such priority, Zenoh's keep theirs: the
+    loop goes before them.
 
     Args:
         section: [loop].
@@ -44,6 +46,10 @@ def become_punctual(section: LoopSection) -> list[str]:
         try:
             policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
             os.sched_setscheduler(0, policy, os.sched_param(section.priority))
+            # The recorder holds the interpreter now and then: whoever kept it from running then would hold up the loop.
+            for thread in threading.enumerate():
+                if thread is not threading.current_thread() and thread.native_id is not None:
+                    os.sched_setscheduler(thread.native_id, policy, os.sched_param(1))
         except OSError as error:
             missing.append(f"no FIFO priority {section.priority} ({error.strerror}; LimitRTPRIO={section.priority})")
     return missing

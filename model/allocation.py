@@ -68,6 +68,7 @@ class Allocation:
         self.corners = _zonogon(places, least, most)
         self._scratch = np.zeros((3, 2 * len(places)))
         self._allocate: Any = None
+        self.tensions(np.zeros(2))  # compiles, which a control loop must not
 
     def moment(self, tensions: Array) -> Array:
         """M of tensions [N], shape (n,), in N m, shape (2,)."""

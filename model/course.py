@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import NDArray
 
 from tendond.model.compile import bind, kernel
@@ -77,6 +78,17 @@ _bound: dict[int, Any] = {}
 """The kernel for rods of so many tendons."""
 
 
+def _compiled(arguments: tuple[Any, ...]) -> Any:
+    """The kernel's machine code; where `advance` came from numba's cache and this kernel did not, it is not cached.
+
+    numba cannot save a kernel that it linked to a restored one (QuantEcon.py#944); it has compiled it by then.
+    """
+    try:
+        return bind(advance_through, *arguments)
+    except RuntimeError:
+        return advance_through.get_overload(tuple(typeof(argument) for argument in arguments))
+
+
 def course(rod: Rod, start: RodState, loads: Array) -> Course:
     """Take `rod` from `start` through a sequence of loads, a time step each; `start` stays as it is.
 
@@ -102,5 +114,5 @@ def course(rod: Rod, start: RodState, loads: Array) -> Course:
         tips, tensions,
     )  # fmt: skip
     if n not in _bound:
-        _bound[n] = bind(advance_through, *arguments)
+        _bound[n] = _compiled(arguments)
     return Course(int(_bound[n](*arguments)), tips, tensions)

@@ -4,6 +4,7 @@ import numpy as np
 
 from tendond.model.allocation import Allocation
 from tendond.model.announce import announce_compilation
+from tendond.model.course import course
 from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
@@ -15,12 +16,15 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
+    Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
     tip = rod.tip(state).position
     gains = ObserverGains("force", 0.01, 0.0, 1.0, 0.1, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
+    rest = rod.solve_static(displacements=[0.0] * 4)
+    course(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
     allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     allocation.tensions(allocation.nearest(np.zeros(2)))
 

@@ -109,6 +109,24 @@ place = 0.6
 """,
 )
 
+SPACE = """\
+# A circle of the tip about the straight rod, with all four tendons.
+
+[control]
+law = "sensitivity"
+
+[reference]
+kind = "circle"
+radius = 0.25
+period = 2.0
+laps = 3
+"""
+
+WIRED_SPACE = SPACE.partition("[reference]")[0] + WIRED.replace(
+    'kind = "minimum_jerk"', SPACE.partition("[reference]\n")[2].rstrip()
+)
+"""The same circle behind servos, which are too slow for it: the reference is slowed to what they can do."""
+
 PROFILES = {"paper": PAPER, "rig": RIG, "nasty": NASTY}
 """By the names that `--profile` takes."""
 

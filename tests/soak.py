@@ -8,11 +8,13 @@ Both print a line of JSON; the second a verdict as well. Exit status 1 where a p
 
 import gc
 import json
+import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from tendond.daemon.analysis.log import load
@@ -97,6 +99,8 @@ def real_time(minutes: float) -> bool:
     faults: list[str] = []
     with tempfile.TemporaryDirectory() as name, rig(Path(name), SPLIT + "[faults]\n") as one:
         controller, simulator = one.controller(), one.start("simulate")
+        with suppress(PermissionError):  # whoever else is busy must not take the poses away
+            os.setpriority(os.PRIO_PROCESS, simulator.pid, -15)
         with one.session() as session:
             one.arm(session)
             bare = subprocess.Popen(
@@ -128,7 +132,7 @@ def real_time(minutes: float) -> bool:
         "the log lacks entries": status.loop.log_dropped != 0,
         f"exit status {code}": code != 0,
         "it does not track at the end": status.mode is not Mode.TRACKING,
-        f"{len(own)} faults that the machine did not cause: {'; '.join(own)}": bool(own),
+        f"{len(own)} faults that no standstill explains: {'; '.join(own)}": bool(own),
         "more deadlines missed than by the bare loop": status.loop.missed_ticks > bare_missed + ALONE * minutes,
     }
     print(

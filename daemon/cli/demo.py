@@ -5,7 +5,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -33,6 +33,8 @@ POLL_SECONDS = 0.1
 END_SECONDS = 10.0
 RIG = "demo"
 
+Report = Callable[[Path, Path, Console], None]
+
 
 def run_demo(out: Path, profile: str) -> None:
     """Run it; log, figures and summary are in `out` afterwards.
@@ -40,7 +42,21 @@ def run_demo(out: Path, profile: str) -> None:
     Raises:
         TendondError: a process could not be started or did not end as it should.
     """
-    text = profile_text(profile)
+    run_chain(out, profile_text(profile), HOLD_SECONDS[profile], _report)
+
+
+def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
+    """Controller and simulator as two processes.
+
+    Args:
+        out: for log, configuration, and what `report` makes of the log.
+        text: of the configuration, TOML, without [rig] and [bus].
+        hold: how long it tracks [s].
+        report: is given the folder, the log and a console.
+
+    Raises:
+        TendondError: a process could not be started or did not end as it should.
+    """
     announce_compilation(say)
     warm_up()
     endpoint = f"tcp/127.0.0.1:{_free_port()}"
@@ -53,16 +69,25 @@ def run_demo(out: Path, profile: str) -> None:
             "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
             "simulator": ("simulate", "--config", str(config_file)),
         }
-        demo = _Demo(endpoint, commands, HOLD_SECONDS[profile])
+        demo = _Demo(endpoint, commands, hold)
         demo.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
         demo.run()
-        _report(out, log_file, demo.console)
+        report(out, log_file, demo.console)
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
 
 def run_rig_demo(out: Path) -> None:
     """The same robot behind emulated servos and a simulated Tracker, driven through the real drivers.
+
+    Raises:
+        TendondError: a process could not be started or did not end as it should.
+    """
+    run_wired_chain(out, WIRED, RIG_HOLD_SECONDS, _report)
+
+
+def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
+    """As `run_chain`, with drivers and wires in between: four processes; `text` is like `presets.WIRED`.
 
     Raises:
         TendondError: a process could not be started or did not end as it should.
@@ -76,7 +101,7 @@ def run_rig_demo(out: Path) -> None:
         log_file.unlink(missing_ok=True)
         wiring = f'[bus]\nendpoint = "{endpoint}"\n\n[vicon]\nport = {_free_port(socket.SOCK_DGRAM)}\n'
         servos = f'[servo]\nport = "{port.absolute()}"\n{WIRED_SERVO}'
-        text = f'{WIRED}\n[rig]\nname = "{RIG}"\n\n{wiring}{WIRED_VICON}\n{servos}'
+        text = f'{text}\n[rig]\nname = "{RIG}"\n\n{wiring}{WIRED_VICON}\n{servos}'
         config_file.write_text(text, encoding="utf-8")
         signs: tuple[Literal[-1, 1], ...] = (1, -1, 1, -1)
         tendons = (
@@ -90,13 +115,13 @@ def run_rig_demo(out: Path) -> None:
             "vicon driver": ("vicon", "--config", str(config_file)),
             "servo driver": ("servo", "--config", str(config_file)),
         }
-        demo = _Demo(endpoint, commands, RIG_HOLD_SECONDS, {"servo driver": port})
+        demo = _Demo(endpoint, commands, hold, {"servo driver": port})
         demo.console.print(
             "Rod <- servos (emulated) <- serial line <- servo driver <- Zenoh <- controller <- Zenoh <- Vicon driver"
             " <- UDP <- Tracker (simulated) <- rod: four processes in real time"
         )
         demo.run()
-        _report(out, log_file, demo.console)
+        report(out, log_file, demo.console)
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 

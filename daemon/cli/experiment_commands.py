@@ -129,8 +129,24 @@ def rig_demo(
     run_rig_demo(out)
 
 
+def demo_3d(
+    out: Annotated[Path, typer.Option("--out", help="Folder for logs, figures and summary.")] = Path("out/demo-3d"),
+) -> None:
+    """Simulate a circle of the tip in space.
+
+    All four tendons pull: once with tensions as commanded, once behind the real drivers; takes about a minute.
+
+    Example: tendond demo-3d --out out/demo-3d
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.demo_space import run_space_demo
+
+    run_space_demo(out)
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the commands of this module."""
     for command in (demo, paper, robustness):
         app.command()(command)
     app.command("rig-demo")(rig_demo)
+    app.command("demo-3d")(demo_3d)

@@ -28,7 +28,7 @@ identify = typer.Typer(
     rich_markup_mode=None,
 )
 Parts = Annotated[str, typer.Option("--parts", help="Of the excitation: sway, steps, chirp, with commas.")]
-Reach = Annotated[float, typer.Option("--reach", min=0.05, max=1.0, help="Part of the way that the limits allow.")]
+Reach = Annotated[float, typer.Option("--reach", min=0.5, max=1.0, help="Part of the way that the limits allow.")]
 WeightOnTip = Annotated[float, typer.Option("--weight", min=0.0, max=10.0, help="That hangs on the tip [kg].")]
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="At once. Left out: one per core.")]
 PARTS = "sway,steps,chirp"
@@ -89,8 +89,11 @@ def identify_plan(config: Config = None, parts: Parts = PARTS, reach: Reach = 1.
 
 @identify.command("run")
 def identify_run(
-    log: Annotated[Path, typer.Option("--log", help="MCAP file to write, a new one.")],
     config: Config = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-identify-TIME.mcap."),
+    ] = None,
     parts: Parts = PARTS,
     reach: Reach = 1.0,
     weight: WeightOnTip = 0.0,

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import zenoh
@@ -30,16 +31,19 @@ POLL_SECONDS = 0.1
 END_SECONDS = 10.0
 
 
-def run_plan(config_file: Path | None, log: Path, parts: str, reach: float, weight: float, *, yes: bool) -> None:
+def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: float, weight: float, *, yes: bool) -> None:
     """Rehearse a plan, ask, and carry it out; see `tendond identify run --help`.
 
     Raises:
         TendondError: a configuration that leaves no way to go, a plan that the rehearsal does not survive, a controller
             that cannot be started, a fault on the way.
     """
+    config = load_config(config_file)
+    if log is None:
+        log = Path("log") / f"{config.rig.name}-identify-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     if log.exists():
         raise UsageError(f"{log}: is there already: a log is never overwritten; choose another --log")
-    config = load_config(config_file)
+    _refuse_another_controller(config)
     announce_compilation(say)
     plan = propose(config, kinds(parts), reach)
     rehearsed = rehearse(rig_of_model(config, weight), plan)
@@ -74,6 +78,16 @@ def run_plan(config_file: Path | None, log: Path, parts: str, reach: float, weig
     if code:
         raise DaemonError(f"the controller ended with {code}; what it said stands above")
     print(f"recorded: {log}\nnext:     tendond identify {log}")
+
+
+def _refuse_another_controller(config: RigConfig) -> None:
+    """The plan must not reach a controller that writes another log."""
+    try:
+        with open_client(config.bus.endpoint, 0.0):
+            pass
+    except BusError:
+        return
+    raise UsageError(f"a controller runs at {config.bus.endpoint} already: end it first, this command starts its own")
 
 
 class _Operator:

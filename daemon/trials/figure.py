@@ -11,8 +11,8 @@ from tendond.daemon.trials.measure import Outcome
 VIEWS = (("x", "y", 0, 1), ("x", "z", 0, 2), ("y", "z", 1, 2))
 
 
-def draw(trial: Trial, outcome: Outcome, path: Path) -> Path:
-    """Draw it into a PNG file."""
+def draw(trial: Trial, outcome: Outcome, path: Path, plant: str = "") -> Path:
+    """Draw it into a PNG file; `plant`: in words, left out: the trial's."""
     with style():
         figure = Figure((12.0, 6.4), layout="constrained")
         grid = figure.add_gridspec(2, 6, height_ratios=(1.3, 1.0))
@@ -36,5 +36,5 @@ def draw(trial: Trial, outcome: Outcome, path: Path) -> Path:
             tensions.plot(outcome.time, column, lw=1.2, label=str(index))
         tensions.set(xlabel="time since tracking began [s]", ylabel="tension [N]", ylim=(0.0, None))
         tensions.legend(title="tendon", fontsize=8, ncols=2)
-        figure.suptitle(f"{trial.name}; plant: {trial.plant}", x=0.01, ha="left", fontsize=12)
+        figure.suptitle(f"{trial.name}; plant: {plant or trial.plant}", x=0.01, ha="left", fontsize=12)
         return save(figure, path)

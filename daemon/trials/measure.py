@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,14 @@ class Outcome:
     tension: Array
     lead_in: float
 
+    def as_json(self) -> dict[str, Any]:
+        """The numbers, without what is per cycle."""
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in vars(self).items()
+            if not isinstance(value, np.ndarray)
+        }
+
 
 def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
     """Run a trial to the end of its course.
@@ -76,21 +85,39 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
     tip = np.array([watched.truth.position for watched in part])
     reference = np.array([watched.record.reference.position for watched in part])
     tension = np.array([watched.record.command.tension for watched in part])
+    last = seen[-1].record
+    return outcome_of(
+        time=time,
+        tip=tip,
+        reference=reference,
+        tension=tension,
+        limited=sum(bool(watched.record.limited) for watched in part),
+        course=course,
+        mode=last.mode.value,
+        reason=last.reason,
+        goal_mm=trial.goal_mm,
+    )
+
+
+def outcome_of(
+    *, time: Array, tip: Array, reference: Array, tension: Array, limited: int, course: Course, mode: str, reason: str,
+    goal_mm: float,
+) -> Outcome:  # fmt: skip
+    """The numbers of what was seen; arguments as the attributes of `Outcome`, and the largest RMS that is wanted."""
     on_course = time >= course.lead_in
     error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_course]
     rms = float(np.sqrt(np.mean(error**2)))
-    last = seen[-1].record
     return Outcome(
         rms_mm=rms,
         worst_mm=float(error.max()),
         largest_change_n=float(np.abs(np.diff(tension[on_course], axis=0)).max()),
         least_tension_n=float(tension.min()),
         peak_tension_n=float(tension.max()),
-        limited=sum(bool(watched.record.limited) for watched in part),
-        mode=last.mode.value,
-        reason=last.reason,
+        limited=limited,
+        mode=mode,
+        reason=reason,
         notes=course.notes,
-        meets=rms <= trial.goal_mm and last.mode is Mode.TRACKING,
+        meets=rms <= goal_mm and mode == Mode.TRACKING.value,
         time=time,
         tip=tip,
         reference=reference,

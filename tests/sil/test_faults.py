@@ -20,7 +20,7 @@ import zenoh
 
 from tendond.daemon.analysis.log import load
 from tendond.drivers.operator import ask
-from tendond.schemas.config import parse_config
+from tendond.schemas.config import LoopSection, parse_config
 from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.keys import ALIVE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonState, TipPose
@@ -265,6 +265,20 @@ def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench:
         now = bench.rig.until(bench.session, lambda s, m=missed: s.loop.missed_ticks >= m + 3)  # type: ignore[misc]
         missed = now.loop.missed_ticks
     assert bench.fault().startswith("overrun: ")
+
+
+def test_loop_and_recorder_alone_have_real_time_priority_and_the_loop_goes_first(bench: Bench) -> None:
+    """A recorder that is preempted while it holds the interpreter would hold up the loop."""
+    tasks = [int(path.name) for path in Path(f"/proc/{bench.process.pid}/task").iterdir()]
+    policies = [os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK for task in tasks]
+    priorities = [
+        os.sched_getparam(task).sched_priority
+        for task, policy in zip(tasks, policies, strict=True)
+        if policy == os.SCHED_FIFO
+    ]
+    if not priorities:
+        pytest.skip("no real-time priority is permitted here")
+    assert sorted(priorities) == [1, LoopSection().priority]
 
 
 def test_a_hung_subscriber_does_not_hold_up_the_loop(bench: Bench) -> None:

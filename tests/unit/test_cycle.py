@@ -254,7 +254,8 @@ def test_a_model_without_solution_holds_and_then_faults(monkeypatch: pytest.Monk
 
 
 def sick(seq: int, fault: str = "") -> TendonState:
-    return TendonState(seq=seq, stamp_ns=0, displacement=(0.0,) * 4, tension=(0.0,) * 4, fault=fault)
+    """A driver's report of tendons that are taut."""
+    return TendonState(seq=seq, stamp_ns=0, displacement=(0.0,) * 4, tension=(60.0,) * 4, fault=fault)
 
 
 def test_a_servo_error_releases_all_tendons_together() -> None:

@@ -25,7 +25,7 @@ def moving(rod: Rod, cycles: int) -> tuple[RodState, Array]:
 
 @pytest.mark.parametrize("jump", [0.0, 2.0])
 def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump: float) -> None:
-    """To the step's own tolerance; the answers to the error of forward differences."""
+    """Where it ends, as well as the step's own tolerance; the answers are those at the first guess of it."""
     rod = Rod(PARAMETERS, tolerance=1e-10)
     state, tensions = moving(rod, 12)
     tensions = tensions + np.array([jump, 0.0, 0.0, 0.0])
@@ -36,7 +36,8 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
     assert said.position == pytest.approx(tip.position, abs=near)
     assert said.velocity == pytest.approx(tip.velocity, abs=200.0 * near)
     assert said.direction == pytest.approx(tip.rotation[:, 2], abs=10.0 * near)
-    small = 1e-3
+    # The answers are those at the guess: near the step's where the motion goes on as it was.
+    small, rough = 1e-3, 1e-2 if jump == 0.0 else 5e-2
     for way in range(2):
         more, less = (
             rod.tip(rod.step(state, tensions + sign * small * WAYS[way], tip_force=FORCE)) for sign in (1.0, -1.0)
@@ -44,8 +45,8 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
         by_position = (more.position - less.position) / (2.0 * small)
         by_direction = (more.rotation[:, 2] - less.rotation[:, 2]) / (2.0 * small)
         size, turn = float(np.linalg.norm(by_position)), float(np.linalg.norm(by_direction))
-        assert said.position_answer[:, way] == pytest.approx(by_position, abs=2e-2 * size)
-        assert said.direction_answer[:, way] == pytest.approx(by_direction, abs=2e-2 * turn)
+        assert said.position_answer[:, way] == pytest.approx(by_position, abs=rough * size)
+        assert said.direction_answer[:, way] == pytest.approx(by_direction, abs=rough * turn)
 
 
 def test_a_forecast_leaves_the_state_as_it_was() -> None:

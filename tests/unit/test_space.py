@@ -14,7 +14,7 @@ from tendond.daemon.lockstep import watched_loop
 from tendond.daemon.space.course import Course
 from tendond.daemon.space.surface import Surface
 from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
-from tendond.daemon.trials.courses import Trial, around
+from tendond.daemon.trials.courses import Trial
 from tendond.daemon.trials.measure import run_trial
 from tendond.drivers.simulator.plant import Plant
 from tendond.model.allocation import Allocation
@@ -78,7 +78,7 @@ def test_a_course_is_moved_to_where_the_tip_can_rest_and_says_by_how_many_metres
     moved = course({"kind": "point", "position": (0.25, 0.1, 0.38)})
     assert 1e-3 < moved.moved < 2e-3
     assert moved.notes == (f"the course was moved by up to {moved.moved:.4f} m, to where the tip can rest",)
-    with pytest.raises(TargetError, match=r"leads to \(-0\.5000, 0\.0000\), 0\.1\d+ m from where .* moved_max = 0\.02"):
+    with pytest.raises(TargetError, match=r"leads to \(-0\.5000, 0\.0000\), 0\.1\d+ m from where .*moved_max = 0\.02"):
         course({"kind": "line", "start": (-0.5, 0.0), "end": (0.2, 0.0)})
 
 
@@ -134,13 +134,6 @@ def test_a_circle_is_followed_within_the_goal(unlike: bool) -> None:
     assert outcome.meets, (outcome.rms_mm, outcome.reason)
     assert outcome.least_tension_n >= BASE.pretension.least - 1e-9
     assert outcome.limited == 0
-
-
-def test_three_tendons_follow_too() -> None:
-    outcome = run_trial(
-        BASE, Trial("circle", {"kind": "circle", "laps": 1, "period": 2.0}, rod={"tendon_positions": around(3)})
-    )
-    assert outcome.rms_mm < 1.0
 
 
 def test_the_straight_rod_is_passed_without_a_jump() -> None:

@@ -134,10 +134,17 @@ class _Operator:
     def _await_tip(self) -> None:
         """Until camera and servos are there."""
         deadline = time.monotonic() + START_SECONDS
-        while self._status().tip is None:
+        while not self._sees_the_tip():
             if time.monotonic() > deadline:
                 raise DaemonError(f"no pose of the tip within {START_SECONDS:g} s: start the camera's driver")
             time.sleep(POLL_SECONDS)
+
+    def _sees_the_tip(self) -> bool:
+        """Whether there is a pose; a controller that is still starting does not answer."""
+        try:
+            return self._status().tip is not None
+        except BusError:
+            return False
 
     def _put(self, request: Request) -> None:
         deadline = time.monotonic() + PATIENCE_SECONDS

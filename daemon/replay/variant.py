@@ -113,7 +113,7 @@ def _setup(config: RigConfig) -> CycleSetup:
 
 
 def _script(log: Log) -> tuple[dict[int, CycleInputs], int, int]:
-    """Requests by tick of a run in lockstep, its length, and how far the plant was ahead of the controller, in cycles."""
+    """Requests by tick of a run in lockstep; its cycles; by how many the plant was ahead of the controller."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0
     requests: dict[int, CycleInputs] = {}

@@ -3,9 +3,12 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input -qq
+LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-version 3.11 --generate-hashes \
+	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo rig-demo paper robustness figures test check format bench golden clean
+.PHONY: help venv venv-dev demo rig-demo paper robustness figures docs test check format bench example dist pythons \
+	lock golden clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -23,14 +26,20 @@ robustness: .venv/.runtime ## run the closed loop on plants unlike the model, re
 rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in out/rig-demo
 	@$(BIN)/tendond rig-demo --out out/rig-demo
 
-figures: demo ## run the demo and renew the README's pictures from it
+figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
+	@$(BIN)/python -m tendond.daemon.manual.pictures out/demo/demo.mcap docs/images/watch.svg
+	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
+
+docs: .venv/.dev ## build the documentation, strictly, in out/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond paper --out out/paper
 
 test: .venv/.dev ## run all checks, then the tests
-	@$(MAKE) --no-print-directory check
+	@$(MAKE) --no-print-directory check docs
 	$(BIN)/python -m pytest
 
 check: .venv/.dev ## lint, formatting, types, layers
@@ -46,6 +55,19 @@ format: .venv/.dev ## format the code and fix what ruff can fix
 bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
 
+example: .venv/.dev ## write deploy/rig.toml, the example with every key, anew from the schema
+	@$(BIN)/python -m tendond.daemon.annotate > deploy/rig.toml
+
+dist: .venv/.dev ## build source distribution and wheel into dist/; tests/deploy installs them
+	@rm -rf dist && $(BIN)/uv build -q --no-build-isolation --python $(BIN)/python
+
+pythons: .venv/.dev ## run TESTS (all unit tests) on the other Pythons that pyproject.toml declares
+	@tests/pythons $(TESTS)
+
+lock: .venv/.dev ## write requirements*.txt anew from pyproject.toml, with hashes; UPGRADE=1: the newest versions
+	@printf 'setuptools\nwheel\n' | $(LOCK) pyproject.toml - --extra plot -o requirements.txt
+	@printf 'setuptools\nwheel\n' | $(LOCK) pyproject.toml - --all-extras -c requirements.txt -o requirements-dev.txt
+
 golden: .venv/.dev ## make the recorded logs of the tests anew, where the cycle has changed
 	@$(BIN)/python -m tests.golden.renew
 
@@ -57,15 +79,15 @@ clean: ## remove out, caches and build leftovers, not .venv
 define install
 @if [ ! -e .venv/.runtime ] || [ -e .venv/.unfinished ]; then \
 	command -v $(PYTHON) >/dev/null || \
-		{ echo "tendond: no '$(PYTHON)' found: install Python 3.11 or newer, or name one: make PYTHON=..." >&2; exit 1; }; \
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo "tendond: '$(PYTHON)' is older than Python 3.11: name a newer one: make PYTHON=python3.11" >&2; exit 1; }; \
+		{ echo "tendond: no '$(PYTHON)' found: install Python 3.11 to 3.13, or name one: make PYTHON=..." >&2; exit 1; }; \
+	$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || \
+		{ echo "tendond: '$(PYTHON)' is not Python 3.11 to 3.13: name one: make PYTHON=python3.11" >&2; exit 1; }; \
 	$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
 		{ echo "tendond: '$(PYTHON)' cannot make a virtual environment: apt install python3-venv" >&2; exit 1; }; \
 	$(PYTHON) -m venv --clear .venv || exit 1; \
 fi
 @touch .venv/.unfinished
-@$(PIP) install -r $(1)
+@$(PIP) install --require-hashes -r $(1)
 @$(PIP) install --no-deps --no-build-isolation -e .
 @$(BIN)/python -m tendond.model.warm
 @rm .venv/.unfinished

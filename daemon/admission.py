@@ -106,8 +106,10 @@ def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | Non
         return None
     if pose.seq <= state.pose.seq:
         return "out of order"
-    faults = setup.config.faults
-    reach = faults.tip_speed_max * setup.config.loop.period * (state.pose_age + 1) + faults.teleport_margin
-    if np.linalg.norm(np.subtract(pose.position, state.pose.position)) > reach:
+    # A tip may have gone further in cycles without a pose, but not in those that have already shown it elsewhere:
+    # a jump that lasts would else be believed as soon as enough of them had been refused.
+    faults, unseen = setup.config.faults, state.pose_age + 1 - state.runs.teleports
+    reach = faults.tip_speed_max * setup.config.loop.period * unseen + faults.teleport_margin
+    if math.dist(pose.position, state.pose.position) > reach:
         return "teleport"
     return None

@@ -44,11 +44,14 @@ Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 @dataclass
 class Arrivals:
-    """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason."""
+    """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
+
+    The simulator's truth is no input, and stays undecoded until the command is out.
+    """
 
     pose: TipPose | None = None
     tendon_state: TendonState | None = None
-    truth: SimulatorTruth | None = None
+    truth: zenoh.Sample | None = None
     unreadable: dict[str, int] = field(default_factory=dict)
 
     def update(self, later: "Arrivals") -> None:
@@ -58,6 +61,15 @@ class Arrivals:
         self.truth = later.truth or self.truth
         for reason, count in later.unreadable.items():
             self.unreadable[reason] = self.unreadable.get(reason, 0) + count
+
+    def decoded_truth(self) -> SimulatorTruth | None:
+        """For the log; none where there is none, or none that can be read."""
+        if self.truth is None:
+            return None
+        try:
+            return decode(SimulatorTruth, _payload(self.truth))
+        except UnreadableError:
+            return None
 
 
 @dataclass(frozen=True)
@@ -84,7 +96,7 @@ class Hub:
 
     def __init__(self, config: RigConfig) -> None:
         zenoh.init_log_from_env_or("off")
-        settings = _own_config(config)
+        settings = hub_settings(config)
         settings.insert_json5("mode", '"peer"')
         settings.insert_json5("listen/endpoints", json.dumps([config.bus.endpoint]))
         settings.insert_json5("scouting/multicast/enabled", "false")
@@ -94,9 +106,9 @@ class Hub:
         except zenoh.ZError as error:
             cause = "another controller is running there; stop it" if "in use" in str(error) else _brief(error)
             raise DaemonError(f"cannot listen on {config.bus.endpoint}: {cause}, or change bus.endpoint") from error
-        self._poses = self._subscribe(key(name, TIP_POSE))
-        self._states = self._subscribe(key(name, TENDON_STATE))
-        self._truths = self._subscribe(key(name, SIMULATOR_TRUTH))
+        self._poses = self._subscribe(key(name, TIP_POSE), QUEUE)
+        self._states = self._subscribe(key(name, TENDON_STATE), QUEUE)
+        self._truths = self._subscribe(key(name, SIMULATOR_TRUTH), 1)
         self._questions = self._session.declare_queryable(
             key(name, f"{CONTROL}/*"), zenoh.handlers.RingChannel(QUEUE), complete=True
         )
@@ -115,15 +127,15 @@ class Hub:
     ) -> None:
         self._session.close()
 
-    def _subscribe(self, expression: str) -> Subscriber:
-        return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(QUEUE))
+    def _subscribe(self, expression: str, queue: int) -> Subscriber:
+        return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(queue))
 
     def receive(self) -> Arrivals:
         """Everything that has come in since the last call; never blocks."""
         arrivals = Arrivals()
         arrivals.pose = self._newest(TipPose, self._poses, arrivals)
         arrivals.tendon_state = self._newest(TendonState, self._states, arrivals)
-        arrivals.truth = self._newest(SimulatorTruth, self._truths, arrivals)
+        arrivals.truth = self._truths.try_recv()
         return arrivals
 
     def _newest(self, kind: type[M], subscriber: Subscriber, arrivals: Arrivals) -> M | None:
@@ -180,7 +192,7 @@ class Hub:
         self._status.put(encode(status))
 
 
-def _own_config(config: RigConfig) -> zenoh.Config:
+def hub_settings(config: RigConfig) -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
 
     Raises:
@@ -192,10 +204,12 @@ def _own_config(config: RigConfig) -> zenoh.Config:
     except zenoh.ZError as error:
         raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
-    if not (guarded or config.bus.unguarded or config.bus.is_loopback):
+    connects = bool(json.loads(settings.get_json("connect/endpoints")))
+    if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):
+        way = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
         raise DaemonError(
-            f"bus.endpoint = {config.bus.endpoint} is open to the network and has no access list: name a Zenoh "
-            "configuration with one in ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
+            f"{way} is open to the network and has no access list: name a Zenoh configuration with one in "
+            "ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
         )
     return settings
 

@@ -3,9 +3,14 @@
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from tendond.daemon.laws import Law, LawParameters, select_law
+from tendond.daemon.errors import LawError
+from tendond.daemon.laws import LAWS, Law, LawParameters, select_law
 from tendond.daemon.reference import Reference, build_reference
+from tendond.daemon.space.course import Course, build_course
+from tendond.model.allocation import Allocation
+from tendond.model.errors import ParameterError
 from tendond.model.rod import Rod
+from tendond.model.static_curve import StaticCurve
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_reference import ReferenceSection
 
@@ -20,6 +25,7 @@ class Choice:
     Attributes:
         law_name: of the law. section: of the reference; these two and the configuration make the rest.
         law, parameters: of that name.
+        allocation: of the tendons' tensions, for a law that looks ahead.
         reference: checked against what the rod can reach.
     """
 
@@ -27,7 +33,8 @@ class Choice:
     section: ReferenceSection
     law: Law
     parameters: LawParameters
-    reference: Reference
+    allocation: Allocation | None
+    reference: Reference | Course
 
     @staticmethod
     def from_config(config: RigConfig, rod: Rod) -> "Choice":
@@ -39,7 +46,10 @@ class Choice:
             ConvergenceError: the rod has no equilibrium.
         """
         law, parameters = select_law(config.control.law, config.control.laws)
-        return Choice(config.control.law, config.reference, law, parameters, build_reference(config, rod))
+        _check(law, config.reference)
+        allocation = _allocation(config, law)
+        reference = _build(config, rod, None, allocation)
+        return Choice(config.control.law, config.reference, law, parameters, allocation, reference)
 
     def to_snapshot(self) -> dict[str, Any]:
         """What of it is data, as JSON has it."""
@@ -49,23 +59,60 @@ class Choice:
     def from_snapshot(cls, data: dict[str, Any], setup: "CycleSetup") -> "Choice":
         """What was chosen when `to_snapshot` wrote it down."""
         section = ReferenceSection.model_validate(data["reference"])
-        choice = setup.choice.with_law(setup.config, data["law"])
+        law, parameters = select_law(data["law"], setup.config.control.laws)
+        choice = replace(
+            setup.choice,
+            law_name=data["law"],
+            law=law,
+            parameters=parameters,
+            allocation=_allocation(setup.config, law),
+        )
         return choice if section == choice.section else choice.with_reference(setup.config, setup.rod, section)
 
     def with_law(self, config: RigConfig, name: str) -> "Choice":
         """Another law, with the configuration's parameters.
 
         Raises:
-            LawError: an unknown law.
+            LawError: an unknown law, or one that does not go with the reference or the tendons.
         """
         law, parameters = select_law(name, config.control.laws)
-        return replace(self, law_name=name, law=law, parameters=parameters)
+        _check(law, self.section)
+        return replace(self, law_name=name, law=law, parameters=parameters, allocation=_allocation(config, law))
 
     def with_reference(self, config: RigConfig, rod: Rod, section: ReferenceSection) -> "Choice":
         """Another reference; the curve of resting tips, which takes long to compute, stays.
 
         Raises:
+            LawError: the law does not follow such references.
             TargetError: the rod cannot reach it.
         """
+        _check(self.law, section)
         changed = config.model_copy(update={"reference": section})
-        return replace(self, section=section, reference=build_reference(changed, rod, self.reference.curve))
+        curve = self.reference.curve if isinstance(self.reference, Reference) else None
+        return replace(self, section=section, reference=_build(changed, rod, curve, self.allocation))
+
+
+def _build(config: RigConfig, rod: Rod, curve: StaticCurve | None, allocation: Allocation | None) -> Reference | Course:
+    if allocation is not None and config.reference.in_space:
+        return build_course(config, rod, allocation)
+    return build_reference(config, rod, curve)
+
+
+def _check(law: Law, section: ReferenceSection) -> None:
+    """Refuse a course in space for a law that moves the tip in the bending plane only."""
+    if section.in_space and not law.looks_ahead:
+        able = ", ".join(name for name, one in LAWS.items() if one.looks_ahead)
+        raise LawError(
+            f"the law {law.name} moves the tip in the bending plane, and reference.kind = '{section.kind}' is in "
+            f"space: select the law {able} for it, or another reference"
+        )
+
+
+def _allocation(config: RigConfig, law: Law) -> Allocation | None:
+    """For a law that looks ahead; it keeps its scratch memory, and the setup its own."""
+    if not law.looks_ahead:
+        return None
+    try:
+        return Allocation(config.rod.tendon_positions, config.pretension.least, config.limits.tension_max)
+    except ParameterError as error:
+        raise LawError(f"the law {law.name} bends the rod to every side: {error}") from error

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit
 from tendond.daemon.laws.law import Observation
-from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request
+from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon
+from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
-from tendond.daemon.write_record import write_record
+from tendond.daemon.write_record import Response, write_record
 from tendond.model.errors import ConvergenceError
 from tendond.model.observer import observe
-from tendond.model.tip import Tip
-from tendond.schemas.base import Vector3
+from tendond.schemas.base import SCHEMA_VERSION
 from tendond.schemas.messages import Mode, TendonCommand
-from tendond.schemas.record import CycleInputs, CycleRecord, ReferencePoint, TipEstimate
+from tendond.schemas.record import CycleInputs, CycleRecord, ReferencePoint
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,9 @@ SLACK = 1e-3
 
 
 def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, TendonCommand, CycleRecord]:
-    """One cycle.
+    """One cycle: `respond`, and the record of it.
+
+    The loop takes the two apart, to publish the command before it writes the record; all others call this.
 
     Args:
         setup: of the controller.
@@ -49,6 +51,12 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     Returns:
         The new state, the command to publish, and the record of it all.
     """
+    response = respond(setup, state, inputs)
+    return response.state, response.command, write_record(setup, response)
+
+
+def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
+    """A cycle as far as its command; arguments as in `step`."""
     config, period = setup.config, setup.config.loop.period
     admission = admit(setup, state, inputs)
     state, answer = _advance_mode(setup, admission.state, inputs)
@@ -58,14 +66,15 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
     elapsed = (state.tick - state.since) * period if state.mode is Mode.TRACKING else 0.0
     reference = choice.reference.at(elapsed, state.slip)
 
-    estimate, decision = None, None
+    observation, decision = None, None
     if state.mode is Mode.TRACKING:
-        estimate = _estimate(setup, state, tip, fresh)
-        if estimate is not None:
-            decision = choice.law.decide(choice.parameters, _observation(setup, state, tip, estimate, reference))
+        observation = _observation(setup, state, fresh, reference)
+        if observation is not None:
+            ahead = look_ahead(setup, state, observation, elapsed) if choice.law.looks_ahead else observation
+            decision = choice.law.decide(choice.parameters, ahead)
     wanted = state.tension if decision is None else decision.tension
     overbent = None
-    if decision is not None and config.control.feedback == "observer":
+    if decision is not None and not choice.law.looks_ahead and config.control.feedback == "observer":
         overbent = choice.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
@@ -89,10 +98,7 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         displacement = command = np.zeros_like(command)
         state = changed(state, commanded=command, tension=command, wound=command)
     lagging = bool(wound.met) and state.mode not in ACTIVE
-    armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
-        state.mode is Mode.FAULT and (bool((command > 0.0).any()) or lagging)
-    )
-    slip = _slip(setup, state, elapsed, None if met else estimate, reference)
+    slip = _slip(setup, state, elapsed, None if met else observation, reference)
     last = changed(
         state,
         tick=state.tick + 1,
@@ -102,10 +108,34 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
         slip=slip,
         runs=changed(state.runs, limited=state.runs.limited + 1 if met else 0),
     )
-    record = write_record(
-        last, inputs, admission.rejected, answer, period, reference, estimate, decision, met, wound.error, armed
+    return Response(
+        state=last,
+        command=_command(last),
+        inputs=inputs,
+        rejected=admission.rejected,
+        answer=answer,
+        reference=reference,
+        observation=observation,
+        decision=decision,
+        limited=met,
+        error=wound.error,
     )
-    return last, record.command, record
+
+
+def _command(state: CycleState) -> TendonCommand:
+    """What the state after a cycle tells the tendons."""
+    armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
+        state.mode is Mode.FAULT and (state.lagging or bool((state.commanded > 0.0).any()))
+    )
+    return TendonCommand.trusted(
+        version=SCHEMA_VERSION,
+        seq=state.tick - 1,
+        stamp_ns=0,
+        pose_seq=None if state.pose is None else state.pose.seq,
+        displacement=tuple(state.displacement.tolist()),
+        tension=tuple(state.commanded.tolist()),
+        armed=armed,
+    )
 
 
 def _advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
@@ -128,12 +158,18 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
             runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
+    slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
+    if slack or runs.slack:
+        runs = changed(runs, slack=runs.slack + 1 if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
 
 
-def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | None) -> TipEstimate | None:
+def _observation(
+    setup: CycleSetup, state: CycleState, fresh: Array | None, reference: ReferencePoint
+) -> Observation | None:
     """What the law is fed; none when there is nothing fresh to feed it, and the command is held."""
-    if setup.config.control.feedback == "observer":
+    control, tip = setup.config.control, state.tip
+    if control.feedback == "observer":
         position, velocity = tip.position + state.observer.offset, tip.velocity
     elif fresh is not None:
         earlier = fresh if state.earlier is None else state.earlier
@@ -141,20 +177,13 @@ def _estimate(setup: CycleSetup, state: CycleState, tip: Tip, fresh: Array | Non
         velocity = (fresh - earlier) / (state.interval * setup.config.loop.period)
     else:
         return None
-    return TipEstimate.trusted(
-        position=_vector(position), velocity=_vector(velocity), acceleration=_vector(tip.acceleration)
-    )
-
-
-def _observation(
-    setup: CycleSetup, state: CycleState, tip: Tip, estimate: TipEstimate, reference: ReferencePoint
-) -> Observation:
-    control = setup.config.control
+    sampled = control.sampled and not state.choice.law.looks_ahead
     return Observation(
-        position=np.array(estimate.position),
-        velocity=np.array(estimate.velocity),
+        position=position,
+        velocity=velocity,
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
+        response=setup.rod.tip_response(state.rod, control.agonist) if sampled else None,
         tension=state.tension,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),
@@ -168,7 +197,7 @@ def _observation(
 
 
 def _slip(
-    setup: CycleSetup, state: CycleState, elapsed: float, estimate: TipEstimate | None, reference: ReferencePoint
+    setup: CycleSetup, state: CycleState, elapsed: float, observation: Observation | None, reference: ReferencePoint
 ) -> float:
     """How far the reference has yielded along the straight rod [m]: under a load the same x is at another z.
 
@@ -176,12 +205,13 @@ def _slip(
     """
     if state.mode is not Mode.TRACKING:
         return 0.0
-    if estimate is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
+    if observation is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
         return state.slip
-    across, along = state.choice.reference.curve.axes
-    if abs(estimate.position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
+    across, along = PLANES[setup.config.control.plane]
+    position: list[float] = observation.position.tolist()
+    if abs(position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
         return state.slip
-    slip = state.slip + YIELD * (estimate.position[along] - reference.position[along])
+    slip = state.slip + YIELD * (position[along] - reference.position[along])
     most = FARTHEST * setup.config.rod.length
     return min(most, max(-most, slip))
 
@@ -191,6 +221,8 @@ def _pretension(setup: CycleSetup, state: CycleState) -> Array:
     section, control = setup.config.pretension, setup.config.control
     elapsed = (state.tick - state.since + 1) * setup.config.loop.period
     part = min(1.0, elapsed / max(section.duration, 1e-9))
+    if state.choice.law.looks_ahead:
+        return np.full(len(state.tension), part * section.least)
     return part * share(len(state.tension), control.agonist, control.antagonist, section.tension, section.antagonist)
 
 
@@ -213,7 +245,8 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
     """
     config = setup.config
     tension = follow(command, state.tension, setup.lagging)
-    tension = np.where((command == 0.0) & (tension < SLACK), 0.0, tension)
+    if setup.lagging:
+        tension = np.where((command == 0.0) & (tension < SLACK), 0.0, tension)
     after, error = _advance_model(setup, state, tension)
     if error:
         total = float(np.sum(state.tension))
@@ -221,7 +254,8 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
         wanted = np.where(state.wound > 0.0, left * state.wound, state.wound)
     else:
         wanted = setup.rod.displacements(after.rod, elastic=config.rod.tendon_stiffness is not None)
-        wanted = np.where(tension > 0.0, wanted, wanted - config.limits.slack)
+        if config.limits.slack:
+            wanted = np.where(tension > 0.0, wanted, wanted - config.limits.slack)
     asked = lead(wanted, state.wound, setup.lagging)
     displacement, met = limit_displacement(config.limits, config.loop.period, asked, state.displacement)
     after = changed(after, tension=tension, commanded=command, wound=follow(displacement, state.wound, setup.lagging))
@@ -242,9 +276,4 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
 
 
 def _finite(values: Array) -> bool:
-    return bool(np.isfinite(values).all())
-
-
-def _vector(values: Array) -> Vector3:
-    x, y, z = values.tolist()
-    return x, y, z
+    return all(map(math.isfinite, values.tolist()))

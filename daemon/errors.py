@@ -11,5 +11,9 @@ class LawError(DaemonError):
     """A law that does not exist, or parameters that it cannot take."""
 
 
+class TargetError(DaemonError):
+    """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
+
+
 class UsageError(DaemonError):
     """What the user asked for cannot be done as it was asked; the exit status is that of a wrong option."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import llvmlite.binding
 
@@ -24,6 +24,7 @@ from tendond.daemon.channels import (
     TIP_MODEL,
     TRANSFORMS,
     TRUTH,
+    Channel,
 )
 from tendond.daemon.recorder import CALIBRATION, CONFIG, Counts, Recorder
 from tendond.daemon.snapshot import StateSnapshot, encode_state
@@ -122,19 +123,20 @@ class Journal:
         What viewers want of it is made in the recorder's thread.
         """
         now = self._now()
-        put = self._recorder.put
-        put(CYCLE, now, record)
+        entries: list[tuple[Channel[Any], Any]] = [(CYCLE, record)]
         if timing is not None:
-            put(TIMING, now, timing)
+            entries.append((TIMING, timing))
         pose = record.inputs.pose
         if pose is not None:
-            put(TIP_MEASURED, now, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation))
-        put(TIP_MODEL, now, partial(foxglove.pose_in_frame, now, record.model.position, record.model.orientation))
+            entries.append((TIP_MEASURED, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation)))
+        model = record.model
+        entries.append((TIP_MODEL, partial(foxglove.pose_in_frame, now, model.position, model.orientation)))
         if truth is not None:
-            put(TRUTH, now, truth)
+            entries.append((TRUTH, truth))
         if record.tick % self._shape_period == 0:
-            put(ROD_SHAPE, now, partial(self._shape, now, record, state))
-            put(TRANSFORMS, now, partial(_frames, now, record))
+            entries.append((ROD_SHAPE, partial(self._shape, now, record, state)))
+            entries.append((TRANSFORMS, partial(_frames, now, record)))
+        self._recorder.put_all(now, entries)
 
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
         points = self._rod.curve(state)

@@ -1,6 +1,6 @@
 """Controller and simulated plant in one process, cycle by cycle: faster than real time, and the same every time."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
-from tendond.schemas.messages import ControlAction, SimulatorTruth
+from tendond.schemas.messages import ControlAction, SimulatorTruth, TendonCommand, TendonState
 from tendond.schemas.record import CycleInputs, CycleRecord
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
     """Run the closed loop and yield each cycle's record.
 
     Args:
-        config: of controller and plant; both have the controller's period.
+        config: of controller and plant, which takes whole steps of about `simulator.period` in each cycle.
         cycles: to run.
         requests: of the operator, by tick.
 
@@ -64,7 +64,8 @@ def watched_loop(
     state = initial_state(setup)
     if see_state is not None:
         see_state(state)
-    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
+    steps = max(1, round(config.loop.period / config.simulator.period))
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period / steps))
     for tick in range(cycles):
         pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
         asked = requests.get(tick)
@@ -77,3 +78,18 @@ def watched_loop(
             see_state(state)
         yield Watched(record, truth, plant.shape(points) if points else np.zeros((0, 3)))
         plant.step(command)
+        for _ in range(steps - 1):
+            plant.step(None)
+
+
+def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[tuple[TendonState, SimulatorTruth]]:
+    """The plant alone under commands, one each `simulator.period`: what the servos report and the truth, after each.
+
+    Raises:
+        ConvergenceError: the plant has no solution.
+    """
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    for command in commands:
+        plant.step(command)
+        _, state, truth = plant.observe(stamp_ns=0)
+        yield state, truth

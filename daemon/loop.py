@@ -1,4 +1,4 @@
-"""The loop: the only clock. It wakes, lets `cycle.step` decide, publishes, and hands the record to the recorder."""
+"""The loop: the only clock. It wakes, lets `cycle.respond` decide, publishes, and hands the record to the recorder."""
 
 import gc
 import time
@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 
 from tendond.daemon.bus import Hub, Question
-from tendond.daemon.cycle import step
+from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
@@ -17,9 +17,11 @@ from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
 from tendond.daemon.practice import practise
 from tendond.daemon.state import CycleSetup, CycleState
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand
+from tendond.daemon.write_record import write_record
+from tendond.notify import Supervisor
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
-from tendond.schemas.wire import encode
+from tendond.schemas.wire import decode, encode
 
 STATUS_SECONDS = 1.0
 RELEASE_SECONDS = 4.0
@@ -37,6 +39,7 @@ class Loop:
         hub: open.
         journal: where the records go.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
+        supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
     """
 
     def __init__(
@@ -45,11 +48,13 @@ class Loop:
         hub: Hub,
         journal: Journal,
         arm_at: int | None = None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._setup = setup
         self._hub = hub
         self._journal = journal
         self._arm_at = arm_at
+        self._supervisor = supervisor or Supervisor({})
         self._health = Health()
         self._status_seq = 0
 
@@ -77,24 +82,26 @@ class Loop:
         try:
             self._run(pacer, stopped, cycles)
         except Exception as error:
+            self._supervisor.stopping()
             self._journal.crash(traceback.format_exc())
             self._let_go()
             raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
         finally:
             gc.enable()
+            self._supervisor.stopping()
             self._hub.publish_last(_slack(self._setup, self._health.cycles))
 
     def rehearse(self) -> None:
         """A cycle on the last inputs whose outcome is thrown away: the next one finds its code and data in the caches.
 
-        Other processes push them out while the loop sleeps, and a cycle then takes two to three times as long. `step`
-        changes nothing that it is given, so this is not seen in any command or record.
+        Other processes push them out while the loop sleeps, and a cycle then takes half as long again.
+        `respond` changes nothing that it is given, so this is not seen in any command or record.
         """
         pose = self._state.pose
-        if pose is not None:
-            pose = pose.model_copy(update={"seq": pose.seq + 1})
         with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
-            encode(step(self._setup, self._state, CycleInputs(pose=pose))[1])
+            if pose is not None:
+                pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
+            encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
 
     def _let_go(self) -> None:
         """Release the tendons without the cycle, along a ramp, from what was commanded last."""
@@ -124,6 +131,7 @@ class Loop:
         while cycles is None or self._health.cycles < cycles:
             stopping = stopped()
             if stopping:
+                self._supervisor.stopping()
                 give_up = give_up or time.monotonic() + RELEASE_SECONDS
                 if not _holding(self._state) or time.monotonic() > give_up:
                     break
@@ -146,26 +154,33 @@ class Loop:
                 unreadable=wake.arrivals.unreadable,
                 missed_ticks=wake.missed_ticks,
             )
-            self._state, command, record = step(self._setup, self._state, inputs)
-            self._hub.publish_command(command.model_copy(update={"stamp_ns": time.monotonic_ns()}))
+            response = respond(self._setup, self._state, inputs)
+            self._state = response.state
+            self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
+            # The command is out: all else can wait.
             self._health.add(work_us, wake.missed_ticks)
+            if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
+                self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
+            record = write_record(self._setup, response)
             if question is not None and question.request.action is requested:
                 question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
                 question = None
-            timing = LoopTiming(
+            timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
             )
-            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.truth)
+            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._journal.state(self._state)
             now = (record.mode, record.law, record.reference.target, self._journal.error)
             if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
                 self._journal.status(status, changed=now != seen)
+                if now != seen:
+                    self._supervisor.status("; ".join(filter(None, (_in_words(record), self._journal.error))))
                 seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
@@ -189,6 +204,11 @@ class Loop:
             rejected=self._state.rejected,
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
+
+
+def _in_words(record: CycleRecord) -> str:
+    """Mode and reason."""
+    return f"{record.mode.value}: {record.reason}" if record.reason else record.mode.value
 
 
 def _holding(state: CycleState) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.haste import haste
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
 from tendond.model.errors import ModelError
 from tendond.model.observer import start_observer
@@ -82,7 +83,9 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         elif inputs.reference is not None:
             choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference)
             x, y, z = choice.reference.target
+            remarks = [*choice.reference.notes, haste(choice.reference, setup.config.limits)]
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
+            done = "; ".join([done, *filter(None, remarks)])
         else:
             return state, Answer(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:
@@ -137,7 +140,24 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
     if runs.mismatches >= limits.mismatches:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
         return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {runs.mismatches} cycles"
+    if runs.slack >= limits.slack_cycles and (tendon := slack_tendon(setup, state)) is not None:
+        assert state.tendon_state is not None
+        return (
+            f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
+            f"{state.tension[tendon]:.1f} N, for {runs.slack} cycles; is it cut, or off its spool?"
+        )
     return ""
+
+
+def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
+    """Index of a tendon that ought to pull and is reported not to; none if there is none."""
+    limits, reported = setup.config.faults, state.tendon_state
+    if reported is None or len(reported.tension) != len(state.tension):
+        return None
+    for index, (told, expected) in enumerate(zip(reported.tension, state.tension.tolist(), strict=True)):
+        if expected > limits.slack_tension and abs(told) < limits.slack_part * expected:
+            return index
+    return None
 
 
 def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:

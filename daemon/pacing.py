@@ -13,7 +13,10 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 
 
 REHEARSAL_SHARE = 0.3
-"""Of the period, before the deadline, that a rehearsal may take."""
+"""Of the period, that a rehearsal may take."""
+
+SPIN_SECONDS = 300e-6
+"""Before each deadline, awake: a processor that sleeps loses what the rehearsal has fetched."""
 
 
 @dataclass(frozen=True)
@@ -60,21 +63,28 @@ class Clock:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
         if self._rehearse is not None:
-            self._prepare(self._rehearse, self._deadline - REHEARSAL_SHARE * self._period)
+            self._prepare(self._rehearse)
+            time.sleep(max(0.0, self._deadline - SPIN_SECONDS - time.monotonic()))
+            while time.monotonic() < self._deadline:
+                pass
         time.sleep(max(0.0, self._deadline - time.monotonic()))
         now = time.monotonic()
         return Wake(now, self._hub.receive(), now - self._deadline, missed)
 
-    def _prepare(self, rehearse: Callable[[], None], at: float) -> None:
-        """Rehearse at that time, if the last rehearsal was short enough; a long one is tried again much later."""
-        now = time.monotonic()
-        if now > at or self._took > REHEARSAL_SHARE * self._period:
-            self._took *= 0.99
+    def _prepare(self, rehearse: Callable[[], None]) -> None:
+        """Rehearse just before the deadline, as early as the longest of the last rehearsals asks for.
+
+        One that would take too long is left out, and tried again when that one is forgotten.
+        """
+        assert self._deadline is not None
+        self._took *= 0.99
+        wait = self._deadline - SPIN_SECONDS - self._took - time.monotonic()
+        if wait < 0.0 or self._took > REHEARSAL_SHARE * self._period:
             return
-        time.sleep(at - now)
+        time.sleep(wait)
         started = time.monotonic()
         rehearse()
-        self._took = 1.5 * (time.monotonic() - started)
+        self._took = max(self._took, 1.2 * (time.monotonic() - started))
 
 
 class Lockstep:

@@ -5,12 +5,14 @@ import gc
 import os
 import resource
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from tendond.schemas.config import LoopSection
 
 MCL_CURRENT, MCL_FUTURE = 1, 2
 CAP_IPC_LOCK = 14
+PR_SET_TIMERSLACK = 29
 
 SWITCH_SECONDS = 0.5e-3
 """That the recorder's thread may keep the interpreter from the loop; Python's default is 5 ms."""
@@ -28,7 +30,7 @@ def become_punctual(section: LoopSection) -> list[str]:
         What was not permitted, in words.
     """
     missing = []
-    sys.setswitchinterval(SWITCH_SECONDS)
+    be_prompt()
     gc.collect()
     gc.freeze()
     if section.lock_memory and not _lock_memory():
@@ -45,6 +47,16 @@ def become_punctual(section: LoopSection) -> list[str]:
         except OSError as error:
             missing.append(f"no FIFO priority {section.priority} ({error.strerror}; LimitRTPRIO={section.priority})")
     return missing
+
+
+def be_prompt() -> None:
+    """Short sleeps of the calling thread end when they should, and the recorder hands the interpreter over at once.
+
+    Linux else adds up to 50 us to a sleep, but for FIFO threads; Python waits for 5 ms.
+    """
+    sys.setswitchinterval(SWITCH_SECONDS)
+    with suppress(OSError, AttributeError):  # a system without it sleeps as it does
+        ctypes.CDLL(None).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
 def _lock_memory() -> bool:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
@@ -131,13 +131,18 @@ class Recorder:
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
         """
+        return self.put_all(log_time_ns, [(channel, message)]) == 1
+
+    def put_all(self, log_time_ns: int, messages: list[tuple[Channel[Any], Any]]) -> int:
+        """Queue messages of one time, as `put` does; how many were queued."""
         with self._lock:
-            self._put += 1
-            if not self._accepting or self._queue.qsize() >= self._queue_size:
-                self._refused += 1
-                return False
-            self._queue.put(_Entry(channel.topic, log_time_ns, message))
-            return True
+            self._put += len(messages)
+            room = self._queue_size - self._queue.qsize() if self._accepting else 0
+            for channel, message in messages[: max(0, room)]:
+                self._queue.put(_Entry(channel.topic, log_time_ns, message))
+            queued = min(len(messages), max(0, room))
+            self._refused += len(messages) - queued
+            return queued
 
     @property
     def dropped(self) -> int:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.errors import DaemonError
+from tendond.daemon.errors import TargetError
+from tendond.daemon.space.course import Goal
 from tendond.model.rod import Rod
-from tendond.model.static_curve import StaticCurve, static_curve
+from tendond.model.static_curve import Pair, StaticCurve, by_point, static_curve
 from tendond.schemas.base import Vector3
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_reference import ReferenceSection
@@ -34,10 +35,6 @@ SETTLED_COURSE = 0.999
 """Part of the way from which on the along component of a target 'across' lets itself be moved by loads."""
 
 
-class TargetError(DaemonError):
-    """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
-
-
 @dataclass(frozen=True)
 class Reference:
     """A course in time.
@@ -47,16 +44,19 @@ class Reference:
         arc: of the target along the curve of resting tips [m]; none for samples and for an unreachable target.
         curve: of resting tips, of the rod without load.
         yields: the along component is not part of what was asked, and may follow the tip under load.
-        course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each of shape (2,).
+        course: time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane, each across and along.
         arrival: time from which on the reference rests at its target, or nearly [s].
+        notes, aim: as those of a `Course`.
     """
 
     target: Vector3
     arc: float | None
     curve: StaticCurve
     yields: bool
-    course: Callable[[float], tuple[Array, Array, Array]]
+    course: Callable[[float], tuple[Pair, Pair, Pair]]
     arrival: float
+    notes: tuple[str, ...] = ()
+    aim: str = "position"
 
     def overbent(self, tip_direction: Array) -> float | None:
         """Tension [N] that holds the target at rest, where the rod is bent beyond the target by more than `OVERBENT`.
@@ -76,15 +76,25 @@ class Reference:
 
     def at(self, time: float, slip: float = 0.0) -> ReferencePoint:
         """The point at `time` [s] since tracking began, its along component moved by `slip` [m]."""
-        position, velocity, acceleration = self.course(time)
-        across, along = self.curve.axes
-        vectors = np.zeros((3, 3))
-        vectors[:, across] = position[0], velocity[0], acceleration[0]
-        vectors[:, along] = position[1] + slip, velocity[1], acceleration[1]
-        rows = vectors.tolist()
-        return ReferencePoint(
-            position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
+        (x, z), velocity, acceleration = self.course(time)
+        axes = self.curve.axes
+        return ReferencePoint.trusted(
+            position=in_world((x, z + slip), axes),
+            velocity=in_world(velocity, axes),
+            acceleration=in_world(acceleration, axes),
+            target=self.target,
         )
+
+    def goal(self, time: float, slip: float = 0.0) -> Goal:
+        """What a law that looks ahead is to reach at `time` [s]."""
+        return Goal(np.array(self.at(time, slip).position), None)
+
+
+def in_world(pair: Pair, axes: tuple[int, int]) -> Vector3:
+    """A vector of the bending plane in the world frame."""
+    vector = [0.0, 0.0, 0.0]
+    vector[axes[0]], vector[axes[1]] = pair
+    return vector[0], vector[1], vector[2]
 
 
 def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> Reference:
@@ -105,24 +115,26 @@ def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = Non
     if section.kind == "samples":
         return _sampled(section, curve)
     point, arc = _resolve(section, curve)
+    across, along = point.tolist()
     progress, arrival = _progress(section)
     if section.path == "direct" or arc is None:
-        start, end = np.array([0.0, point[1]]), point
 
-        def course(time: float) -> tuple[Array, Array, Array]:
+        def course(time: float) -> tuple[Pair, Pair, Pair]:
             f, f1, f2 = progress(time)
-            return start + f * (end - start), f1 * (end - start), f2 * (end - start)
+            return (f * across, along), (f1 * across, 0.0), (f2 * across, 0.0)
 
     else:
         start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
-        way = arc - start_arc
+        way, point_at, end_arc = arc - start_arc, by_point(curve.spline), curve.length
 
-        def course(time: float) -> tuple[Array, Array, Array]:
+        def course(time: float) -> tuple[Pair, Pair, Pair]:
             f, f1, f2 = progress(time)
-            p, p1, p2 = curve.at(start_arc + f * way)
-            return p, p1 * (f1 * way), p2 * (f1 * way) ** 2 + p1 * (f2 * way)
+            p, (a, b), (c, d) = point_at(min(max(start_arc + f * way, 0.0), end_arc))
+            speed, bend, push = f1 * way, (f1 * way) ** 2, f2 * way
+            return p, (a * speed, b * speed), (c * bend + a * push, d * bend + b * push)
 
-    return Reference(_target(point, axes), arc, curve, section.target_name == "across", course, arrival)
+    yields = section.target_name == "across"
+    return Reference(in_world((across, along), axes), arc, curve, yields, course, arrival)
 
 
 def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, float | None]:
@@ -146,7 +158,7 @@ def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, floa
         values, unit = curve.angle, "rad"
         asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
     if found.size:
-        arc = float(found[-1] if section.branch == "far" else found[0])
+        arc = float(found[-1] if section.branch != "near" else found[0])
         return curve.at(arc)[0], arc
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])
@@ -227,15 +239,11 @@ def _sampled(section: ReferenceSection, curve: StaticCurve) -> Reference:
     spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="clamped")
     end = float(table[-1, 0])
 
-    def course(time: float) -> tuple[Array, Array, Array]:
+    last, point_at = (float(table[-1, 1]), float(table[-1, 2])), by_point(spline)
+
+    def course(time: float) -> tuple[Pair, Pair, Pair]:
         if time >= end:
-            return table[-1, 1:], np.zeros(2), np.zeros(2)
-        return spline(time), spline(time, 1), spline(time, 2)
+            return last, (0.0, 0.0), (0.0, 0.0)
+        return point_at(time)
 
-    return Reference(_target(table[-1, 1:], curve.axes), None, curve, False, course, end)
-
-
-def _target(point: Array, axes: tuple[int, int]) -> Vector3:
-    target = [0.0, 0.0, 0.0]
-    target[axes[0]], target[axes[1]] = float(point[0]), float(point[1])
-    return target[0], target[1], target[2]
+    return Reference(in_world(last, curve.axes), None, curve, False, course, end)

@@ -108,6 +108,7 @@ class Runs:
     equal_poses: int = 0
     occluded: int = 0
     mismatches: int = 0
+    slack: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,14 @@
 """The record of a cycle, from values that the cycle itself has made and bounded: they are not validated again."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.laws.law import Decision, LawTerms
+from tendond.daemon.laws.law import Decision, LawTerms, Observation
 from tendond.daemon.modes import Answer
-from tendond.daemon.state import CycleState
+from tendond.daemon.state import CycleSetup, CycleState
 from tendond.model.rotation import quaternion
 from tendond.schemas.base import SCHEMA_VERSION, Vector3
 from tendond.schemas.messages import TendonCommand
@@ -21,75 +22,74 @@ from tendond.schemas.record import (
 )
 
 
-def write_record(
-    state: CycleState,
-    inputs: CycleInputs,
-    rejected: tuple[str, ...],
-    answer: Answer,
-    period: float,
-    reference: ReferencePoint,
-    estimate: TipEstimate | None,
-    decision: Decision | None,
-    limited: tuple[str, ...],
-    error: str,
-    armed: bool,
-) -> CycleRecord:
-    """The record, with the command in it.
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What `cycle.respond` has made of the inputs: the command, and everything else that belongs into the record.
 
-    Args:
+    Attributes:
         state: after the cycle; its `tick` is that of the next one.
+        command: to publish.
         inputs: that the cycle saw; rejected: those that it did not use.
         answer: to the operator.
-        period: of the cycle [s].
-        reference, estimate, decision: of the law; the last two none where none ran.
+        reference, observation, decision: of the law; the last two none where none ran.
         limited: limits that the command met.
         error: of the model's step.
-        armed: whether the servos hold.
     """
-    tick, pose, observer = state.tick - 1, state.pose, state.observer
-    position = None if pose is None else pose.position
-    command = TendonCommand.trusted(
-        version=SCHEMA_VERSION,
-        seq=tick,
-        stamp_ns=0,
-        pose_seq=None if pose is None else pose.seq,
-        displacement=_numbers(state.displacement),
-        tension=_numbers(state.commanded),
-        armed=armed,
-    )
+
+    state: CycleState
+    command: TendonCommand
+    inputs: CycleInputs
+    rejected: tuple[str, ...]
+    answer: Answer
+    reference: ReferencePoint
+    observation: Observation | None
+    decision: Decision | None
+    limited: tuple[str, ...]
+    error: str
+
+
+def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
+    """The record of a cycle."""
+    state, decision, seen = response.state, response.decision, response.observation
+    tick, observer = state.tick - 1, state.observer
+    wanted = None if decision is None else tuple(decision.tension.tolist())
     return CycleRecord.trusted(
         version=SCHEMA_VERSION,
         tick=tick,
-        time=tick * period,
+        time=tick * setup.config.loop.period,
         mode=state.mode,
         reason=state.reason,
-        reply=answer.text,
-        accepted=answer.accepted,
-        inputs=inputs,
-        rejected=rejected,
+        reply=response.answer.text,
+        accepted=response.answer.accepted,
+        inputs=response.inputs,
+        rejected=response.rejected,
         pose_age=state.pose_age,
-        measured=position,
-        reference=reference,
+        measured=None if state.pose is None else state.pose.position,
+        reference=response.reference,
         observer=ObserverEstimate.trusted(
             innovation=_vector(observer.innovation),
             force=_vector(observer.force),
             pull=_vector(observer.pull),
             offset=_vector(observer.offset),
         ),
-        estimate=estimate,
+        estimate=None
+        if seen is None
+        else TipEstimate.trusted(
+            position=_vector(seen.position), velocity=_vector(seen.velocity), acceleration=_vector(seen.acceleration)
+        ),
         terms={} if decision is None else _finite_terms(decision.terms),
-        wanted=None if decision is None or not np.isfinite(decision.tension).all() else _numbers(decision.tension),
-        tension=_numbers(state.tension),
+        wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
+        tension=tuple(state.tension.tolist()),
         law=state.choice.law_name,
-        limited=limited,
+        limited=response.limited,
         model=ModelState.trusted(
             position=_vector(state.tip.position),
             orientation=quaternion(state.tip.rotation),
             residual=state.rod.residual,
             marches=state.rod.marches,
-            error=error,
+            error=response.error,
         ),
-        command=command,
+        command=response.command,
     )
 
 
@@ -100,10 +100,6 @@ def _finite_terms(terms: LawTerms) -> dict[str, float | tuple[float, ...]]:
         for name, value in vars(terms).items()
         if (all(map(math.isfinite, value)) if isinstance(value, tuple) else math.isfinite(value))
     }
-
-
-def _numbers(values: NDArray[np.float64]) -> tuple[float, ...]:
-    return tuple(values.tolist())
 
 
 def _vector(values: NDArray[np.float64]) -> Vector3:

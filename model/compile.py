@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit, typeof
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 _FASTMATH = {"contract", "arcp", "nsz"}
@@ -25,6 +26,7 @@ def sources_digest() -> str:
 
 
 _SOURCES = sources_digest()
+_KERNELS: list[Any] = []
 
 
 def kernel(function: Any) -> Any:
@@ -32,7 +34,18 @@ def kernel(function: Any) -> Any:
     compiled = njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True)
     # numba looks at the kernel's own file only, and would go on using code inlined from another one that has changed.
     compiled._cache._cache_file._source_stamp = _SOURCES
+    _KERNELS.append(compiled)
     return compiled
+
+
+def uncached() -> list[str]:
+    """Names of the kernels imported so far of which the disk has no code of these sources for this processor."""
+    target = cpu_target.target_context.codegen().magic_tuple()
+    return [
+        one.py_func.__name__
+        for one in _KERNELS
+        if not any(key[1] == target for key in one._cache._cache_file._load_index())
+    ]
 
 
 def bind(compiled: Any, *arguments: Any) -> Any:

@@ -18,13 +18,29 @@ delay, which the loop's margin asks for.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.compile import inlined, kernel
+from tendond.model.march import _vector
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
+from tendond.model.vectors import (
+    Matrix,
+    Vector,
+    add,
+    dot,
+    inverse,
+    outer,
+    plus_diagonal,
+    product,
+    rotate,
+    scale,
+    sub,
+)
 
 Array = NDArray[np.float64]
 
@@ -114,69 +130,96 @@ def observe(
         model_tip: its tip [m], shape (3,).
         measured: a new measurement [m], shape (3,), as old as the observer's delay; none to coast.
     """
-    past = np.vstack([state.past[1:], model_tip])
+    past = np.empty_like(state.past)
+    past[:-1] = state.past[1:]
+    past[-1] = model_tip
     if measured is None:
-        return replace(state, past=past, pull=np.zeros(3))
+        return ObserverState(past, state.innovation, state.mean, state.offset, state.force, np.zeros(3))
     whole, part = divmod(gains.delay / gains.period, 1.0)
-    newer = len(past) - 1 - int(whole)
-    expected = (1.0 - part) * past[newer] + part * past[newer - 1]
-    innovation = measured - expected
-    if gains.kind == "offset":
-        offset = state.offset + gains.offset_gain * (innovation - state.offset)
-        return replace(state, past=past, innovation=innovation, offset=offset)
-    mean = state.mean + min(1.0, gains.period / gains.quiet_time) * (innovation - state.mean)
-    size = float((mean * mean).sum())
-    weight = gains.quiet_share + (1.0 - gains.quiet_share) * size / (size + gains.quiet**2)
-    stiffness = _inverse(tip_compliance(rod, model), np.array(rod.parameters.gravity))
-    integral = gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale)
-    rate = (innovation - state.innovation) / gains.period
-    thrown = min(1.0, THROWN / max(math.hypot(*innovation.tolist()), THROWN))
-    force = state.force + weight * thrown * integral * _times(stiffness, innovation)
-    pull = weight * _times(stiffness, gains.proportional * innovation + gains.derivative * rate)
-    return replace(
-        state,
-        past=past,
-        innovation=innovation,
-        mean=mean,
-        force=_bounded(force, gains.force_max),
-        pull=_bounded(pull, PULL * gains.force_max),
-    )
+    new = np.empty((5, 3))
+    _correct(
+        gains.kind == "force", past, len(past) - 1 - int(whole), part, measured, state.innovation, state.mean,
+        state.offset, state.force, gains.offset_gain, min(1.0, gains.period / gains.quiet_time), gains.quiet,
+        gains.quiet_share, gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale), gains.proportional,
+        gains.derivative / gains.period, gains.force_max, rod.node_positions(model), rod.parameters.length,
+        rod.parameters.bending_stiffness, np.array(rod.parameters.gravity), new,
+    )  # fmt: skip
+    return ObserverState(past, *new)
 
 
-def _bounded(force: Array, most: float) -> Array:
-    """`force` [N], shape (3,), made no larger than `most` [N]."""
-    return force / max(1.0, math.hypot(*force.tolist()) / most)
+@kernel
+def _correct(
+    with_force: bool, past: Any, newer: int, part: float, measured: Any, last: Any, last_mean: Any, offset: Any,
+    last_force: Any, offset_gain: float, blend: float, quiet: float, quiet_share: float, integral: float,
+    proportional: float, derivative: float, force_max: float, places: Any, length: float, stiffness: float,
+    gravity: Any, new: Any,
+) -> None:  # fmt: skip
+    """Innovation, mean, offset, force and pull, written to `new`, shape (5, 3); the equations stand above.
+
+    The measurement is as old as `past[newer]` and, for the share `part`, the tip before it. `integral` is Li dt,
+    `derivative` is Kd / dt.
+    """
+    x = _vector(measured, 0)
+    expected = add(scale(1.0 - part, _vector(past[newer], 0)), scale(part, _vector(past[newer - 1], 0)))
+    e, e_last, d = sub(x, expected), _vector(last, 0), _vector(offset, 0)
+    m, force, pull = _vector(last_mean, 0), _vector(last_force, 0), (0.0, 0.0, 0.0)
+    if with_force:
+        m = add(m, scale(blend, sub(e, m)))
+        size = dot(m, m)
+        weight = quiet_share + (1.0 - quiet_share) * size / (size + quiet * quiet)
+        spring = _likeliest_force(_compliance(places, length, stiffness), _vector(gravity, 0))
+        thrown = THROWN / max(math.sqrt(dot(e, e)), THROWN)
+        force = _bounded(add(force, scale(weight * thrown * integral, rotate(spring, e))), force_max)
+        wanted = add(scale(proportional, e), scale(derivative, sub(e, e_last)))
+        pull = _bounded(scale(weight, rotate(spring, wanted)), PULL * force_max)
+    else:
+        d = add(d, scale(offset_gain, sub(e, d)))
+    for j in range(3):
+        new[0, j], new[1, j], new[2, j], new[3, j], new[4, j] = e[j], m[j], d[j], force[j], pull[j]
 
 
-def _inverse(compliance: Array, gravity: Array) -> Array:
-    """C^+ = P C (C P C + r 1)^-1 [N/m], shape (3, 3): the likeliest force for a motion of the tip.
+@inlined
+def _bounded(force: Vector, most: float) -> Any:
+    """`force` [N] made no larger than `most` [N]."""
+    return scale(1.0 / max(1.0, math.sqrt(dot(force, force)) / most), force)
+
+
+@inlined
+def _likeliest_force(compliance: Matrix, gravity: Vector) -> Any:
+    """C^+ = P C (C P C + r 1)^-1 [N/m]: the likeliest force for a motion of the tip.
 
     P is the variance that is expected of the force: a motion that several forces would explain is put down to one along
     gravity. What C hardly shows (r) is not looked for.
     """
-    size = math.hypot(*gravity.tolist())
-    prior = np.eye(3)
-    if size > 0.0:
-        down = gravity / size
-        prior = SIDEWAYS * prior + (1.0 - SIDEWAYS) * (down[:, None] * down)
-    unseen = (UNSEEN * 0.5 * float(np.trace(compliance))) ** 2
-    shown = _times(prior, compliance)
-    return _times(shown, _inverse_3(_times(compliance, shown) + unseen * np.eye(3)))
+    size = math.sqrt(dot(gravity, gravity))
+    down = scale(1.0 / size if size > 0.0 else 0.0, gravity)
+    across, along = (SIDEWAYS, 1.0 - SIDEWAYS) if size > 0.0 else (1.0, 0.0)
+    prior = plus_diagonal(outer(scale(along, down), down), across)
+    unseen = (UNSEEN * 0.5 * (compliance[0] + compliance[4] + compliance[8])) ** 2
+    shown = product(prior, compliance)
+    return product(shown, inverse(plus_diagonal(product(compliance, shown), unseen)))
 
 
-def _times(a: Array, b: Array) -> Array:
-    """Product of small matrices. Not BLAS's, whose last bits depend on the machine's settings: a log must replay."""
-    return np.asarray(np.einsum("ij,j...->i...", a, b))
+@inlined
+def _compliance(places: Any, length: float, stiffness: float) -> Matrix:
+    """See `tip_compliance`; `places` are the nodes' positions [m], shape (nodes, 3)."""
+    nodes = places.shape[0]
+    tip = _vector(places[nodes - 1], 0)
+    xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(nodes - 1):  # the tip's own arm is zero
+        r = sub(tip, _vector(places[k], 0))
+        share = 0.5 if k == 0 else 1.0
+        xx, yy, zz = xx + share * r[0] * r[0], yy + share * r[1] * r[1], zz + share * r[2] * r[2]
+        xy, xz, yz = xy + share * r[0] * r[1], xz + share * r[0] * r[2], yz + share * r[1] * r[2]
+    f = length / (nodes - 1) / stiffness
+    return f * (yy + zz), -f * xy, -f * xz, -f * xy, f * (xx + zz), -f * yz, -f * xz, -f * yz, f * (xx + yy)
 
 
-def _inverse_3(m: Array) -> Array:
-    """Of a matrix of shape (3, 3), by its adjugate."""
-    (a, b, c), (d, e, f), (g, h, i) = m.tolist()
-    p, q, r = e * i - f * h, f * g - d * i, d * h - e * g
-    adjugate = np.array(
-        [[p, c * h - b * i, b * f - c * e], [q, a * i - c * g, c * d - a * f], [r, b * g - a * h, a * e - b * d]]
-    )
-    return np.asarray(adjugate / (a * p + b * q + c * r))
+@kernel
+def _fill_compliance(places: Any, length: float, stiffness: float, out: Any) -> None:
+    filled = _compliance(places, length, stiffness)
+    for j in range(9):
+        out[j] = filled[j]
 
 
 def tip_compliance(rod: Rod, state: RodState) -> Array:
@@ -185,11 +228,6 @@ def tip_compliance(rod: Rod, state: RodState) -> Array:
     Unit-load method (Timoshenko, Strength of Materials): C = integral of hat(r)' hat(r) / EI ds with r from s to the
     tip; torsion is counted as stiff as bending, shear, extension and the tendons' pull are left out. For gains only.
     """
-    r = rod.node_positions(state)
-    r = r[-1] - r
-    weights = np.full(len(r), rod.parameters.length / (len(r) - 1))
-    weights[0] *= 0.5
-    weights[-1] *= 0.5
-    weighted = r * weights[:, None]
-    moment = float(np.sum(weighted * r)) * np.eye(3) - np.einsum("ki,kj->ij", weighted, r)
-    return np.asarray(moment / rod.parameters.bending_stiffness)
+    out = np.empty(9)
+    _fill_compliance(rod.node_positions(state), rod.parameters.length, rod.parameters.bending_stiffness, out)
+    return out.reshape(3, 3)

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.compile import bind
 from tendond.model.errors import ConvergenceError, ParameterError
+from tendond.model.forecast import Forecast, tip_forecast
 from tendond.model.march import HISTORY
 from tendond.model.parameters import RodParameters
 from tendond.model.predictor import RING
 from tendond.model.rod_state import RodState
 from tendond.model.schemes import DEFAULT, Scheme, scheme
-from tendond.model.sensitivity import Sensitivity, tip_sensitivity
+from tendond.model.sensitivity import Sensitivity, tip_response, tip_sensitivity
 from tendond.model.shooting import SOLVED, RodData
 from tendond.model.timestep import advance, relax
 from tendond.model.tip import Tip, tip_quantities
@@ -29,6 +30,7 @@ from tendond.model.work import LANES, new_work
 Array = NDArray[np.float64]
 
 ZERO = (0.0, 0.0, 0.0)
+_LOADS = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
 RESIDUAL_TOLERANCE = 1e-6
 MARCH_BUDGET = 60
 STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
@@ -96,11 +98,18 @@ class Rod:
         c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
         self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
         self._no_history = np.zeros((self._stages, HISTORY))
-        self._out = np.zeros(18 + 3 * n)
         self._loads = np.zeros(n + 15)
+        self._weight = np.zeros(n + 15)
+        self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
+        self._ahead = (
+            self._weight.copy(), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
+            np.empty((self.nodes, 12)), np.zeros((6, LANES)),
+        )  # fmt: skip
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
+        self._forecast: Any = None
+        self._response: Any = None
 
     def solve_static(
         self,
@@ -210,7 +219,8 @@ class Rod:
         """
         actuation, displacement_driven = self._actuation(tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        new = state.copy()
+        self._check(state)
+        new = state.successor()
         self.advance(new, loads, displacement_driven)
         return new
 
@@ -292,20 +302,20 @@ class Rod:
             ParameterError: a state of another rod.
         """
         self._check(state)
+        out = np.empty(18 + 3 * self.parameters.tendon_count)
         arguments = (
             self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
-            state.geometries[state.count % 2, -1], self._out,
+            state.geometries[state.count % 2, -1], out,
         )  # fmt: skip
         if self._tip is None:
             self._tip = bind(tip_quantities, *arguments)
         self._tip(*arguments)
-        out = self._out
         return Tip(
-            position=out[:3].copy(),
-            rotation=out[3:12].reshape(3, 3).copy(),
-            velocity=out[12:15].copy(),
-            acceleration=out[15:18].copy(),
-            input_gain=out[18:].reshape(-1, 3).T.copy(),
+            position=out[:3],
+            rotation=out[3:12].reshape(3, 3),
+            velocity=out[12:15],
+            acceleration=out[15:18],
+            input_gain=out[18:].reshape(3, -1),
             tension=state.tensions,
         )
 
@@ -361,6 +371,63 @@ class Rod:
             raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
         return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
 
+    def forecast(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> Forecast:
+        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `model.forecast`.
+
+        Args:
+            state: of this tension-driven rod, before the step.
+            tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
+            ways: tensions that change together, per unit of each way, shape (2, n), C-contiguous.
+
+        Raises:
+            ParameterError: a state of another rod.
+            ConvergenceError: the equations are singular there.
+        """
+        self._check(state)
+        n = self.parameters.tendon_count
+        loads, history, level, geometry, jacobian = self._ahead
+        loads[:n], loads[n : n + 3] = tensions, tip_force
+        tip, answer = np.zeros(9), np.zeros((9, 2))
+        arguments = (
+            self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
+            history, level, geometry, jacobian, tip, answer,
+        )  # fmt: skip
+        if self._forecast is None:
+            self._forecast = bind(tip_forecast, *arguments)
+        if not (self._forecast(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
+            raise ConvergenceError("the coming step is singular", state.time, state.residual, state.marches)
+        return Forecast(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
+
+    def tip_response(self, state: RodState, tendon: int) -> Array:
+        """A column of `sensitivity().velocity_actuation`, of a tension-driven rod, in less than half of its time.
+
+        Args:
+            state: of this rod.
+            tendon: index.
+
+        Returns:
+            d(tip velocity after the last step)/d(its tension), world frame [m/s/N], shape (3,); zeros at a static state
+            and where the equations are singular.
+
+        Raises:
+            ParameterError: a state of another rod; no such tendon.
+        """
+        self._check(state)
+        if not 0 <= tendon < self.parameters.tendon_count:
+            raise ParameterError(f"tendon = {tendon}: the rod has tendons 0 to {self.parameters.tendon_count - 1}")
+        response = np.zeros(3)
+        if state.count:
+            arguments = (
+                self._data, self._work, self._bdf[0], tendon, state.unknowns[state.count % RING], state.loads,
+                state.histories[state.count % 2], state.levels[(state.count + 1) % 3],
+                state.geometries[(state.count + 1) % 2], response,
+            )  # fmt: skip
+            if self._response is None:
+                self._response = bind(tip_response, *arguments)
+            if not self._response(*arguments):
+                response[:] = 0.0
+        return response
+
     def loads(
         self,
         actuation: ArrayLike,
@@ -375,17 +442,19 @@ class Rod:
         Raises:
             ParameterError: loads of the wrong shape or not finite.
         """
-        n = self.parameters.tendon_count
+        loads, at = np.zeros(self._weight.size), 0
         parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        arrays = [np.asarray(part, dtype=np.float64) for part in parts]
-        names = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
-        for name, array, size in zip(names, arrays, (n, 3, 3, 3, 3, 3), strict=True):
-            if array.shape != (size,):
-                raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
-            if not np.all(np.isfinite(array)):
-                raise ParameterError(f"{name} = {array.tolist()} must be finite")
-        loads = np.concatenate(arrays)
-        loads[n + 6 : n + 9] += self.parameters.mass_per_length * np.asarray(self.parameters.gravity)
+        for name, part in zip(_LOADS, parts, strict=True):
+            size = 3 if at else self.parameters.tendon_count
+            if part is not ZERO:
+                array = np.asarray(part, dtype=np.float64)
+                if array.shape != (size,):
+                    raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
+                if not all(map(math.isfinite, array.tolist())):
+                    raise ParameterError(f"{name} = {array.tolist()} must be finite")
+                loads[at : at + size] = array
+            at += size
+        loads += self._weight
         return loads
 
     def _actuation(self, tensions: ArrayLike | None, displacements: ArrayLike | None) -> tuple[ArrayLike, bool]:
@@ -396,9 +465,7 @@ class Rod:
             return np.zeros(self.parameters.tendon_count), False
         if displacements is not None:
             return displacements, True
-        assert tensions is not None
-        if np.any(np.asarray(tensions, dtype=np.float64) < 0.0):
-            raise ParameterError(
-                f"tensions = {np.asarray(tensions).tolist()} must not be negative: a tendon cannot push"
-            )
-        return tensions, False
+        array = np.asarray(tensions, dtype=np.float64)
+        if any(tension < 0.0 for tension in array.ravel().tolist()):
+            raise ParameterError(f"tensions = {array.tolist()} must not be negative: a tendon cannot push")
+        return array, False

@@ -1,6 +1,6 @@
 """What a rod is at one instant: everything that its next step depends on, to be copied, saved and restored exactly."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,15 +45,42 @@ class RodState:
 
     def copy(self) -> "RodState":
         """An independent copy."""
-        return replace(
-            self,
-            levels=self.levels.copy(),
-            histories=self.histories.copy(),
-            geometries=self.geometries.copy(),
-            unknowns=self.unknowns.copy(),
-            loads=self.loads.copy(),
-            lengths=self.lengths.copy(),
-            jacobian=self.jacobian.copy(),
+        return RodState(
+            self.count,
+            self.time,
+            self.displacement_driven,
+            self.levels.copy(),
+            self.histories.copy(),
+            self.geometries.copy(),
+            self.unknowns.copy(),
+            self.loads.copy(),
+            self.lengths.copy(),
+            self.jacobian.copy(),
+            self.residual,
+            self.marches,
+        )
+
+    def successor(self) -> "RodState":
+        """A copy to be advanced by one step: what that step overwrites in the rings is not copied."""
+        levels, histories = np.empty_like(self.levels), np.empty_like(self.histories)
+        geometries = np.empty_like(self.geometries)
+        now, last = self.count % 3, (self.count - 1) % 3
+        levels[now], levels[last] = self.levels[now], self.levels[last]
+        histories[self.count % 2] = self.histories[self.count % 2]
+        geometries[self.count % 2] = self.geometries[self.count % 2]
+        return RodState(
+            self.count,
+            self.time,
+            self.displacement_driven,
+            levels,
+            histories,
+            geometries,
+            self.unknowns.copy(),
+            self.loads.copy(),
+            self.lengths.copy(),
+            self.jacobian.copy(),
+            self.residual,
+            self.marches,
         )
 
     @property

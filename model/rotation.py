@@ -11,24 +11,14 @@ def quaternion(rotation: NDArray[np.float64]) -> tuple[float, float, float, floa
 
     The largest of the four components is found first, so that nothing is lost near half a turn (Shepperd 1978).
     """
-    r = rotation
-    squares = np.array(
-        [
-            1.0 + r[0, 0] + r[1, 1] + r[2, 2],
-            1.0 + r[0, 0] - r[1, 1] - r[2, 2],
-            1.0 - r[0, 0] + r[1, 1] - r[2, 2],
-            1.0 - r[0, 0] - r[1, 1] + r[2, 2],
-        ]
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = rotation.tolist()
+    squares = (1.0 + r00 + r11 + r22, 1.0 + r00 - r11 - r22, 1.0 - r00 + r11 - r22, 1.0 - r00 - r11 + r22)
+    products = (
+        (squares[0], r21 - r12, r02 - r20, r10 - r01),
+        (r21 - r12, squares[1], r10 + r01, r02 + r20),
+        (r02 - r20, r10 + r01, squares[2], r21 + r12),
+        (r10 - r01, r02 + r20, r21 + r12, squares[3]),
     )
-    products = np.array(
-        [
-            [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], squares[1], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0]],
-            [r[0, 2] - r[2, 0], r[1, 0] + r[0, 1], squares[2], r[2, 1] + r[1, 2]],
-            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[3]],
-        ]
-    )
-    q = products[int(np.argmax(squares))]
-    q = q / math.hypot(*q.tolist())
-    w, x, y, z = (q if q[0] >= 0.0 else -q).tolist()
-    return w, x, y, z
+    q = products[squares.index(max(squares))]
+    size = math.copysign(math.hypot(*q), q[0])
+    return q[0] / size, q[1] / size, q[2] / size, q[3] / size

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.compile import kernel
+from tendond.model.compile import inlined, kernel
 from tendond.model.linear import solve_in_place
-from tendond.model.march import STATE
-from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, pull
-from tendond.model.work import open_work
+from tendond.model.march import STATE, march
+from tendond.model.shooting import RodData, differentiate, evaluate, newton_matrix, perturbation, pull
+from tendond.model.work import LANES, Work, open_work
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,51 @@ class Sensitivity:
     velocity_actuation: Array
     position_force: Array
     velocity_force: Array
+
+
+@kernel
+def tip_response(
+    rod: RodData, memory: Any, c0: float, tendon: int, unknown: Any, loads: Any, history: Any, levels: Any,
+    geometry: Any, response: Any,
+) -> bool:  # fmt: skip
+    """Of a tension-driven rod: how the tip's velocity after the last step answers to one tendon's tension.
+
+    One march of eight lanes says it all: six with a base load changed, one with the tension, one as the rod is.
+    `response`, shape (3,), is filled [m/s/N]; `levels` and `geometry` are scratch. False where it is singular.
+    """
+    n, still, pulled = len(rod.x), LANES - 1, LANES - 2
+    work = open_work(memory, n)
+    for lane in range(LANES):
+        for j in range(6):
+            work.base[j * LANES + lane] = unknown[j]
+        for i in range(n):
+            work.tension[i * LANES + lane] = unknown[6 + i]
+    for j in range(6):
+        work.base[j * LANES + j] += perturbation(work, unknown, j)
+    work.tension[tendon * LANES + pulled] += perturbation(work, unknown, 6 + tendon)
+    march(
+        rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0, work.base,
+        work.tension, loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length, work.residual,
+    )  # fmt: skip
+    whole = 1.0 / perturbation(work, unknown, 6 + tendon)
+    for j in range(6):
+        missing = work.residual[j * LANES + still]
+        for k in range(6):
+            work.matrix[j, k] = (work.residual[j * LANES + k] - missing) / perturbation(work, unknown, k)
+        work.step[j] = (missing - work.residual[j * LANES + pulled]) * whole
+    if not solve_in_place(work.matrix, work.step, 6):
+        return False
+    for j in range(STATE):
+        rest = work.node[j * LANES + still]
+        work.tip[j, 0] = (work.node[j * LANES + pulled] - rest) * whole
+        for k in range(6):
+            work.tip[j, 0] += (work.node[j * LANES + k] - rest) / perturbation(work, unknown, k) * work.step[k]
+    for j in range(3):  # of R q
+        response[j] = 0.0
+        for k in range(3):
+            R, q = work.node[(3 + 3 * j + k) * LANES + still], work.node[(18 + k) * LANES + still]
+            response[j] += work.tip[3 + 3 * j + k, 0] * q + R * work.tip[18 + k, 0]
+    return True
 
 
 @kernel
@@ -75,15 +120,24 @@ def tip_sensitivity(
             for j in range(6):
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
-        for j in range(STATE):
-            work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
-            for k in range(m):
-                work.node[j] += work.tip[j, k] * work.step[k]
         target, at = (actuation, column) if column < n else (force, column - n)
-        for j in range(3):
-            target[j, at] = work.node[j]
-            velocity = 0.0
-            for k in range(3):
-                velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
-            target[3 + j, at] = velocity
+        follow(work, last, strain, m, direct, target, at)
     return solvable
+
+
+@inlined
+def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
+    """Column `at` of `target`: how the tip's position and velocity change with the unknowns; `work.node` its state.
+
+    The m unknowns change by `work.step`, and the unknown `direct` by one beside them; -1: none.
+    """
+    for j in range(STATE):
+        work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
+        for k in range(m):
+            work.node[j] += work.tip[j, k] * work.step[k]
+    for j in range(3):
+        target[j, at] = work.node[j]
+        velocity = 0.0
+        for k in range(3):
+            velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
+        target[3 + j, at] = velocity

@@ -90,9 +90,9 @@ def differentiate(
         for lane in range(count):
             column = start + lane
             if column < 6:
-                work.base[column * LANES + lane] += _perturbation(work, unknown, column)
+                work.base[column * LANES + lane] += perturbation(work, unknown, column)
             else:
-                work.tension[(column - 6) * LANES + lane] += _perturbation(work, unknown, column)
+                work.tension[(column - 6) * LANES + lane] += perturbation(work, unknown, column)
         march(
             rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0,
             work.base, work.tension, loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length,
@@ -100,7 +100,7 @@ def differentiate(
         )  # fmt: skip
         for lane in range(count):
             column = start + lane
-            inverse = 1.0 / _perturbation(work, unknown, column)
+            inverse = 1.0 / perturbation(work, unknown, column)
             for j in range(6):
                 jacobian[j, column] = (work.residual[j * LANES + lane] - raw[j]) * inverse
             for i in range(n):
@@ -112,7 +112,7 @@ def differentiate(
 
 
 @inlined
-def _perturbation(work: Work, unknown: Any, column: int) -> float:
+def perturbation(work: Work, unknown: Any, column: int) -> float:
     """Difference step: 1e-7 of the load, and of 1 N or 0.05 N m where it vanishes."""
     return float(1e-7 * (work.scale[column] + abs(unknown[column])))
 

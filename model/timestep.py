@@ -51,12 +51,9 @@ def advance(
     levels, histories, geometries = borrowed(levels), borrowed(histories), borrowed(geometries)
     unknowns, past_loads, loads = borrowed(unknowns), borrowed(past_loads), borrowed(loads)
     lengths, jacobian = borrowed(lengths), borrowed(jacobian)
-    c0, c1, c2, d1 = bdf
-    new, old, older = levels[(count + 1) % 3], levels[count % 3], levels[(count + 2) % 3]
-    history, past = histories[(count + 1) % 2], histories[count % 2]
-    y_h, y1, y2, y_h1 = history.reshape(-1), old.reshape(-1), older.reshape(-1), past.reshape(-1)
-    for j in range(y_h.size):
-        y_h[j] = (c1 + d1 * c0) * y1[j] + c2 * y2[j] + d1 * y_h1[j]
+    c0 = bdf[0]
+    new, history = levels[(count + 1) % 3], histories[(count + 1) % 2]
+    step_history(bdf, count, levels, histories, history)
     geometry = geometries[(count + 1) % 2]
     unknown = unknowns[(count + 1) % RING]
     compared = unknown.shape[0] if displacement_driven else 6
@@ -74,6 +71,16 @@ def advance(
         for i in range(len(rod.x)):
             lengths[i] = work.raw[6 + i]
     return status, error, marches
+
+
+@inlined
+def step_history(bdf: tuple[float, float, float, float], count: int, levels: Any, histories: Any, history: Any) -> None:
+    """Write y_h of step `count` + 1, shape (stages, 18), from the rings; see `advance`."""
+    c0, c1, c2, d1 = bdf
+    old, older, past = levels[count % 3], levels[(count + 2) % 3], histories[count % 2]
+    y_h, y1, y2, y_h1 = history.reshape(-1), old.reshape(-1), older.reshape(-1), past.reshape(-1)
+    for j in range(y_h.size):
+        y_h[j] = (c1 + d1 * c0) * y1[j] + c2 * y2[j] + d1 * y_h1[j]
 
 
 @kernel

@@ -45,7 +45,7 @@ class Tip:
 
 @kernel
 def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any, out: Any) -> None:
-    """Position 3, rotation 9, velocity 3, acceleration 3, b_c 3 per tendon, written to `out`, shape (18 + 3 n,).
+    """Position 3, rotation 9, velocity 3, acceleration 3, b_c row by row, written to `out`, shape (18 + 3 n,).
 
     `level`, `history` are the tip's rows of e = v - v*, u, q, w, v_s, u_s and of their y_h; `place` its p, R.
     """
@@ -57,7 +57,8 @@ def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any
         out[j] = place[j]
     out[12], out[13], out[14] = rotate(R, q)
     out[15], out[16], out[17] = rotate(R, add(q_t, cross(w, q)))
-    for i in range(len(rod.x)):
+    n = len(rod.x)
+    for i in range(n):
         r = (rod.x[i], rod.y[i], 0.0)
         P = add(v, cross(u, r))
         P_s = add(cross(u, P), add(cross(u_s, r), v_s))
@@ -66,4 +67,4 @@ def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any
         gain = scale(1.0 / (rod.constants[0].rhoA * size), sub(P_s, scale(dot(P, P_s) / (size * size), P)))
         gain_world = rotate(R, gain)
         for j in range(3):
-            out[18 + 3 * i + j] = gain_world[j]
+            out[18 + n * j + i] = gain_world[j]

@@ -3,6 +3,8 @@
 from tendond.model.compile import inlined
 
 Vector = tuple[float, float, float]
+Matrix = tuple[float, float, float, float, float, float, float, float, float]
+"""Shape (3, 3), row by row."""
 
 
 @inlined
@@ -90,3 +92,44 @@ def symmetric_times(a: tuple[float, ...], b: Vector) -> Vector:
         a[1] * b[0] + a[3] * b[1] + a[4] * b[2],
         a[2] * b[0] + a[4] * b[1] + a[5] * b[2],
     )
+
+
+@inlined
+def outer(a: Vector, b: Vector) -> Matrix:
+    """a b'."""
+    return (
+        a[0] * b[0], a[0] * b[1], a[0] * b[2],
+        a[1] * b[0], a[1] * b[1], a[1] * b[2],
+        a[2] * b[0], a[2] * b[1], a[2] * b[2],
+    )  # fmt: skip
+
+
+@inlined
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """A B."""
+    return (
+        a[0] * b[0] + a[1] * b[3] + a[2] * b[6], a[0] * b[1] + a[1] * b[4] + a[2] * b[7],
+        a[0] * b[2] + a[1] * b[5] + a[2] * b[8],
+        a[3] * b[0] + a[4] * b[3] + a[5] * b[6], a[3] * b[1] + a[4] * b[4] + a[5] * b[7],
+        a[3] * b[2] + a[4] * b[5] + a[5] * b[8],
+        a[6] * b[0] + a[7] * b[3] + a[8] * b[6], a[6] * b[1] + a[7] * b[4] + a[8] * b[7],
+        a[6] * b[2] + a[7] * b[5] + a[8] * b[8],
+    )  # fmt: skip
+
+
+@inlined
+def plus_diagonal(a: Matrix, value: float) -> Matrix:
+    """A + value 1."""
+    return a[0] + value, a[1], a[2], a[3], a[4] + value, a[5], a[6], a[7], a[8] + value
+
+
+@inlined
+def inverse(m: Matrix) -> Matrix:
+    """Of a matrix, by its adjugate; not finite where there is none."""
+    p, q, r = m[4] * m[8] - m[5] * m[7], m[5] * m[6] - m[3] * m[8], m[3] * m[7] - m[4] * m[6]
+    d = 1.0 / (m[0] * p + m[1] * q + m[2] * r)
+    return (
+        d * p, d * (m[2] * m[7] - m[1] * m[8]), d * (m[1] * m[5] - m[2] * m[4]),
+        d * q, d * (m[0] * m[8] - m[2] * m[6]), d * (m[2] * m[3] - m[0] * m[5]),
+        d * r, d * (m[1] * m[6] - m[0] * m[7]), d * (m[0] * m[4] - m[1] * m[3]),
+    )  # fmt: skip

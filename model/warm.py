@@ -1,5 +1,7 @@
 """Load every kernel from the cache, or compile it: `python -m tendond.model.warm` is the last step of a set-up."""
 
+import numpy as np
+
 from tendond.model.announce import announce_compilation
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
@@ -11,6 +13,8 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
+    rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
+    rod.tip_response(state, 0)
 
 
 if __name__ == "__main__":

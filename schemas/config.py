@@ -1,6 +1,8 @@
 """The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
 
 import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from ipaddress import ip_address
 from typing import Annotated, Any, Literal
 
@@ -12,15 +14,25 @@ from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.config_servo import ServoSection, servo_objections
 from tendond.schemas.config_simulator import Impact, SimulatedMocap, SimulatedServos, Weight
 from tendond.schemas.config_vicon import ViconSection
-from tendond.schemas.explain import explain
+from tendond.schemas.explain import Objection, in_file, objections
 from tendond.schemas.keys import RIG_NAME
+from tendond.schemas.keywords import Path
 from tendond.schemas.ranges import NotNegative, Positive
+from tendond.schemas.toml_lines import key_lines, line_of
 
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 
 
 class ConfigError(TendondError):
-    """A configuration that cannot be used: file, key, value, what is allowed; a line each."""
+    """A configuration that cannot be used: file, key, value, what is allowed; a line each.
+
+    Attributes:
+        objections: the same in parts, where there are some.
+    """
+
+    def __init__(self, text: str, objections: Sequence[Objection] = ()) -> None:
+        self.objections = tuple(objections)
+        super().__init__(text)
 
 
 class RigSection(Schema):
@@ -114,13 +126,17 @@ class ControlSection(Schema):
     antagonist: Annotated[int, Field(ge=0, le=15)] | None = Field(
         None, description="index of the opposing tendon; left out: the law pulls one tendon only"
     )
+    sampled: bool = Field(
+        True,
+        description="no more tension than takes a velocity error away in one cycle; false: the law as it is written",
+    )
     laws: dict[str, dict[str, float]] = Field(
         {}, description="parameters of laws: [control.laws.backstepping] alpha1, alpha2 and so on"
     )
 
 
 class ObserverSection(Schema):
-    """[observer]: how the model is held to the measured tip, and what is known of delays; see docs/observer.md."""
+    """[observer]: how the model is held to the measured tip, and what is known of delays."""
 
     kind: Literal["force", "offset"] = Field(
         "force", description="force: what the model misses is a force on its tip; offset: it is added to its tip"
@@ -152,7 +168,7 @@ class LimitsSection(Schema):
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
     displacement_rate: Positive = Field(5.0, description="[m/s]")
     input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
-        1.0, description="b_c vanishes as the rod straightens; below this its inverse grows no further [m/s^2/N]"
+        1.0, description="b_c vanishes as the rod straightens; below this it has no direction [m/s^2/N]"
     )
     slack: Annotated[float, Field(ge=0.0, le=0.05)] = Field(
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
@@ -174,6 +190,9 @@ class PretensionSection(Schema):
     antagonist: NotNegative = Field(
         0.0, description="least tension of both tendons of the pair while the law pulls, where there is a pair [N]"
     )
+    least: NotNegative = Field(
+        1.0, description="least tension of every tendon under a law that moves the tip in space [N]"
+    )
     duration: Annotated[float, Field(ge=0.0, le=60.0, description="[s]")] = 0.2
 
 
@@ -184,7 +203,9 @@ class FaultsSection(Schema):
         int, Field(ge=1, le=1000, description="cycles without a new pose that the observer bridges")
     ] = 20
     rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
-    tip_speed_max: Positive = Field(20.0, description="a pose that implies more is a teleport [m/s]")
+    tip_speed_max: Positive = Field(
+        15.0, description="a pose that implies more is a teleport; the paper's robot reaches 11 m/s [m/s]"
+    )
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
     teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
     solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
@@ -198,12 +219,17 @@ class FaultsSection(Schema):
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
     ] = 0.3
     mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
+    slack_part: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
+    )
+    slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
+    slack_cycles: Annotated[int, Field(ge=1, description="cycles in a row without pull that are a fault")] = 20
 
 
 class SimulatorSection(Schema):
     """[simulator]"""
 
-    period: Annotated[float, Field(ge=0.001, le=0.1, description="between poses, and time step of the plant [s]")] = (
+    period: Annotated[float, Field(ge=0.0001, le=0.1, description="between poses, and time step of the plant [s]")] = (
         0.01
     )
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
@@ -248,41 +274,44 @@ class RigConfig(Schema):
     servo: ServoSection | None = None
 
     @model_validator(mode="after")
-    def _tendons_exist(self) -> "RigConfig":
-        count = len(self.rod.tendon_positions)
-        for name in ("agonist", "antagonist"):
-            index = getattr(self.control, name)
-            if index is not None and index >= count:
-                raise ValueError(f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}")
-        if self.control.agonist == self.control.antagonist:
-            raise ValueError("control.agonist and control.antagonist are the same tendon")
-        across = 0 if self.control.plane == "xz" else 1
-        arm = self.rod.tendon_positions[self.control.agonist][across]
-        if arm == 0.0:
-            raise ValueError(
-                f"control.agonist = {self.control.agonist}: that tendon does not bend the rod in plane "
-                f"'{self.control.plane}'"
-            )
-        if (
-            self.control.antagonist is not None
-            and self.rod.tendon_positions[self.control.antagonist][across] * arm >= 0.0
-        ):
-            raise ValueError(f"control.antagonist = {self.control.antagonist}: that tendon does not oppose the agonist")
-        if self.pretension.antagonist > 0.0 and self.control.antagonist is None:
-            raise ValueError("pretension.antagonist needs control.antagonist")
-        if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
-            raise ValueError("pretension.tension and .antagonist together are above limits.tension_max")
-        if len(self.simulator.rod.tendon_positions) != count:
-            raise ValueError("rod and simulator.rod differ in the number of tendon_positions")
+    def _consistent(self) -> "RigConfig":
+        if wrong := [*self._tendon_objections(), *self._servo_objections()]:
+            raise ValueError("\n".join(wrong))
         return self
 
-    @model_validator(mode="after")
-    def _servos_can(self) -> "RigConfig":
-        """A rig with servos must not be asked for what they cannot do; without [servo] there are none."""
+    def _tendon_objections(self) -> Iterator[str]:
+        """What does not fit the rod's tendons, in words."""
+        control, positions = self.control, self.rod.tendon_positions
+        count = len(positions)
+        exist = {}
+        for name in ("agonist", "antagonist"):
+            index = getattr(control, name)
+            exist[name] = index is not None and index < count
+            if index is not None and index >= count:
+                yield f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}"
+        across = 0 if control.plane == "xz" else 1
+        arm = positions[control.agonist][across] if exist["agonist"] else None
+        if arm == 0.0:
+            yield (f"control.agonist = {control.agonist}: that tendon does not bend the rod in plane '{control.plane}'")
+        if control.agonist == control.antagonist:
+            yield "control.agonist and control.antagonist are the same tendon"
+        elif arm and exist["antagonist"] and positions[control.antagonist or 0][across] * arm >= 0.0:
+            yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
+        if self.pretension.antagonist > 0.0 and control.antagonist is None:
+            yield "pretension.antagonist needs control.antagonist"
+        if self.pretension.least >= self.limits.tension_max:
+            yield "pretension.least must be below limits.tension_max"
+        if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
+            yield "pretension.tension and .antagonist together are above limits.tension_max"
+        if len(self.simulator.rod.tendon_positions) != count:
+            yield "rod and simulator.rod differ in the number of tendon_positions"
+
+    def _servo_objections(self) -> list[str]:
+        """What servos cannot do; without [servo] there are none."""
         if self.servo is None:
-            return self
+            return []
         limits = self.limits
-        objections = servo_objections(
+        return servo_objections(
             self.servo,
             len(self.rod.tendon_positions),
             limits.tension_max,
@@ -290,9 +319,6 @@ class RigConfig(Schema):
             limits.displacement_min,
             limits.displacement_max,
         )
-        if objections:
-            raise ValueError("; ".join(objections))
-        return self
 
 
 def parse_config(text: str, source: str) -> RigConfig:
@@ -309,12 +335,14 @@ def parse_config(text: str, source: str) -> RigConfig:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{source}: is no TOML: {error}") from error
-    return check_config(data, source)
+    return check_config(data, source, key_lines(text))
 
 
-def check_config(data: dict[str, Any], source: str) -> RigConfig:
-    """As `parse_config`, from the nested tables."""
+def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | None = None) -> RigConfig:
+    """As `parse_config`, from the nested tables; `lines` says where their keys stand, for messages."""
     try:
         return RigConfig.model_validate(data)
     except ValidationError as error:
-        raise ConfigError("\n".join(f"{source}: {line}" for line in explain(error, RigConfig))) from error
+        wrong = [replace(one, line=line_of(one.path, lines or {})) for one in objections(error, RigConfig)]
+        wrong.sort(key=lambda one: one.line or 0)
+        raise ConfigError("\n".join(in_file(one, source) for one in wrong), wrong) from error

@@ -31,7 +31,7 @@ class ServoSection(Schema):
     spool_radius: Annotated[float, Field(gt=0.0, le=0.2, description="[m]; before it is calibrated")] = 0.015
     period: Annotated[float, Field(ge=0.002, le=0.1, description="[s]; of the driver's cycle")] = 0.01
     answer_timeout: Annotated[
-        float, Field(ge=0.001, le=0.1, description="[s]; for a servo's answer, beside its time on the wire")
+        float, Field(ge=0.001, le=1.0, description="[s]; for a servo's answer, beside its time on the wire")
     ] = 0.004
     fast_read: bool = Field(True, description="Fast Sync Read; false for firmware that does not know it")
     profile_velocity: Annotated[float, Field(gt=0.0, le=24.0, description="[rad/s]; of the servos")] = 5.9

@@ -16,7 +16,7 @@ class SimulatedServos(Schema):
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="[s]; time constant behind the profile")] = 0.0
     backlash: Annotated[float, Field(ge=0.0, le=0.05, description="[m]; lost when the direction changes")] = 0.0
     resolution: Annotated[float, Field(ge=0.0, le=0.01, description="[m]; smallest step; 0: none")] = 0.0
-    friction: Annotated[float, Field(ge=0.0, le=0.9, description="[-]; part of the tension lost on the way")] = 0.0
+    friction: Annotated[float, Field(ge=0.0, le=1.0, description="[-]; coefficient of the tendons on the disks")] = 0.0
 
 
 class SimulatedMocap(Schema):

@@ -24,6 +24,7 @@ class Fault(StrEnum):
     SILENCE = "silence"
     OVERLOAD = "overload"
     STUCK = "stuck"
+    CUT = "cut"
     SILENT = "silent"
     HOT = "hot"
     REBOOT = "reboot"
@@ -72,6 +73,7 @@ FAULTS = {
     Fault.SILENCE: FaultKind("the simulator says nothing and hears nothing", 1.0),
     Fault.OVERLOAD: FaultKind("a servo reports a hardware error", timed=False, servo=True),
     Fault.STUCK: FaultKind("a servo stays where it is", servo=True),
+    Fault.CUT: FaultKind("a servo's tendon is cut, or off its spool", servo=True),
     Fault.SILENT: FaultKind("a servo does not answer", timed=False, servo=True, wires=True),
     Fault.HOT: FaultKind("a servo is too hot", timed=False, servo=True, wires=True),
     Fault.REBOOT: FaultKind("a servo starts anew", timed=False, servo=True, wires=True),

@@ -2,7 +2,7 @@
 
 import math
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -40,6 +40,10 @@ class Message(Schema):
     version: Literal[1] = SCHEMA_VERSION
     seq: Annotated[int, Field(ge=0)]
     stamp_ns: Annotated[int, Field(ge=0)]
+
+    def stamped(self, stamp_ns: int) -> Self:
+        """The same with another capture time [ns]."""
+        return self.trusted(**{**self.__dict__, "stamp_ns": stamp_ns})
 
 
 class TipPose(Message):

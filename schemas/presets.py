@@ -13,6 +13,9 @@ nodes = 200
 space = "euler"
 nodes = 200
 
+[control]
+sampled = false  # the laws as they are written
+
 [reference]
 kind = "exponential"
 position = [0.34, 0.0, 0.0398]
@@ -81,7 +84,7 @@ NASTY = _SERVOS.format(
     duration=2.0,
     observer="delay = 0.01",
     backlash="3e-4",
-    servo="lag = 0.02  # of which the controller knows nothing, as of all that follows\n",
+    servo="lag = 0.02  # of which the controller knows nothing, as of all that follows\nfriction = 0.1\n",
     rod="youngs_modulus = 171e9  # -10 %\nbending_damping = [0.0056, 0.0056, 0.0056]  # times 0.7\n",
     noise="3e-4",
     mocap="""\
@@ -115,8 +118,10 @@ base_axes = ["+z", "+x", "+y"]
 latency = 0.01
 """
 WIRED_SERVO = """\
-answer_timeout = 0.1
-silent_reads = 15
-watchdog = 0.5
-command_timeout = 0.2
+# Emulated servos are a thread of a process that simulates a rod besides: on a busy machine they answer late.
+answer_timeout = 0.5
+silent_reads = 6
+watchdog = 1.5
+command_timeout = 0.5
+following_time = 1.0
 """

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import zenoh
 
-from tendond.daemon.realtime import become_punctual
+from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.schemas.config import LoopSection
 
 POLL_SECONDS = 50e-6
@@ -85,6 +85,8 @@ def main() -> None:
     if what == "echo":
         if period:
             become_punctual(LoopSection())
+        else:
+            be_prompt()
         echo(first, period)
     else:
         become_punctual(LoopSection())

@@ -1,5 +1,6 @@
 """The command line: the commands of the modules beside this one, and what becomes of errors."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -8,16 +9,27 @@ import typer
 from tendond import TendondError, __version__
 from tendond.daemon.cli import (
     bench_commands,
+    config_commands,
+    doctor_commands,
     experiment_commands,
+    identify_commands,
     log_commands,
     operator_commands,
     process_commands,
     servo_commands,
 )
 
+EPILOG = """\
+\b
+Exit status: 0 done; 1 refused or failed, said in a line; 2 wrong usage or
+configuration; 130 interrupted. Results go to standard output, the rest to
+standard error. Each command tells of itself with --help, with an example.
+"""
+
 app = typer.Typer(
     name="tendond",
     help="Controller for tendon-driven continuum robots: Cosserat rod model, Zenoh bus, MCAP log of every cycle.",
+    epilog=EPILOG,
     no_args_is_help=True,
     rich_markup_mode=None,  # the rich help page takes longer to import than all the rest of the program
     pretty_exceptions_enable=False,
@@ -40,9 +52,12 @@ for commands in (
     process_commands,
     servo_commands,
     operator_commands,
+    config_commands,
+    doctor_commands,
     experiment_commands,
     bench_commands,
     log_commands,
+    identify_commands,
 ):
     commands.add_to(app)
 
@@ -50,11 +65,22 @@ for commands in (
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except TendondError as error:
         for line in str(error).splitlines():
             print(f"tendond: {line}", file=sys.stderr)
         raise SystemExit(_exit_code(error)) from None
+    except BrokenPipeError:  # as in `tendond config show | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
+        raise SystemExit(EXIT_FAILED) from None
+    except OSError as error:
+        if error.filename is None:
+            raise
+        print(f"tendond: {error.filename}: {error.strerror}", file=sys.stderr)
+        raise SystemExit(EXIT_FAILED) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
 

@@ -9,7 +9,8 @@ from rich.table import Table
 
 from tendond.daemon.bench.replay import bench_replay
 from tendond.daemon.bench.replay import markdown as replay_table
-from tendond.daemon.bench.rod import Row, as_json, bench_rod
+from tendond.daemon.bench.rod import Row, bench_rod
+from tendond.daemon.bench.rod import as_json as rows_as_json
 from tendond.daemon.bench.schemes import compare_schemes, markdown
 from tendond.daemon.cli.common import say
 from tendond.daemon.errors import DaemonError
@@ -25,29 +26,26 @@ MEANING = {
 }
 
 
-def run_bench_rod(json_file: Path | None, against: Path | None) -> None:
+def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
     """Time the rod's solvers and print the table; see `tendond bench rod --help`.
 
     Raises:
-        DaemonError: a file that cannot be read or written.
+        DaemonError: a file that cannot be read.
     """
     earlier = _read(against) if against is not None else {}
     announce_compilation(say)
     warm_up()
     console = Console()
-    with console.status("") as status:
+    with Console(stderr=True).status("") as status:
         rows = bench_rod(lambda name: status.update(f"timing {MEANING.get(name, name)}"))
+    if as_json:
+        print(json.dumps(rows_as_json(rows), indent=2))
+        return
     header, lines = _cells(rows, earlier)
     if console.is_terminal:
         console.print(_table(header, lines))
     else:
         print("\n".join("| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *lines)))
-    if json_file is not None:
-        try:
-            json_file.parent.mkdir(parents=True, exist_ok=True)
-            json_file.write_text(json.dumps(as_json(rows), indent=2) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise DaemonError(f"{json_file}: cannot be written: {error.strerror}") from error
 
 
 def run_bench_schemes() -> None:

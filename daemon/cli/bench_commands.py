@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.daemon.cli.options import Json
 from tendond.daemon.cli.signals import leave_on_signals
 
 bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
@@ -12,38 +13,43 @@ bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_
 
 @bench.command("rod")
 def bench_rod(
-    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
-    against: Annotated[Path | None, typer.Option("--against", help="File of an earlier run, to compare with.")] = None,
+    json: Json = False,
+    against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run, to compare with.")] = None,
 ) -> None:
-    """Time the rod's solvers and their errors, all in one run.
+    """Time the rod's solvers, and their errors.
 
-    Example: tendond bench rod --json now.json --against before.json
+    Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json
     """
     from tendond.daemon.cli.bench import run_bench_rod
 
-    run_bench_rod(json, against)
+    run_bench_rod(against, as_json=json)
 
 
 @bench.command("loop")
 def bench_loop(
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
-    json: Annotated[Path | None, typer.Option("--json", help="File to write the rows to.")] = None,
+    json: Json = False,
 ) -> None:
-    """Time the controller's loop beside a bare one: wake-up, work of a cycle, pose to command, recorder.
+    """Time the controller's loop beside a bare one.
+
+    Wake-up, work of a cycle, pose to command, recorder.
 
     Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
 
-    Example: tendond bench loop --json now.json
+    Example: tendond bench loop --seconds 5
     """
     leave_on_signals(130)
     from tendond.daemon.cli.bench_loop import run_bench_loop
 
-    run_bench_loop(seconds, json)
+    run_bench_loop(seconds, as_json=json)
 
 
 @bench.command("schemes")
 def bench_schemes() -> None:
-    """Compare space schemes: error against time, as a Markdown table."""
+    """Compare space schemes, as a Markdown table.
+
+    Example: tendond bench schemes
+    """
     from tendond.daemon.cli.bench import run_bench_schemes
 
     run_bench_schemes()
@@ -51,7 +57,12 @@ def bench_schemes() -> None:
 
 @bench.command("profiles")
 def bench_profiles() -> None:
-    """Run both laws on each profile of the simulator: how long they take, as a Markdown table."""
+    """Run both laws on each profile of the simulator.
+
+    How long they take, as a Markdown table.
+
+    Example: tendond bench profiles
+    """
     from tendond.daemon.bench.profiles import table
 
     print(table())
@@ -61,13 +72,29 @@ def bench_profiles() -> None:
 def bench_replay(
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
 ) -> None:
-    """Time replays of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone: a Markdown table.
+    """Time replays, as a Markdown table.
 
-    On a busy machine only the last column means something.
+    Of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone. On a busy machine only the last
+    column means something.
+
+    Example: tendond bench replay --seconds 20
     """
     from tendond.daemon.cli.bench import run_bench_replay
 
     run_bench_replay(seconds)
+
+
+@bench.command("friction")
+def bench_friction() -> None:
+    """Pull and release rubbing tendons, as a Markdown table.
+
+    And run both laws with them, on profile rig.
+
+    Example: tendond bench friction
+    """
+    from tendond.daemon.bench.friction import table
+
+    print(table())
 
 
 def add_to(app: typer.Typer) -> None:

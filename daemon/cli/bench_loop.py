@@ -25,6 +25,7 @@ from tendond.daemon.cycle import step
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.journal import Journal
 from tendond.daemon.lockstep import closed_loop
+from tendond.daemon.modes import ACTIVE
 from tendond.daemon.state import CycleSetup, initial_state
 from tendond.drivers.operator import ask
 from tendond.drivers.session import BusError, open_client
@@ -39,6 +40,12 @@ from tendond.schemas.wire import encode
 
 RIG = "bench"
 ROUND_TRIPS = 300
+LOCKSTEP_PAUSE = 0.5e-3
+"""Between an answer and the next pose [s]; about what a simulated step takes."""
+
+WARM_UP = 20
+"""Round trips that are not counted."""
+
 ANSWER_SECONDS = 1.0
 
 
@@ -52,16 +59,15 @@ class Row:
     note: str = ""
 
 
-def run_bench_loop(seconds: float, json_file: Path | None) -> None:
+def run_bench_loop(seconds: float, *, as_json: bool) -> None:
     """Measure and print the table; see `tendond bench loop --help`.
 
     Raises:
-        TendondError: a process could not be started, or the file not written.
+        TendondError: a process could not be started.
     """
     announce_compilation(say)
     warm_up()
-    console = Console()
-    with tempfile.TemporaryDirectory() as name, console.status("") as status:
+    with tempfile.TemporaryDirectory() as name, Console(stderr=True).status("") as status:
         folder = Path(name)
         rows = []
         for label, extra, period in (
@@ -75,23 +81,20 @@ def run_bench_loop(seconds: float, json_file: Path | None) -> None:
         rows.append(_latency(folder, "pose to command at 100 Hz, wait for the tick in it", 0.01))
         status.update("recorder")
         rows.append(Row("recorder's share of a cycle", _recorder(folder)))
-    _print(console, rows)
-    if json_file is not None:
-        data = [
-            {
-                "name": row.name,
-                "us": row.controller.as_json(),
-                "bare_us": row.bare.as_json() if row.bare else None,
-                "ratio": row.controller.over(row.bare).as_json() if row.bare else None,
-                "note": row.note,
-            }
-            for row in rows
-        ]
-        try:
-            json_file.parent.mkdir(parents=True, exist_ok=True)
-            json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise DaemonError(f"{json_file}: cannot be written: {error.strerror}") from error
+    if not as_json:
+        _print(Console(), rows)
+        return
+    data = [
+        {
+            "name": row.name,
+            "us": row.controller.as_json(),
+            "bare_us": row.bare.as_json() if row.bare else None,
+            "ratio": row.controller.over(row.bare).as_json() if row.bare else None,
+            "note": row.note,
+        }
+        for row in rows
+    ]
+    print(json.dumps(data, indent=2))
 
 
 def _print(console: Console, rows: list[Row]) -> None:
@@ -185,7 +188,8 @@ def _arm(session: zenoh.Session) -> None:
     deadline = time.monotonic() + START_SECONDS
     while True:
         try:
-            if (reply := ask(session, RIG, ControlAction.ARM)).done:
+            reply = ask(session, RIG, ControlAction.ARM)
+            if reply.done or (reply.status is not None and reply.status.mode in ACTIVE):  # an answer may come too late
                 return
             said = reply.message
         except BusError as error:
@@ -196,49 +200,53 @@ def _arm(session: zenoh.Session) -> None:
 
 
 def _latency(folder: Path, name: str, period: float) -> Row:
-    """From a pose handed to Zenoh to the command that answers it, and the same of an echo."""
+    """From a pose handed to Zenoh to the command that answers it, and the same of an echo, in turn."""
     config, log, endpoint = _configure(folder, f"latency-{period}", PAPER)
+    bare_endpoint = f"tcp/127.0.0.1:{_free_port()}"
     mode = [] if period else ["--lockstep"]
     with (
         _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log), *mode),
+        _process("tendond.daemon.bench.loop", "echo", bare_endpoint, str(period)),
         open_client(endpoint, START_SECONDS) as session,
+        open_client(bare_endpoint, START_SECONDS) as bare_session,
     ):
-        controller = _round_trips(session, key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), "pose_seq", period)
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
-    with (
-        _process("tendond.daemon.bench.loop", "echo", endpoint, str(period)),
-        open_client(endpoint, START_SECONDS) as session,
-    ):
-        bare = _round_trips(session, "bare/pose", "bare/command", "seq", period)
-    return Row(name, Quantiles.of(controller), Quantiles.of(bare))
+        controller = _RoundTrips(session, key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), "pose_seq")
+        bare = _RoundTrips(bare_session, "bare/pose", "bare/command", "seq")
+        deadline, draw = time.monotonic() + START_SECONDS, random.Random(0)
+        while len(controller.times) < ROUND_TRIPS + WARM_UP:
+            for one in (controller, bare):
+                one.go()
+                time.sleep(LOCKSTEP_PAUSE if not period else 0.005 + draw.random() * period)  # any phase of the period
+            if time.monotonic() > deadline:
+                raise DaemonError("the controller, or the echo, gave no answers")
+    return Row(name, Quantiles.of(controller.times[WARM_UP:]), Quantiles.of(bare.times[WARM_UP:]))
 
 
-def _round_trips(session: zenoh.Session, pose_key: str, command_key: str, field: str, period: float) -> list[float]:
-    """Times [us] from poses, published at any phase of the period, to their answers."""
-    answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
-    poses = session.declare_publisher(pose_key, express=True)
-    times: list[float] = []
-    deadline = time.monotonic() + START_SECONDS
-    draw = random.Random(0)
-    seq = 0
-    while len(times) < ROUND_TRIPS + 20:
-        seq += 1
-        payload = encode(
-            TipPose(seq=seq, stamp_ns=0, position=(0.0, 1e-6 * (seq % 2), 0.49), orientation=(1.0, 0.0, 0.0, 0.0))
-        )
+class _RoundTrips:
+    """Times [us] from poses on one key to their answers on another."""
+
+    def __init__(self, session: zenoh.Session, pose_key: str, command_key: str, field: str) -> None:
+        self._answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
+        self._poses = session.declare_publisher(pose_key, express=True)
+        self._field = field
+        self._seq = 0
+        self.times: list[float] = []
+
+    def go(self) -> None:
+        """One of them; an answer that does not come is no time."""
+        self._seq += 1
+        y = 1e-6 * (self._seq % 2)
+        pose = TipPose(seq=self._seq, stamp_ns=0, position=(0.0, y, 0.49), orientation=(1.0, 0.0, 0.0, 0.0))
+        payload = encode(pose)
         started = time.monotonic()
-        poses.put(payload)
+        self._poses.put(payload)
         while time.monotonic() < started + ANSWER_SECONDS:
-            sample = answers.try_recv()
+            sample = self._answers.try_recv()
             if sample is None:
                 time.sleep(20e-6)
-            elif json.loads(sample.payload.to_bytes()).get(field) == seq:
-                times.append((time.monotonic() - started) * 1e6)
-                break
-        if time.monotonic() > deadline:
-            raise DaemonError(f"no answers on {command_key}")
-        time.sleep(0.005 + draw.random() * period)
-    return times[20:]
+            elif json.loads(sample.payload.to_bytes()).get(self._field) == self._seq:
+                self.times.append((time.monotonic() - started) * 1e6)
+                return
 
 
 def _recorder(folder: Path) -> Quantiles:

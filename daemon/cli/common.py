@@ -4,10 +4,13 @@ import csv
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
+from tendond.daemon.cli.include import parse_with_includes, read_text
+from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.presets import PROFILES
 
@@ -46,13 +49,7 @@ def load_config(path: Path | None) -> RigConfig:
     """
     if path is None:
         return RigConfig()
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: is no text in UTF-8") from error
-    config = parse_config(text, str(path))
+    config = parse_with_includes(read_text(path), path)
     if config.reference.file and not config.reference.samples:
         samples = read_samples(path.parent / config.reference.file)
         reference = {**config.reference.model_dump(), "samples": samples}
@@ -61,10 +58,10 @@ def load_config(path: Path | None) -> RigConfig:
 
 
 def read_samples(path: Path) -> list[tuple[float, ...]]:
-    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m].
+    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
 
     Raises:
-        ConfigError: the file cannot be read, or a line is not three numbers.
+        ConfigError: the file cannot be read, or a line is not three or four numbers.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -74,10 +71,14 @@ def read_samples(path: Path) -> list[tuple[float, ...]]:
     samples: list[tuple[float, ...]] = []
     for number, line in lines[1:]:
         try:
-            time, across, along = (float(cell) for cell in line)
-        except ValueError as error:
-            raise ConfigError(f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]") from error
-        samples.append((time, across, along))
+            sample = tuple(float(cell) for cell in line)
+        except ValueError:
+            sample = ()
+        if len(sample) not in (3, 4):
+            raise ConfigError(
+                f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]; or in space four"
+            )
+        samples.append(sample)
     return samples
 
 
@@ -104,6 +105,17 @@ def stop_on_signals() -> Callable[[], bool]:
     return lambda: bool(came)
 
 
+def say_to(supervisor: Supervisor) -> Callable[[str], None]:
+    """As `say`; the line is what `systemctl status` shows as well."""
+
+    def tell(line: str) -> None:
+        say(line)
+        supervisor.status(line)
+
+    return tell
+
+
 def say(line: str) -> None:
-    """A line for people and the journal, at once."""
-    print(f"tendond: {line}", file=sys.stderr, flush=True)
+    """A line for people and the journal, at once; that nobody reads it any more is no reason to end."""
+    with suppress(OSError):
+        print(f"tendond: {line}", file=sys.stderr, flush=True)

@@ -175,7 +175,7 @@ class _Demo:
             TextColumn("{task.fields[seen]}"),
             TimeElapsedColumn(),
         )
-        with Progress(*columns, console=self.console, refresh_per_second=10) as progress:
+        with Progress(*columns, console=self.console, disable=not self.console.is_terminal) as progress:
             task = progress.add_task("arming", total=self._hold, seen="")
             deadline = time.monotonic() + START_SECONDS
             while not (reply := self._ask(session, ControlAction.ARM)).done:
@@ -187,6 +187,9 @@ class _Demo:
             while (elapsed := time.monotonic() - started) < self._hold:
                 status = _status(self._ask(session, ControlAction.STATUS))
                 progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
+                if status.mode is Mode.FAULT:
+                    busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""
+                    raise DaemonError(f"the demo ended in a fault: {status.reason}{busy}")
                 time.sleep(POLL_SECONDS)
             progress.update(task, completed=self._hold)
             self._ask(session, ControlAction.STOP)

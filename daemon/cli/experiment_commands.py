@@ -31,9 +31,13 @@ def paper(
         int | None, typer.Option("--processes", min=1, help="To share the work. Left out: one per processor.")
     ] = None,
 ) -> None:
-    """Reproduce the paper: every simulation, its tables and figures beside the paper's numbers.
+    """Reproduce the paper: simulations, tables and figures.
+
+    Every one, with its numbers beside the paper's.
 
     Offline, in lockstep; takes about a minute.
+
+    Example: tendond paper --out out/paper
     """
     leave_on_signals(130)
     from tendond.daemon.cli.paper import run_paper
@@ -47,7 +51,7 @@ def robustness(
         "out/robustness"
     ),
     points: Annotated[
-        str, typer.Option("--points", help="Which plants: default, axes, corners, grid or sample.")
+        str, typer.Option("--points", help="Which plants: default, axes, corners, grid, sample; or space.")
     ] = "default",
     law: Annotated[list[str] | None, typer.Option("--law", help="Only this law; may be repeated.")] = None,
     feedback: Annotated[
@@ -65,10 +69,14 @@ def robustness(
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Leave aside the results that the folder has.")] = False,
 ) -> None:
-    """Run the closed loop on plants that differ from the model: delay, lag, noise, stiffness, loads, impacts.
+    """Run the closed loop on plants that differ from the model.
+
+    In delay, lag, noise, stiffness, loads, impacts.
 
     axes: one thing at a time, for every feedback; corners: all extremes together; grid: every combination (an hour);
     sample: random plants; default: all but the grid. The plant is the configuration's [rod], changed.
+
+    space: instead, circles, figure-eight, helix and line with the law 'sensitivity', a figure each; half a minute.
 
     The default set takes about two minutes on two cores. Interrupted, the same command goes on where it was.
 
@@ -78,8 +86,15 @@ def robustness(
     from tendond.daemon.cli.robustness import run_robustness
     from tendond.daemon.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
 
+    if points == "space":
+        if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh:
+            raise typer.BadParameter("'space' runs the law sensitivity alone, anew, here", param_hint="--points")
+        from tendond.daemon.cli.trials import run_trials
+
+        run_trials(config, out, seed, jobs)
+        return
     if points not in POINT_SETS:
-        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}", param_hint="--points")
+        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}, space", param_hint="--points")
     for name in feedback or ():
         if name not in FEEDBACKS:
             raise typer.BadParameter(f"'{name}': choose among {', '.join(FEEDBACKS)}", param_hint="--feedback")
@@ -102,7 +117,12 @@ def robustness(
 def rig_demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for log, figures and summary.")] = Path("out/rig-demo"),
 ) -> None:
-    """Simulate the robot behind its real drivers: servos on a serial line, Tracker on UDP; takes half a minute."""
+    """Simulate the robot behind its real drivers.
+
+    Servos on a serial line, Tracker on UDP; takes half a minute.
+
+    Example: tendond rig-demo --out out/rig-demo
+    """
     leave_on_signals(130)
     from tendond.daemon.cli.demo import run_rig_demo
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from tendond.daemon.cli.options import Json, laws
+
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; of a set, any part.")]
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.")]
 
@@ -29,7 +31,10 @@ def replay(
     jobs: Annotated[
         int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes. Left out: one per core.")
     ] = None,
-    law: Annotated[str | None, typer.Option("--law", help="Another law than the log's, on the same inputs.")] = None,
+    law: Annotated[
+        str | None,
+        typer.Option("--law", help="Another law than the log's, on the same inputs.", autocompletion=laws),
+    ] = None,
     change: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Another parameter; may be repeated.")
     ] = None,
@@ -39,8 +44,11 @@ def replay(
     out: Annotated[
         Path | None, typer.Option("--out", help="Log to write with --law, --set, --closed-loop, a new one.")
     ] = None,
+    json: Json = False,
 ) -> None:
-    """Run a log again: every cycle must come out as it was recorded, to the last bit. Exit status 1 if one does not.
+    """Run a log again, and compare every cycle.
+
+    Each must come out as it was recorded, to the last bit; exit status 1 if one does not.
 
     With --law or --set: what another law or parameter would have commanded on the same inputs. With --closed-loop: how
     the run would have gone. Both write a new log.
@@ -52,24 +60,27 @@ def replay(
     if law is None and not change and not closed_loop:
         if out is not None:
             raise typer.BadParameter("only with --law, --set or --closed-loop: a plain replay writes nothing")
-        run_replay(file, first, last, tolerance, jobs)
+        run_replay(file, first, last, tolerance, jobs, as_json=json)
         return
     if first or last is not None or tolerance is not None or jobs is not None:
         raise typer.BadParameter("--from, --to, --tolerance and --jobs do not go with --law, --set, --closed-loop")
-    run_variant(file, law, change or [], out, closed_loop=closed_loop)
+    run_variant(file, law, change or [], out, closed_loop=closed_loop, as_json=json)
 
 
 def compare(
     files: LogFiles,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and figure.")] = Path("out/compare"),
+    json: Json = False,
 ) -> None:
-    """Put runs beside each other: a table of all metrics, and their curves in one figure.
+    """Put runs beside each other.
+
+    A table of all metrics, and their curves in one figure.
 
     Example: tendond compare backstepping.mcap sliding_mode.mcap
     """
     from tendond.daemon.cli.logs import run_compare
 
-    run_compare(files, out)
+    run_compare(files, out, as_json=json)
 
 
 def plot(
@@ -77,7 +88,9 @@ def plot(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the figures. Left out: beside the log.")] = None,
     format: Annotated[str, typer.Option("--format", help="png, svg, or html: one interactive page.")] = "png",
 ) -> None:
-    """Draw a run: the paper's panels, rod shapes, loop timing, modes and faults on a timeline.
+    """Draw a run.
+
+    The paper's panels, rod shapes, loop timing, modes and faults on a timeline.
 
     Example: tendond plot run.mcap --format html
     """
@@ -92,7 +105,9 @@ def report(
     file: LogFile,
     out: Annotated[Path | None, typer.Option("--out", help="Page to write. Left out: LOG with .html.")] = None,
 ) -> None:
-    """Write one page about a run: numbers, figures, faults, configuration, versions; it needs no network and prints.
+    """Write one page about a run.
+
+    Numbers, figures, faults, configuration, versions; it needs no network and prints.
 
     Example: tendond report run.mcap
     """
@@ -109,9 +124,13 @@ def view(
     host: Annotated[str, typer.Option("--host", help="Address to serve at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port; 0: a free one.")] = 8765,
 ) -> None:
-    """Serve a live rig, or a log, to Foxglove; needs the extra 'view'.
+    """Serve a live rig, or a log, to Foxglove.
+
+    Needs the extra 'view'.
 
     Open ws://localhost:8765 in Foxglove or Lichtblick, with the layout in deploy/foxglove.
+
+    Examples: tendond view --config rig.toml; tendond view run.mcap
     """
     from tendond.daemon.cli.signals import leave_on_signals
     from tendond.daemon.cli.view import run_view
@@ -121,8 +140,13 @@ def view(
 
 
 @log.command("info")
-def log_info(file: LogFile, json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False) -> None:
-    """Say what is in a log and how it is: times, cycles, modes, faults, versions, damage."""
+def log_info(file: LogFile, json: Json = False) -> None:
+    """Say what is in a log and how it is.
+
+    Times, cycles, modes, faults, versions, damage.
+
+    Example: tendond log info run.mcap --json
+    """
     from tendond.daemon.cli.logs import run_info
 
     run_info(file, as_json=json)
@@ -133,7 +157,12 @@ def log_recover(
     file: LogFile,
     out: Annotated[Path | None, typer.Option("--out", help="New file. Left out: LOG-recovered.mcap.")] = None,
 ) -> None:
-    """Write what is whole in a truncated or damaged file into a new one, and say what was lost."""
+    """Save what is whole of a truncated or damaged file.
+
+    It goes into a new one; what was lost is said.
+
+    Example: tendond log recover run.mcap
+    """
     from tendond.daemon.cli.logs import run_recover
 
     run_recover(file, out)
@@ -144,7 +173,9 @@ def log_export(
     file: LogFile,
     out: Annotated[Path | None, typer.Option("--out", help="CSV or Parquet file. Left out: LOG.csv.")] = None,
 ) -> None:
-    """Write a table with a line per cycle, units in the names of its columns: CSV, or Parquet (extra 'parquet').
+    """Write a table with a line per cycle.
+
+    Units in the names of its columns; CSV, or Parquet (extra 'parquet').
 
     Example: tendond log export run.mcap --out run.parquet
     """

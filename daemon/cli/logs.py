@@ -83,7 +83,7 @@ def run_export(file: Path, out: Path | None) -> None:
     print(f"{out}: {len(run)} cycles, {columns} columns")
 
 
-def run_compare(files: list[Path], out: Path) -> None:
+def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
     """Print the table and draw the curves.
 
     Raises:
@@ -96,6 +96,15 @@ def run_compare(files: list[Path], out: Path) -> None:
     from tendond.daemon.analysis.log import load
 
     runs = compared([load(file) for file in files])
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        write_table(runs, out / "metrics.csv")
+        overlay(runs).savefig(out / "compare.png", dpi=150)
+    except OSError as error:
+        raise _not_writable(out, error) from error
+    if as_json:
+        print(json.dumps({run.name: run.metrics for run in runs}, indent=2))
+        return
     table = Table()
     table.add_column("")
     for run in runs:
@@ -103,12 +112,6 @@ def run_compare(files: list[Path], out: Path) -> None:
     for name in runs[0].metrics:
         table.add_row(name, *("never" if run.metrics[name] is None else f"{run.metrics[name]:.4g}" for run in runs))
     Console().print(table)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        write_table(runs, out / "metrics.csv")
-        overlay(runs).savefig(out / "compare.png", dpi=150)
-    except OSError as error:
-        raise _not_writable(out, error) from error
     print(f"table    {out / 'metrics.csv'}\nfigure   {out / 'compare.png'}")
 
 

@@ -44,7 +44,10 @@ def run_paper(out: Path, processes: int | None = None) -> None:
     )
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with process_pool(processes) as pool, Progress(*columns, console=console) as progress:
+        with (
+            process_pool(processes) as pool,
+            Progress(*columns, console=console, disable=not console.is_terminal) as progress,
+        ):
             running = progress.add_task("simulations", total=len(scenarios), seen="")
             drawing = progress.add_task("figures", total=len(figures()), seen="")
             runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, seen=name))

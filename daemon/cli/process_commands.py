@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.daemon.cli.options import Config, Cycles, Lockstep, Profile
+from tendond.daemon.cli.options import Config, Cycles, Lockstep, Profile, faults
 from tendond.daemon.cli.signals import leave_on_signals
 
 
@@ -20,8 +20,14 @@ def run(
     arm_at: Annotated[
         int | None, typer.Option("--arm-at", min=0, help="Cycle to arm at; with --lockstep only.")
     ] = None,
+    note: Annotated[
+        list[str] | None,
+        typer.Option("--note", help="KEY=VALUE for the log's metadata, as weight=0.05 [kg] for identify; repeatable."),
+    ] = None,
 ) -> None:
-    """Run the controller until Ctrl-C or SIGTERM; it starts disarmed.
+    """Run the controller; it starts disarmed.
+
+    Until Ctrl-C or SIGTERM, which release the tendons first.
 
     Example: tendond run --config rig.toml
     """
@@ -30,7 +36,13 @@ def run(
 
     if arm_at is not None and not lockstep:
         raise typer.BadParameter("only with --lockstep: a controller on a clock is armed by 'tendond arm'")
-    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at)
+    notes = {}
+    for text in note or ():
+        key, sign, value = text.partition("=")
+        if not key or not sign:
+            raise typer.BadParameter(f"'{text}': give KEY=VALUE", param_hint="--note")
+        notes[key] = value
+    run_controller(config, profile, log, lockstep=lockstep, cycles=cycles, arm_at=arm_at, notes=notes)
 
 
 def simulate(
@@ -42,9 +54,11 @@ def simulate(
         bool, typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers.")
     ] = False,
 ) -> None:
-    """Run the simulated robot in place of camera and servos, or behind their drivers.
+    """Run the simulated robot instead of camera and servos.
 
-    Examples: tendond simulate --config rig.toml; or tendond run --profile rig, and tendond simulate --profile rig
+    Or behind their drivers, with --wired.
+
+    Examples: tendond simulate --config rig.toml; tendond simulate --profile rig
     """
     leave_on_signals()
     from tendond.daemon.cli.simulate import run_simulator, run_wired
@@ -60,7 +74,7 @@ def simulate(
 
 
 def inject(
-    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.")],
+    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.", autocompletion=faults)],
     config: Config = None,
     servo_id: Annotated[
         int | None, typer.Option("--servo", help="Id of the servo; of 'simulate', the first is 1.")
@@ -70,10 +84,12 @@ def inject(
     direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
     place: Annotated[float | None, typer.Option("--place", help="Along the rod, where 1 is the tip.")] = None,
 ) -> None:
-    """Cause a fault on a running 'tendond simulate', with --wired or without.
+    """Cause a fault on a running 'tendond simulate'.
+
+    With --wired or without.
 
     Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
-    stuck; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
+    stuck, cut; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
 
     Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
     """
@@ -84,7 +100,9 @@ def inject(
 
 
 def vicon(config: Config = None) -> None:
-    """Publish tip poses from Vicon Tracker until Ctrl-C or SIGTERM.
+    """Publish tip poses from Vicon Tracker.
+
+    Until Ctrl-C or SIGTERM.
 
     Example: tendond vicon --config rig.toml
     """

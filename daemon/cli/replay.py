@@ -1,5 +1,7 @@
 """`tendond replay`."""
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
@@ -16,7 +18,9 @@ from tendond.model.announce import announce_compilation
 SHOWN_FIELDS = 40
 
 
-def run_replay(file: Path, first: int, last: int | None, tolerance: float | None, jobs: int | None) -> None:
+def run_replay(
+    file: Path, first: int, last: int | None, tolerance: float | None, jobs: int | None, *, as_json: bool
+) -> None:
     """Replay and print the verdict; see `tendond replay --help`.
 
     Raises:
@@ -26,9 +30,17 @@ def run_replay(file: Path, first: int, last: int | None, tolerance: float | None
     run = open_run(file)
     announce_compilation(say)
     changes = version_changes(run) + parameter_changes(run)
-    for line in changes:
-        print(f"changed: {line}")
+    if not as_json:
+        for line in changes:
+            print(f"changed: {line}")
     outcome = rerun(file, first=first, last=last, tolerance=tolerance, jobs=jobs)
+    if as_json:
+        print(
+            json.dumps({**asdict(outcome), "equal": outcome.first is None, "changed": changes}, indent=2, default=str)
+        )
+        if outcome.first is not None:
+            raise SystemExit(1)
+        return
     _print_gaps(outcome)
     cycles = f"{outcome.compared} cycles ({outcome.compared * outcome.period:.1f} s)"
     rate = f"{outcome.seconds:.2f} s, {outcome.speed:.0f} times real time"
@@ -47,7 +59,9 @@ def run_replay(file: Path, first: int, last: int | None, tolerance: float | None
     raise SystemExit(1)
 
 
-def run_variant(file: Path, law: str | None, changes: list[str], out: Path | None, *, closed_loop: bool) -> None:
+def run_variant(
+    file: Path, law: str | None, changes: list[str], out: Path | None, *, closed_loop: bool, as_json: bool
+) -> None:
     """Run with a change, write the new log, and print how its commands differ.
 
     Raises:
@@ -59,6 +73,9 @@ def run_variant(file: Path, law: str | None, changes: list[str], out: Path | Non
     announce_compilation(say)
     run = _closed_loop if closed_loop else same_inputs
     found = run(file, config, out, " ".join(words))
+    if as_json:
+        print(json.dumps({**asdict(found), "log": str(out)}, indent=2))
+        return
     Console().print(_table(found, "closed loop" if closed_loop else "same inputs"))
     print(f"log  {out}")
 

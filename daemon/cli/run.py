@@ -1,19 +1,22 @@
 """`tendond run`: the controller."""
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tendond.daemon.bus import Hub
 from tendond.daemon.cli.common import chosen_config, say, stop_on_signals
 from tendond.daemon.errors import DaemonError, LawError
+from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
-from tendond.daemon.realtime import become_punctual
+from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.daemon.state import CycleSetup
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.announce import announce_compilation
+from tendond.notify import Supervisor
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config import ConfigError, RigConfig
 
@@ -26,6 +29,7 @@ def run_controller(
     lockstep: bool,
     cycles: int | None,
     arm_at: int | None,
+    notes: dict[str, str] | None = None,
 ) -> None:
     """Run until a signal comes, or for so many cycles; see `tendond run --help`.
 
@@ -35,26 +39,34 @@ def run_controller(
     config, source = chosen_config(config_file, profile)
     announce_compilation(say)
     if log_file is None:
-        log_file = Path("log") / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
+        log_file = log_folder() / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     try:
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
-    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration) as journal:
-        loop = Loop(setup, hub, journal, arm_at)
+    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration, notes=notes) as journal:
+        supervisor = Supervisor()
+        loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:
             state = loop.warm()
         except ModelError as error:
             raise _refusal(source, error) from error
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
+            be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
             pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
-        say(f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}")
+        for note in setup.choice.reference.notes:
+            say(note)
+        if late := haste(setup.choice.reference, config.limits):
+            say(late)
+        ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
+        say(ready)
+        supervisor.ready(ready)
         loop.run(state, pacer, stopped, cycles)
     if journal.error:
         raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
@@ -62,15 +74,23 @@ def run_controller(
 
 
 def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
-    """For the log alone: the controller commands metres, and it is the servo driver that refuses to run without one."""
+    """The calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
+
+    Raises:
+        CalibrationError: it is of another rig, of other servos, unfinished or damaged.
+    """
     if config.servo is None:
         return None
-    try:
-        ids = config.servo.servo_ids(len(config.rod.tendon_positions))
-        return load_calibration(folder / config.servo.calibration, config.rig.name, ids)
-    except ConfigError as error:
-        say(f"the log will have no calibration: {error}")
+    path = folder / config.servo.calibration
+    if not path.exists():
+        say(f"the log will have no calibration: there is no {path}")
         return None
+    return load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
+
+
+def log_folder() -> Path:
+    """Where logs go: the service's folder (systemd's LogsDirectory) or, by hand, `log` here."""
+    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

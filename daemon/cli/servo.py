@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from tendond.daemon.cli.common import load_config, present, say, stop_on_signals
+from tendond.daemon.cli.common import load_config, present, say, say_to, stop_on_signals
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
@@ -20,6 +20,7 @@ from tendond.drivers.dynamixel.calibration import (
 from tendond.drivers.dynamixel.process import ServoProcess, request_reset
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.tools import energised, home, ports, pretension, scan, set_up
+from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_servo import ServoSection
 
@@ -39,7 +40,8 @@ def run_servo(config_file: Path | None) -> None:
         TendondError: no calibration for this rig, no controller, or servos that are not as they have to be.
     """
     config, section = _load(config_file)
-    ServoProcess(config, section, _folder(config_file), stop_on_signals(), say).run()
+    supervisor = Supervisor()
+    ServoProcess(config, section, _folder(config_file), stop_on_signals(), say_to(supervisor), supervisor).run()
 
 
 def reset_servos(config_file: Path | None) -> None:

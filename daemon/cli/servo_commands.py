@@ -7,12 +7,14 @@ import typer
 from tendond.daemon.cli.options import Config, Yes
 from tendond.daemon.cli.signals import leave_on_signals
 
-servo = typer.Typer(name="servo", help="Drive the servos, or find, set up and calibrate them.", rich_markup_mode=None)
+servo = typer.Typer(name="servo", rich_markup_mode=None)
 
 
 @servo.callback(invoke_without_command=True)
 def servo_run(context: typer.Context, config: Config = None) -> None:
-    """Drive Dynamixel servos until Ctrl-C or SIGTERM, then let the tendons out and switch the torque off.
+    """Drive the servos, or find, set up and calibrate them.
+
+    Without a command: drive them until Ctrl-C or SIGTERM, then let the tendons out and switch the torque off.
 
     Example: tendond servo --config rig.toml
     """
@@ -25,7 +27,10 @@ def servo_run(context: typer.Context, config: Config = None) -> None:
 
 @servo.command("reset")
 def servo_reset(config: Config = None) -> None:
-    """Let the running driver leave its fault, or open its port again."""
+    """Let the driver leave its fault, or open its port again.
+
+    Example: tendond servo reset --config rig.toml
+    """
     from tendond.daemon.cli.servo import reset_servos
 
     reset_servos(config)
@@ -37,7 +42,12 @@ def servo_scan(
     port: Annotated[str | None, typer.Option("--port", help="Left out: every serial adapter.")] = None,
     last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to ask for.")] = 20,
 ) -> None:
-    """Find servos: every port, every rate, every id; nothing is moved or changed."""
+    """Find servos: every port, every rate, every id.
+
+    Nothing is moved or changed.
+
+    Example: tendond servo scan --port /dev/ttyUSB0
+    """
     leave_on_signals(130)
     from tendond.daemon.cli.servo import scan_servos
 
@@ -63,7 +73,12 @@ def servo_setup(
 
 @servo.command("calibrate")
 def servo_calibrate(config: Config = None) -> None:
-    """Find zero, sign and spool of each tendon, and write the calibration; go on with an unfinished one."""
+    """Find zero, sign and spool of each tendon.
+
+    And write the calibration; go on with an unfinished one.
+
+    Example: tendond servo calibrate --config rig.toml
+    """
     leave_on_signals(130)
     from tendond.daemon.cli.servo import ask_terminal, calibrate_servos
 
@@ -72,7 +87,10 @@ def servo_calibrate(config: Config = None) -> None:
 
 @servo.command("home")
 def servo_home(config: Config = None, yes: Yes = False) -> None:
-    """Bring every tendon slowly to its zero."""
+    """Bring every tendon slowly to its zero.
+
+    Example: tendond servo home --config rig.toml
+    """
     from tendond.daemon.cli.servo import ask_terminal, home_servos
 
     home_servos(config, yes, ask_terminal)
@@ -84,7 +102,10 @@ def servo_pretension(
     store: Annotated[bool, typer.Option("--store", help="Make the places found the calibration's zeros.")] = False,
     yes: Yes = False,
 ) -> None:
-    """Wind every tendon up slowly until it begins to pull."""
+    """Wind every tendon up slowly until it begins to pull.
+
+    Example: tendond servo pretension --config rig.toml --store
+    """
     from tendond.daemon.cli.servo import ask_terminal, pretension_servos
 
     pretension_servos(config, store, yes, ask_terminal)

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from tendond.daemon.cli.common import load_config, present, say, stop_on_signals
+from tendond.daemon.cli.common import load_config, present, say, say_to, stop_on_signals
 from tendond.drivers.vicon.process import ViconDriver
+from tendond.notify import Supervisor
 
 
 def run_vicon(config_file: Path | None) -> None:
@@ -14,7 +15,8 @@ def run_vicon(config_file: Path | None) -> None:
     """
     config = load_config(config_file)
     section = present(config.vicon, "vicon", config_file)
-    driver = ViconDriver(config, section, stop_on_signals(), say)
+    supervisor = Supervisor()
+    driver = ViconDriver(config, section, stop_on_signals(), say_to(supervisor), supervisor)
     where = f"UDP port {section.port}" if section.source == "udp" else f"DataStream server {section.server}"
     base = f"seen from '{section.base}'" if section.base else "in the Vicon world"
     say(f"rig '{config.rig.name}': tip '{section.tip}' {base}, from {where}")

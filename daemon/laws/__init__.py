@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pydantic import ValidationError
 
 from tendond.daemon.errors import LawError
-from tendond.daemon.laws import backstepping, sliding_mode
+from tendond.daemon.laws import backstepping, sensitivity, sliding_mode
 from tendond.daemon.laws.law import Law, LawParameters
 from tendond.schemas.explain import explain
 
@@ -14,6 +14,7 @@ __all__ = ["LAWS", "Law", "LawParameters", "select_law"]
 LAWS: dict[str, Law] = {
     backstepping.LAW.name: backstepping.LAW,
     sliding_mode.LAW.name: sliding_mode.LAW,
+    sensitivity.LAW.name: sensitivity.LAW,
 }
 
 
@@ -27,15 +28,16 @@ def select_law(name: str, tables: Mapping[str, Mapping[str, float]]) -> tuple[La
     Raises:
         LawError: no such law, an unknown parameter, or a value out of range.
     """
-    for key in [name, *tables]:
+    parameters, wrong = {}, []
+    for key in dict.fromkeys([name, *tables]):
         if key not in LAWS:
             where = "control.law" if key == name else "control.laws"
-            raise LawError(f"{where}: no law is called '{key}'; choose one of {', '.join(LAWS)}")
-    parameters = {}
-    for key in {name, *tables}:
+            wrong.append(f"{where}: no law is called '{key}'; choose one of {', '.join(LAWS)}")
+            continue
         try:
             parameters[key] = LAWS[key].parameters.model_validate(tables.get(key, {}))
         except ValidationError as error:
-            lines = [f"control.laws.{key}.{line}" for line in explain(error, LAWS[key].parameters)]
-            raise LawError("\n".join(lines)) from error
+            wrong += [f"control.laws.{key}.{line}" for line in explain(error, LAWS[key].parameters)]
+    if wrong:
+        raise LawError("\n".join(wrong))
     return LAWS[name], parameters[name]

@@ -41,16 +41,10 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     z1 = observation.in_plane(observation.target - observation.position)
     z2 = observation.in_plane(observation.velocity - observation.target_velocity) - a1 * z1
     acceleration = observation.in_plane(observation.target_acceleration) + z1 - a1 * z2 - a1**2 * z1 - a2 * z2
-    tension, net = observation.tensions_for(acceleration)
-    return Decision(
-        tension,
-        Terms(
-            z1=(float(z1[0]), float(z1[1])),
-            z2=(float(z2[0]), float(z2[1])),
-            lyapunov=float((z1 * z1).sum() + (z2 * z2).sum()) / 2.0,
-            net_tension=net,
-        ),
-    )
+    tension, net = observation.tensions_for(acceleration, rate=a1 + a2)
+    (p, q), (r, s) = z1.tolist(), z2.tolist()
+    lyapunov = (p * p + q * q + (r * r + s * s)) / 2.0
+    return Decision(tension, Terms(z1=(p, q), z2=(r, s), lyapunov=lyapunov, net_tension=net))
 
 
 LAW = Law("backstepping", Parameters, decide)

@@ -48,16 +48,9 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
         + parameters.epsilon * np.sign(surface)
         + parameters.k * surface
     )
-    tension, net = observation.tensions_for(acceleration)
-    return Decision(
-        tension,
-        Terms(
-            error=(float(error[0]), float(error[1])),
-            surface=(float(surface[0]), float(surface[1])),
-            lyapunov=float((surface * surface).sum()) / 2.0,
-            net_tension=net,
-        ),
-    )
+    tension, net = observation.tensions_for(acceleration, rate=parameters.c + parameters.k)
+    (p, q), (r, s) = error.tolist(), surface.tolist()
+    return Decision(tension, Terms(error=(p, q), surface=(r, s), lyapunov=(r * r + s * s) / 2.0, net_tension=net))
 
 
 LAW = Law("sliding_mode", Parameters, decide)

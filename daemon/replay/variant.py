@@ -113,7 +113,7 @@ def _setup(config: RigConfig) -> CycleSetup:
 
 
 def _script(log: Log) -> tuple[dict[int, CycleInputs], int, int]:
-    """Requests by tick of a run in lockstep; its cycles; by how many the plant was ahead of the controller."""
+    """Requests by tick of a run in lockstep, its length, and by how many cycles the plant was ahead."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0
     requests: dict[int, CycleInputs] = {}

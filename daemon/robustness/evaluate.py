@@ -89,7 +89,7 @@ class Result:
 RESULT_COLUMNS = tuple(field.name for field in fields(Result))
 
 
-def rig_of(base: RigConfig, point: Point, seed: int) -> RigConfig:
+def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> RigConfig:
     """Controller and plant of a point.
 
     Args:
@@ -97,6 +97,7 @@ def rig_of(base: RigConfig, point: Point, seed: int) -> RigConfig:
             [simulator] is left aside.
         point: to run.
         seed: of the run; a point's noise depends on it and on where the point lies.
+        model: that the controller believes in instead of [rod].
 
     Raises:
         ConfigError: the point does not fit the configuration.
@@ -126,7 +127,7 @@ def rig_of(base: RigConfig, point: Point, seed: int) -> RigConfig:
         impacts.append({"time": _impact_tick(base) * period, "duration": point.impact_ms / 1e3, "force": force})
     digest = hashlib.sha256(f"{seed}/{point.key}".encode()).digest()
     values = base.model_dump()
-    values["rod"], values["limits"] = rod.model_dump(), limits.model_dump()
+    values["rod"], values["limits"] = (model or rod).model_dump(), limits.model_dump()
     values["control"].update(law=point.law, feedback=feedback)
     values["observer"].update(kind=kind, delay=told_delay * period, lag=time_constant(told_lag, period))
     values["simulator"] = {
@@ -151,13 +152,13 @@ def time_constant(part: float, period: float) -> float:
     return -period / math.log(part) if part > 1e-9 else 0.0
 
 
-def evaluate(base: RigConfig, point: Point, seed: int) -> Result:
+def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> Result:
     """Run a point and measure it.
 
     Args:
-        base, point, seed: as `rig_of`.
+        base, point, seed, model: as `rig_of`.
     """
-    config = rig_of(base, point, seed)
+    config = rig_of(base, point, seed, model)
     impact = _impact_tick(base)
     seen: list[Watched] = []
     reason = ""

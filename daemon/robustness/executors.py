@@ -7,11 +7,11 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.robustness.evaluate import Result, evaluate
@@ -27,6 +27,8 @@ CONNECT_SECONDS = 10
 INSTALL = "pip install 'tendond[cluster]'"
 
 Done = list[tuple[int, Result]]
+Task = TypeVar("Task")
+Outcome = TypeVar("Outcome")
 
 
 class ExecutorError(DaemonError):
@@ -68,7 +70,12 @@ def _config(text: str) -> RigConfig:
 
 
 def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, None]:
-    """Results as they come, from `jobs` processes of this computer.
+    """Results as they come, from `jobs` processes of this computer; see `spread`."""
+    yield from spread(run_chunk, chunks, jobs)
+
+
+def spread(work: Callable[[Task], Outcome], tasks: Sequence[Task], jobs: int) -> Generator[Outcome, None, None]:
+    """What `work` makes of each task, as it comes, from `jobs` processes of this computer.
 
     Closing the iterator drops what has not begun, and waits for what has.
 
@@ -82,7 +89,7 @@ def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, No
         # Processes are started by `submit`, and inherit the mask: Ctrl-C is for the one that waits for them.
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            futures: list[Future[Done]] = [pool.submit(run_chunk, chunk) for chunk in chunks]
+            futures: list[Future[Outcome]] = [pool.submit(work, task) for task in tasks]
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for future in as_completed(futures):

@@ -10,17 +10,17 @@ from typing import Any
 import tendond
 from tendond.schemas.config import RigConfig
 
-SOURCES = ("model", "schemas", "drivers/simulator", "daemon/laws", "daemon/*.py", "daemon/analysis/metrics.py",
-           "daemon/robustness/points.py", "daemon/robustness/evaluate.py")  # fmt: skip
+SOURCES = ("model", "schemas", "drivers/simulator", "daemon/laws", "daemon/space", "daemon/*.py",
+           "daemon/analysis/metrics.py", "daemon/robustness/points.py", "daemon/robustness/evaluate.py")  # fmt: skip
 """Of the package: what a result depends on. A better figure does not make results old."""
 
 
 @functools.cache
-def source_hash() -> str:
-    """Of the code that results depend on, 12 hexadecimal digits."""
+def source_hash(sources: tuple[str, ...] = SOURCES) -> str:
+    """Of the code that results depend on, 12 hexadecimal digits; `sources` are files and folders of the package."""
     root = Path(tendond.__path__[0])
     digest = hashlib.sha256()
-    for name in SOURCES:
+    for name in sources:
         folder = root / name
         files = sorted(folder.rglob("*.py")) if folder.is_dir() else sorted(root.glob(name))
         for file in files:

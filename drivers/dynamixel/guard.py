@@ -17,19 +17,21 @@ def limited(
 ) -> tuple[float, ...]:
     """Goals within range and rate.
 
+    Where a tendon would be too fast, all are slowed down alike: tendons that work against each other and are a
+    millimetre out of step pull at each other with tens of newtons.
+
     Args:
         section: [servo].
         wanted: displacement [m].
         last: goals of the cycle before [m].
         duration: since then [s]; more than two periods count as two, so that a late cycle makes no jump.
     """
+    goals = tuple(min(max(goal, section.displacement_min), section.displacement_max) for goal in wanted)
     step = section.displacement_rate * min(duration, 2.0 * section.period)
-    return tuple(
-        min(max(goal, before - step, section.displacement_min), before + step, section.displacement_max)
-        if section.displacement_min <= before <= section.displacement_max
-        else min(max(goal, before - step), before + step)
-        for goal, before in zip(wanted, last, strict=True)
-    )
+    furthest = max(abs(goal - before) for goal, before in zip(goals, last, strict=True))
+    if furthest <= step:
+        return goals
+    return tuple(before + step / furthest * (goal - before) for goal, before in zip(goals, last, strict=True))
 
 
 def let_out(

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import zenoh
 
+from tendond.drivers.dynamixel.adapter import latency_warning
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
 from tendond.drivers.session import BusError, StoppedError, open_client
+from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
@@ -34,6 +36,7 @@ class ServoProcess:
         folder: in which the calibration's path begins.
         stopped: true when the process is to end.
         say: a line for people.
+        supervisor: is told when the servos are ready, of the end, and by each cycle done in time that it is alive.
     """
 
     def __init__(
@@ -43,12 +46,14 @@ class ServoProcess:
         folder: Path,
         stopped: Callable[[], bool],
         say: Callable[[str], None],
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._config = config
         self._section = section
         self._folder = folder
         self._stopped = stopped
         self._say = say
+        self._supervisor = supervisor or Supervisor({})
         self._seq = 0
 
     def run(self) -> None:
@@ -72,12 +77,15 @@ class ServoProcess:
             return
         with session:
             driver = ServoDriver(section, calibration, open_bus)
-            self._say(
-                f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
-            )
+            if warning := latency_warning(section.port):
+                self._say(warning)
+            ready = f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
+            self._say(ready)
+            self._supervisor.ready(ready)
             try:
                 self._run(session, driver)
             finally:
+                self._supervisor.stopping()
                 driver.close(time.monotonic, time.sleep)
                 self._say(f"ended: {driver.farewell}")
 
@@ -87,10 +95,14 @@ class ServoProcess:
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
-        deadline = time.monotonic()
+        deadline = before = time.monotonic()
         while not self._stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
             states.put(encode(self._state(driver)))
+            now = time.monotonic()
+            if now - before <= self._section.watchdog:  # a lost port or a fault waits for a person, not for a restart
+                self._supervisor.alive()
+            before = now
             self._answer(resets, driver)
             if driver.report != reported:
                 reported = driver.report

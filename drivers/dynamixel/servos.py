@@ -46,10 +46,24 @@ class Servos:
             self._require(identifier, table.OPERATING_MODE, table.EXTENDED_POSITION, setup)
             self._require(identifier, table.DRIVE_MODE, 0, setup)  # else a goal might switch the torque on
             self._require(identifier, table.STARTUP_CONFIGURATION, 0, setup)  # or power-up might
-        readings = self.read_again()
+        readings = self._first()
         self.spools = tuple(
             spool.at_power_up(reading.position) for spool, reading in zip(self.spools, readings, strict=True)
         )
+
+    def _first(self) -> tuple[Reading, ...]:
+        """The first reading: old firmware answers a plain one alone."""
+        try:
+            return self.read_again()
+        except NoAnswerError:
+            if self._section.fast_read:
+                with suppress(NoAnswerError):
+                    self._bus.read_all(self.ids, fast=False)
+                    raise ServoError(
+                        "the servos do not know Fast Sync Read, but the plain one: update their firmware, or set"
+                        " servo.fast_read = false"
+                    ) from None
+            raise
 
     def _require(self, identifier: int, register: Register, wanted: int, remedy: str) -> None:
         found = self._bus.read(identifier, register)

@@ -71,10 +71,18 @@ class Faults:
     @property
     def stuck(self) -> list[int]:
         """Indices of the tendons whose servos stay where they are."""
+        return self._tendons_with(Fault.STUCK)
+
+    @property
+    def cut(self) -> list[int]:
+        """Indices of the tendons that do not pull."""
+        return self._tendons_with(Fault.CUT)
+
+    def _tendons_with(self, kind: Fault) -> list[int]:
         return [
             servo - 1
             for (fault, servo), (_, until) in self._caused.items()
-            if fault is Fault.STUCK and servo is not None and self.time < until - ROUNDING
+            if fault is kind and servo is not None and self.time < until - ROUNDING
         ]
 
     @property

@@ -1,9 +1,12 @@
 """The simulated robot: the same rod as the controller's model, with parameters of its own, driven by commands."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
+from tendond.drivers.simulator.friction import Middles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
@@ -12,6 +15,18 @@ from tendond.model.rod_state import RodState
 from tendond.schemas.config import RigConfig
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 30
+RELAXATION = 0.8
+"""Of a tendon that slides nearly all could be taken, of one that sticks two thirds."""
+
+LOOSE = 1.0
+"""[m] By which a tendon that is cut is let out."""
+
+GIVEN_WELL = 1e-7
+"""[m] 2 mN of a tendon of 20 kN/m."""
 
 
 class Plant:
@@ -42,6 +57,8 @@ class Plant:
         self._force = self._weight.force(0.0, rod.time_step)
         self._state: RodState = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
+        self._middles: Middles | None = None  # of tendons that rub, while they are wound
+        self._pull = slack
         self.seq = 0
 
     @property
@@ -54,7 +71,7 @@ class Plant:
         """Simulated [s]."""
         return self.seq * self._rod.time_step
 
-    def shape(self, points: int) -> NDArray[np.float64]:
+    def shape(self, points: int) -> Array:
         """The backbone from base to tip [m], shape (points, 3)."""
         return self._rod.curve(self._state, points)
 
@@ -77,7 +94,11 @@ class Plant:
         elif command is not None:
             wound = command.armed and self._section.drive == "displacement"
             if wound and not self._wound:
-                self._servos.stand(self._rod.displacements(self._state, elastic=True))
+                ends = self._rod.displacements(self._state, elastic=True)
+                self._servos.stand(ends)
+                if self._section.servo.friction > 0.0:
+                    stiffness, shortening = self._rod.parameters.tendon_stiffness, self._rod.displacements(self._state)
+                    self._middles = Middles(stiffness, ends, shortening)
             elif self._wound and not wound:
                 self._servos.stand(np.zeros(self.tendon_count))
             self._wound = wound
@@ -95,16 +116,47 @@ class Plant:
             else:  # of several at once along the rod, the last one's place counts for all
                 push = push + force
                 self._rod.spread_push(place, SPREAD)
+        ratio = grip(self._section.servo.friction, self._bend)
         if self._wound:
             ends = self._servos.wind(self._command)
-            self._state = self._rod.step(self._state, displacements=ends, tip_force=self._force, push=push)
+            ends[self.faults.cut] = -LOOSE
+            self._state = self._wind(ends, ratio, push)
         else:
-            self._state = self._rod.step(
-                self._state, self._servos.pull(self._command), tip_force=self._force, push=push
-            )
+            tension = self._servos.pull(self._command, ratio)
+            tension[self.faults.cut] = 0.0
+            self._state = self._rod.step(self._state, tension, tip_force=self._force, push=push)
+            self._pull = self._servos.tension
+            self._pull[self.faults.cut] = 0.0
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
         self.faults.time = self.time
+
+    @property
+    def _bend(self) -> float:
+        """Of the tendons' paths [rad]: that of the tip against the base, for a rod that bends one way only."""
+        return math.acos(min(1.0, max(-1.0, float(self._rod.tip(self._state).rotation[2, 2]))))
+
+    def _wind(self, ends: Array, ratio: float, push: Array) -> RodState:
+        """A step with the tendons' ends at `ends` [m], shape (n,).
+
+        Where tendons rub, what the rod is given in the ends' place is found by iteration: it depends on the step's end.
+        """
+        start = self._state
+        if self._middles is None:
+            state = self._rod.step(start, displacements=ends, tip_force=self._force, push=push)
+            self._pull = state.tensions
+            return state
+        given = self._middles.given(ends, self._rod.displacements(start), ratio)
+        for _ in range(ITERATIONS):
+            state = self._rod.step(start, displacements=given, tip_force=self._force, push=push)
+            shortening = self._rod.displacements(state)
+            missing = self._middles.given(ends, shortening, ratio) - given
+            if float(np.max(np.abs(missing))) < GIVEN_WELL:
+                break
+            given = given + RELAXATION * missing
+        self._middles.slide(ends, shortening, ratio)
+        self._pull = self._middles.tension(ends)
+        return state
 
     def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:
         """What motion capture and servos would report now, and the truth; `stamp_ns` is their capture time.
@@ -116,9 +168,10 @@ class Plant:
         vx, vy, vz = tip.velocity.tolist()
         fx, fy, fz = self._force.tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
+        ends = tuple(self._servos.ends.tolist()) if self._wound else displacement
         tension = tuple(self._state.tensions.tolist())
-        fault = self.faults.reported
-        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=displacement, tension=tension, fault=fault)
+        pull, fault = tuple(self._pull.tolist()), self.faults.reported
+        state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=ends, tension=pull, fault=fault)
         truth = SimulatorTruth(
             seq=self.seq,
             stamp_ns=stamp_ns,

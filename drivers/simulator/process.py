@@ -19,6 +19,9 @@ CONNECT_SECONDS = 120.0
 WATCHDOG_SECONDS = 0.5
 """Without a command for so long, the simulated servos let go."""
 
+CAUGHT_UP = 50
+"""Periods at most that the arm moves on at once when the process was held up."""
+
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
 """Without an answer for so long, the last pose is published again: the controller may have started later."""
@@ -84,9 +87,13 @@ class Simulator:
                         self._send(publishers, seen)
                     deadline += period
                     now = time.monotonic()
-                    if deadline < now:  # late by more than a period: poses are lost, never made up
-                        deadline = now
-                    time.sleep(max(0.0, deadline - now))
+                    if now > deadline:  # late by more than a period: its poses are lost, but the arm has moved on
+                        missed = int((now - deadline) / period) + 1
+                        deadline += missed * period
+                        for _ in range(min(missed, CAUGHT_UP)):
+                            self._plant.step(None)
+                            self._plant.observe(time.monotonic_ns())
+                    time.sleep(max(0.0, deadline - time.monotonic()))
                     received = self._received(commands)
                     if cut:
                         received = []

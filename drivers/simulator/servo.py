@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.drivers.simulator.friction import between
 from tendond.schemas.config_simulator import SimulatedServos
 
 Array = NDArray[np.float64]
@@ -19,6 +20,7 @@ class Servos:
         start: where they stand, shape (n,).
 
     Attributes:
+        tension: that they pull with where tension drives [N], shape (n,).
         stuck: indices of those that stay where they are, whatever they are told.
     """
 
@@ -35,6 +37,15 @@ class Servos:
         self._speed = np.zeros_like(at)
         self._shaft = at.copy()
         self._end = at.copy()
+
+    @property
+    def tension(self) -> Array:
+        return self._shaft.copy()
+
+    @property
+    def ends(self) -> Array:
+        """Where the tendons' ends are [m] (or the tensions that arrive [N]), shape (n,)."""
+        return self._end.copy()
 
     def wind(self, goal: Array) -> Array:
         """Displacement of the tendons' ends after a period of moving towards `goal` [m], shape (n,)."""
@@ -59,15 +70,16 @@ class Servos:
         self._end = np.clip(self._end, self._shaft - play, self._shaft + play)
         return self._end.copy()
 
-    def pull(self, goal: Array) -> Array:
+    def pull(self, goal: Array, ratio: float = 1.0) -> Array:
         """Tensions at the rod after a period of pulling with `goal` [N], shape (n,): lag, then friction.
 
-        Friction holds the rod's side back until the motor's side differs by its part of the tension: hysteresis.
+        Args:
+            goal: [N].
+            ratio: see `friction.grip`.
         """
         goal = self._stuck_at(self._shaft, goal)
         self._shaft = goal + self._lagging * (self._shaft - goal)
-        lost = self._section.friction
-        self._end = np.clip(self._end, (1.0 - lost) * self._shaft, (1.0 + lost) * self._shaft)
+        self._end = between(self._end, self._shaft, ratio)
         return self._end.copy()
 
     def _stuck_at(self, place: Array, goal: Array) -> Array:

@@ -10,6 +10,7 @@ from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
+from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
@@ -42,15 +43,22 @@ class ViconDriver:
         section: its [vicon].
         stopped: true when the process is to end.
         say: a line for people.
+        supervisor: is told when Tracker can be heard and the controller reached, and by each look that it is alive.
     """
 
     def __init__(
-        self, config: RigConfig, section: ViconSection, stopped: Callable[[], bool], say: Callable[[str], None]
+        self,
+        config: RigConfig,
+        section: ViconSection,
+        stopped: Callable[[], bool],
+        say: Callable[[str], None],
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._config = config
         self._section = section
         self._stopped = stopped
         self._say = say
+        self._supervisor = supervisor or Supervisor({})
         self._builder = PoseBuilder(section, config.rod.gravity)
         wanted = {section.tip, section.base} - {""}
         self._sequencer = Sequencer(frozenset(wanted))
@@ -74,7 +82,9 @@ class ViconDriver:
                 publisher = session.declare_publisher(expression, encoding=ENCODING, express=True)
                 report = time.monotonic() + REPORT_SECONDS
                 self._heard = time.monotonic()
+                self._supervisor.ready("connected; no frame yet")
                 while not self._stopped():
+                    self._supervisor.alive()
                     block = source.receive()
                     self._listen(block is not None, source)
                     for frame in [] if block is None else self._sequencer.add(block):
@@ -88,6 +98,7 @@ class ViconDriver:
         except StoppedError:
             return
         finally:
+            self._supervisor.stopping()
             source.close()
             self._report(source)
 

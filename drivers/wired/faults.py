@@ -39,6 +39,10 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
     if servo is None:
         known = ", ".join(str(one.id) for one in bus.servos)
         return ControlReply(done=False, message=f"there is no servo {request.servo}; the servos are {known}")
+    if request.fault in (Fault.CUT, Fault.MEND):  # the tendon's, which the plant counts from 1
+        reply = others.cause(request.model_copy(update={"servo": bus.servos.index(servo) + 1}))
+        if request.fault is Fault.CUT:
+            return reply
     bus.tell(lambda: _change(servo, request.fault))
     return ControlReply(done=True, message=f"servo {request.servo}: {request.fault.value}")
 

@@ -36,7 +36,8 @@ ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 
 def without_servos(config: RigConfig) -> RigConfig:
     """The configuration of a plant behind emulated servos, whose rate, acceleration and ticks are their own."""
-    return config.model_copy(update={"simulator": config.simulator.model_copy(update={"servo": SimulatedServos()})})
+    bare = SimulatedServos(friction=config.simulator.servo.friction)
+    return config.model_copy(update={"simulator": config.simulator.model_copy(update={"servo": bare})})
 
 
 class WiredError(ConfigError):
@@ -140,8 +141,8 @@ class WiredRig:
                 armed=True,  # spools hold their tendons, with torque or without
             )
         )
-        pose, _, truth = self._plant.observe(time.monotonic_ns())
-        for tendon, tension in zip(self._tendons, truth.tension, strict=True):
+        pose, state, truth = self._plant.observe(time.monotonic_ns())
+        for tendon, tension in zip(self._tendons, state.tension, strict=True):
             tendon.tension = tension
         if self._plant.faults.now(Fault.SILENCE) is not None:
             return

@@ -12,8 +12,11 @@ from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.spool import Spool
 
 BAUDRATE = 1_000_000
-ANSWER_SECONDS = 0.06
-"""Generous: the emulator is a thread of a busy machine."""
+ANSWER_SECONDS = 0.5
+"""Generous: the emulator is a thread of a busy machine, which may stand still for a while. Only silence costs it."""
+
+SHORT_SECONDS = 0.1
+"""For tests in which a servo is silent."""
 
 
 @contextmanager

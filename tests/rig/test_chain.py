@@ -45,7 +45,7 @@ class Chain(Rig):
         port = free_port(socket.SOCK_DGRAM)
         super().__init__(
             folder,
-            "[faults]\nmissed_ticks = 1000\n"
+            "[faults]\nmissed_ticks = 1000\npose_stale = 100\ntendon_stale = 200\n"
             + WIRED.replace("duration = 2.5", "duration = 1.5")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
             + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',
@@ -210,6 +210,17 @@ def test_the_log_of_a_chain_holds_the_truth_beside_what_was_measured(chain: Chai
     assert max(state.displacement[0] for state in states) == pytest.approx(0.0598, abs=3e-3)
     assert any("servo 2: Overload Error" in state.fault for state in states)
     assert log.calibration == calibration(rig=chain.name)
+
+
+def test_the_controller_refuses_a_calibration_of_another_rig(tmp_path: Path) -> None:
+    limits = "[limits]\ndisplacement_min = -0.08\ndisplacement_max = 0.08\ndisplacement_rate = 0.08\n"
+    one = Rig(tmp_path, f"[servo]\n{limits}")
+    save_calibration(tmp_path / "calibration.json", calibration(rig="yours"))
+    process = one.controller()
+    _, said = process.communicate(timeout=PATIENCE_SECONDS)
+    assert process.returncode == 2
+    assert said == f"tendond: {tmp_path}/calibration.json: is of rig 'yours', this is 'sil': calibrate this one\n"
+    assert not (tmp_path / "run.mcap").exists()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.messages import TendonCommand
-from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, calibration, emulated, hang_springs
+from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, SHORT_SECONDS, calibration, emulated, hang_springs
 
 pytestmark = pytest.mark.rig
 
@@ -29,10 +29,10 @@ def section(**changes: object) -> ServoSection:
         "answer_timeout": ANSWER_SECONDS,
         "fault_hold": 0.1,
         "release_rate": 0.2,
-        "release_time": 0.6,
+        "release_time": 1.5,
         "hold_time": 0.2,
         "command_timeout": 0.3,
-        "watchdog": 0.5,
+        "watchdog": 1.0,
         **changes,
     }
     return ServoSection.model_validate(fields)
@@ -114,7 +114,7 @@ def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) ->
     assert max(b[1] - a[1] for a, b in itertools.pairwise(places)) < 0.01
     assert bench.driver.tension[0] == pytest.approx(600.0 * PULLED[0], rel=0.05)
     assert bench.driver.report == ""
-    assert [servo.value(table.BUS_WATCHDOG) for servo in bench.servos.servos] == [25] * 4
+    assert [servo.value(table.BUS_WATCHDOG) for servo in bench.servos.servos] == [50] * 4
 
 
 def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_out(bench: Bench) -> None:
@@ -209,12 +209,23 @@ def test_a_short_gap_in_the_command_stream_is_bridged(bench: Bench) -> None:
         (lambda servo: servo.power_up(), "servo 3: its torque is off: it has been rebooted or has lost power"),
         (lambda servo: servo._store(table.BUS_WATCHDOG, -1), "servo 3: its Bus Watchdog has stopped it"),
         (lambda servo: setattr(servo, "torque", lambda ticks: -1.2), "tendon 2 (servo 3): load 86%"),
-        (lambda servo: setattr(servo, "silent", True), "servo 3: does not answer"),
     ],
 )
 def test_whatever_happens_to_one_servo_stops_all_tendons_together_and_is_named(
     bench: Bench, cause: Callable[[object], None], fault: str
 ) -> None:
+    stops_all_tendons(bench, cause, fault)
+
+
+def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_path: Path) -> None:
+    with emulated(tmp_path) as servos:
+        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not answer")
+        bench.driver._bus.close()
+
+
+def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str) -> None:
+    """Cause it on the servo of tendon 2 while two tendons pull."""
     bench.pull()
     bench.servos.tell(lambda: cause(bench.servos.servos[2]))
     further = (0.025, 0.0, 0.02, 0.0)
@@ -408,3 +419,11 @@ def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_p
         servos.servos[0].write(table.STARTUP_CONFIGURATION.address, bytes([1]))
         with pytest.raises(ServoError, match="servo 1: Startup Configuration is 1, must be 0"):
             bench.new_driver()
+
+
+def test_servos_that_do_not_know_fast_sync_read_are_named_and_work_without_it(tmp_path: Path) -> None:
+    with emulated(tmp_path) as servos:
+        servos.knows_fast = False
+        with pytest.raises(ServoError, match=r"do not know Fast Sync Read.* servo.fast_read = false"):
+            Bench(servos, tmp_path / "ttyUSB0", section())
+        Bench(servos, tmp_path / "ttyUSB0", section(fast_read=False)).pull()

@@ -149,6 +149,39 @@ def test_gaps_late_frames_and_a_restart_of_tracker() -> None:
     assert all(part in report for part in ("1 late", "1 duplicate", "1 restarts", "frames lost"))
 
 
+def test_a_frame_split_over_small_packets_gives_one_pose_with_the_base_of_its_own_frame() -> None:
+    """Packets of 256 bytes hold three objects: the base's comes in another than the tip's, and in either order."""
+    moved = Reading((1100.0, 200.0, 50.0), BASE.rotation)
+    with driver() as (listener, tracker):
+        listener.heard(tracker)
+        for number, base in ((2000, BASE), (2001, moved)):
+            tracker.send({"other": OTHER, "tip": TIP}, number, size=256)
+            tracker.send({"base": base}, number, size=256)
+        tracker.send({"base": BASE}, 2002, size=256)
+        tracker.send({"tip": TIP}, 2002, size=512)
+        listener.until(lambda one: len(one.poses) >= 3)
+        time.sleep(0.05)
+    assert [pose.valid for pose in listener.poses] == [True] * 3
+    first, second, third = (np.array(pose.position) for pose in listener.poses)
+    np.testing.assert_allclose(np.linalg.norm(second - first), 0.1, atol=1e-12)
+    np.testing.assert_array_equal(first, third)
+
+
+def test_the_configured_euler_order_is_used() -> None:
+    orders = {}
+    for order in ("XYZ", "ZYX"):
+        with driver(euler_order=order) as (listener, tracker):
+            listener.heard(tracker)
+            tracker.send({"tip": TIP, "base": Reading(BASE.translation, (0.0, 0.0, 0.0))})
+            tracker.send({"tip": TIP, "base": Reading(BASE.translation, (0.0, 0.0, 1e-12))})
+            listener.until(lambda one: bool(one.poses) and one.poses[-1].valid)
+            w, x, y, z = listener.poses[-1].orientation
+        orders[order] = Rotation.from_quat([x, y, z, w])
+    for order, found in orders.items():
+        angles = [TIP.rotation["XYZ".index(letter)] for letter in order]
+        assert (found.inv() * Rotation.from_euler(order, angles)).magnitude() < 1e-9
+
+
 def test_silence_is_said_once_and_its_end_too() -> None:
     with driver() as (listener, tracker):
         listener.heard(tracker)
@@ -209,6 +242,43 @@ def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path
         assert process.wait(PATIENCE_SECONDS) == 0
     assert first == f"tendond: rig 'paper': tip 'tip' seen from 'base', from UDP port {port}\n"
     assert "Traceback" not in rest
+
+
+def test_a_datastream_frame_becomes_placements_and_what_is_none_is_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The child runs for real; a stand-in for the vendor's package, whose server cannot be had, gives it two frames."""
+    (tmp_path / "motioncapture.py").write_text(
+        "import time\n"
+        "from types import SimpleNamespace as N\n"
+        "class Client:\n"
+        "    count = 0\n"
+        "    def waitForNextFrame(self):\n"
+        "        self.count += 1\n"
+        "        time.sleep(0.01)\n"
+        "    @property\n"
+        "    def rigidBodies(self):\n"
+        "        w = 1.0 if self.count > 1 else 0.0\n"
+        "        return {'tip': N(position=(1.5, -0.25, 0.125), rotation=N(w=w, x=0.0, y=0.0, z=0.0))}\n"
+        "def connect(kind, settings):\n"
+        "    assert (kind, settings) == ('vicon', {'hostname': 'lab:801'})\n"
+        "    return Client()\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
+    source = DataStreamSource(ViconSection(source="datastream", server="lab:801", server_timeout=PATIENCE_SECONDS))
+    try:
+        frames = [frame for _ in range(1000) if (frame := source.receive()) is not None or source.packets > 2]
+    finally:
+        source.close()
+    first = frames[0]
+    assert first is not None
+    assert first.number == 1
+    placement = first.objects["tip"]
+    assert placement is not None
+    np.testing.assert_array_equal(placement.position, [1.5, -0.25, 0.125])
+    np.testing.assert_array_equal(placement.rotation, np.eye(3))
+    assert source.counts == {"garbage": 1}  # a body that is not tracked has no unit quaternion
 
 
 def test_a_datastream_server_that_is_not_there_is_an_error_and_no_hang() -> None:

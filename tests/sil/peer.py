@@ -61,12 +61,17 @@ class Peer:
             pose, state, _ = self._plant.observe(time.monotonic_ns())
             self._publish(self._keys[1], self.alter_state(state))
             self._publish(self._keys[0], [] if pose is None else self.alter(pose))
-            deadline = max(deadline + period, time.monotonic() - period)
+            deadline += period
             time.sleep(max(0.0, deadline - time.monotonic()))
             while (sample := self._commands.try_recv()) is not None:
                 self.heard.append(decode(TendonCommand, sample.payload.to_bytes()))
+            command = self.heard[-1] if self.heard else None
             with suppress(ConvergenceError):  # a plant that is asked too much stays where it is
-                self._plant.step(self.heard[-1] if self.heard else None)
+                self._plant.step(command)
+                while time.monotonic() > deadline + period:  # held up: poses are lost, but the arm moves on
+                    deadline += period
+                    self._plant.step(command)
+            deadline = max(deadline, time.monotonic() - period)
 
     def _publish(self, topic: str, messages: Outgoing) -> None:
         for message in messages:

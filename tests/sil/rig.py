@@ -17,9 +17,22 @@ from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
 
 PATIENCE_SECONDS = 120.0
 
+PATIENT = """
+[faults]
+pose_stale = 100
+tendon_stale = 120
+missed_ticks = 90
+"""
+"""Thresholds of time, where a test has none of its own: the machine that tests may stand still for a while."""
+
 
 class Rig:
-    """A folder with a configuration on a free port, and the processes started in it."""
+    """A folder with a configuration on a free port, and the processes started in it.
+
+    Args:
+        folder: an empty one.
+        extra: more of the configuration; with [faults] in it, `PATIENT` is left out.
+    """
 
     def __init__(self, folder: Path, extra: str = "") -> None:
         with socket.socket() as probe:
@@ -29,6 +42,9 @@ class Rig:
         self.name = "sil"
         self.config = folder / "rig.toml"
         self.config.write_text(f'[rig]\nname = "{self.name}"\n[bus]\nendpoint = "{self.endpoint}"\n{extra}')
+        if "[faults]" not in extra:
+            with self.config.open("a") as file:
+                file.write(PATIENT)
         self.processes: list[subprocess.Popen[str]] = []
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:

@@ -4,7 +4,7 @@ import os
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from tests.sil.rig import PATIENCE_SECONDS, Rig
 
 pytestmark = pytest.mark.sil
 
+SERVERS = {"controller", "router"}
 EXAMPLES = Path(__file__).parents[2] / "deploy" / "bus"
 POSE = TipPose(seq=1, stamp_ns=0, position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0))
 STATE = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 4, tension=(0.0,) * 4)
@@ -35,21 +36,22 @@ def put_in_place(folder: Path) -> None:
         (folder / file.name).write_text(text)
 
 
-def certificates(folder: Path) -> None:
-    """An authority, the controller and two clients, by the README's commands."""
+def certificates(folder: Path, names: Sequence[str] = ("controller", "vicon", "viewer")) -> None:
+    """An authority, and whom it certifies, by the README's commands."""
 
     def openssl(*arguments: str) -> None:
         subprocess.run(["openssl", *arguments], cwd=folder, check=True, capture_output=True)
 
     curve = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes")
     openssl("req", "-x509", *curve, "-days", "9", "-subj", "/CN=rig-ca", "-keyout", "ca.key", "-out", "ca.pem")
-    for name in ("controller", "vicon", "viewer"):
+    for name in names:
         openssl("req", *curve, "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
-        (folder / f"{name}.ext").write_text(f"subjectAltName=DNS:{'localhost' if name == 'controller' else name}\n")
+        (folder / f"{name}.ext").write_text(f"subjectAltName=DNS:{'localhost' if name in SERVERS else name}\n")
         signed = ("-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-days", "9", "-extfile", f"{name}.ext")
         openssl("x509", "-req", "-in", f"{name}.csr", *signed, "-out", f"{name}.pem")
         text = (folder / "client-tls.json5").read_text()
-        (folder / f"{name}-tls.json5").write_text(text.replace("client.", f"{name}.")) if name != "controller" else None
+        if name not in SERVERS:
+            (folder / f"{name}-tls.json5").write_text(text.replace("client.", f"{name}."))
 
 
 def until(happens: Callable[[], bool]) -> None:
@@ -57,6 +59,25 @@ def until(happens: Callable[[], bool]) -> None:
     while not happens():
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def gets(hub: Hub, session: zenoh.Session, action: ControlAction) -> bool:
+    """Whether the controller hears a request, and its answer comes."""
+    replies: list[ControlReply] = []
+
+    def run() -> None:
+        with suppress(BusError):
+            replies.append(ask(session, "sil", action))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    while thread.is_alive():
+        if (question := hub.question()) is not None:
+            assert question.request.action is action
+            question.answer(ControlReply(done=True, message="yes"))
+        time.sleep(0.005)
+    thread.join()
+    return bool(replies)
 
 
 class Guarded:
@@ -143,27 +164,9 @@ def test_only_the_operator_may_request_and_a_viewer_may_ask_for_the_status(
 ) -> None:
     guarded = Guarded(tmp_path, monkeypatch)
     with guarded.hub() as hub, guarded.session("operator") as operator, guarded.session("viewer") as viewer:
-
-        def gets(session: zenoh.Session, action: ControlAction) -> bool:
-            replies: list[ControlReply] = []
-
-            def run() -> None:
-                with suppress(BusError):
-                    replies.append(ask(session, "sil", action))
-
-            thread = threading.Thread(target=run)
-            thread.start()
-            while thread.is_alive():
-                if (question := hub.question()) is not None:
-                    assert question.request.action is action
-                    question.answer(ControlReply(done=True, message="yes"))
-                time.sleep(0.005)
-            thread.join()
-            return bool(replies)
-
-        assert gets(operator, ControlAction.ARM)
-        assert gets(viewer, ControlAction.STATUS)
-        assert not gets(viewer, ControlAction.ARM)
+        assert gets(hub, operator, ControlAction.ARM)
+        assert gets(hub, viewer, ControlAction.STATUS)
+        assert not gets(hub, viewer, ControlAction.ARM)
 
 
 def test_without_credentials_there_is_no_session_and_the_message_says_so(

@@ -10,7 +10,7 @@ import zenoh
 from tendond.daemon import loop as loop_module
 from tendond.daemon.analysis.log import load
 from tendond.daemon.bus import Hub
-from tendond.daemon.cycle import step
+from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
@@ -50,7 +50,7 @@ def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
     def failing(setup: CycleSetup, state: object, inputs: object) -> object:
         if getattr(state, "tick") == FAILING_CYCLE:  # noqa: B009
             raise ZeroDivisionError("of all things")
-        return step(setup, state, inputs)  # type: ignore[arg-type]
+        return respond(setup, state, inputs)  # type: ignore[arg-type]
 
     one = Rig(tmp_path)
     config = check_config({"rig": {"name": one.name}, "bus": {"endpoint": one.endpoint}}, "test")
@@ -59,7 +59,7 @@ def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
         commands = session.declare_subscriber(key(one.name, TENDON_COMMAND), zenoh.handlers.FifoChannel(1000))
         loop = Loop(setup, hub, journal, arm_at=5)
         state = loop.warm()
-        monkeypatch.setattr(loop_module, "step", failing)
+        monkeypatch.setattr(loop_module, "respond", failing)
         with pytest.raises(DaemonError, match="ZeroDivisionError: of all things"):
             loop.run(state, FromPlant(hub, Plant(config, setup.rod)), lambda: False)
         received: list[TendonCommand] = []

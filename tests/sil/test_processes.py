@@ -144,7 +144,8 @@ def test_a_wrong_configuration_is_refused_before_anything_starts(
     file.write_text(text)
     result = run(command, "--config", str(file))
     assert result.returncode == 2
-    assert f"{file}: {expected}" in result.stderr
+    assert result.stderr.startswith(f"tendond: {file}:")
+    assert f": {expected}" in result.stderr
     assert "Traceback" not in result.stderr
 
 

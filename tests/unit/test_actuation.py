@@ -58,6 +58,17 @@ def test_the_inverse_of_b_c_is_bounded_near_the_straight_rod() -> None:
     assert net_tension(np.zeros(2), missing, 3.0, 1.0) == 3.0
 
 
+def test_with_the_tips_response_the_inverse_never_points_against_it_and_is_paced_by_it() -> None:
+    missing, response = np.array([100.0, 0.0]), np.array([0.05, 0.0])
+    bent = net_tension(np.array([200.0, 0.0]), missing, 3.0, 1.0, 1000.0, response)
+    assert bent == pytest.approx(3.0 + 100.0 / 200.0)  # b_c^+ takes less of the error away: the paper's own
+    paced = 3.0 + 100.0 / 1000.0 / 0.05
+    for gain in (20.0, 1.1, 0.9, 0.0, -0.9, -20.0):
+        net = net_tension(np.array([gain, 0.0]), missing, 3.0, 1.0, 1000.0, response)
+        assert net == pytest.approx(paced), gain
+    assert net_tension(np.array([20.0, 0.0]), missing, 3.0, 1.0, 1000.0, np.zeros(2)) == pytest.approx(8.0)
+
+
 @given(net=st.floats(-50.0, 50.0), least=st.floats(0.0, 5.0))
 def test_a_pair_has_its_difference_and_its_least_tension(net: float, least: float) -> None:
     tension = share(4, 0, 2, net, least)

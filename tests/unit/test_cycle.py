@@ -174,6 +174,44 @@ def test_teleports_in_a_row_are_a_fault() -> None:
     assert "teleport" in record.reason
 
 
+@pytest.mark.parametrize("jump", [0.2, 0.3, 0.5])
+def test_a_jump_that_lasts_is_never_believed(jump: float) -> None:
+    """However many of its poses have been refused: the time that has passed makes it no likelier."""
+    state = armed()
+    assert state.pose is not None
+    x, y, z = state.pose.position
+    for k in range(CONFIG.faults.teleports):
+        assert state.mode is Mode.TRACKING
+        state, record = go(state, CycleInputs(pose=pose(1000 + k, (x, y + jump, z))))
+        assert record.rejected == ("teleport",)
+    assert record.mode is Mode.FAULT
+    assert record.reason == "teleport: 5 poses in a row beyond what the tip can do"
+
+
+def test_after_a_short_jump_or_a_gap_the_tip_may_be_where_its_speed_allows() -> None:
+    state = armed()
+    assert state.pose is not None
+    x, y, z = state.pose.position
+    for k in range(CONFIG.faults.teleports - 1):
+        state, record = go(state, CycleInputs(pose=pose(1000 + k, (x, y + 0.3, z))))
+        assert record.rejected == ("teleport",)
+    _, record = go(state, CycleInputs(pose=pose(1010, (x, y + 0.1, z))))
+    assert (record.rejected, record.mode) == ((), Mode.TRACKING)
+    state, _ = go(armed(), *[CycleInputs()] * 3)
+    _, record = go(state, CycleInputs(pose=pose(1010, (x, y + 0.3, z))))
+    assert (record.rejected, record.mode) == ((), Mode.TRACKING)
+
+
+def test_the_fastest_motion_of_the_papers_robot_is_no_teleport() -> None:
+    config = parse_config(PAPER, "test")
+    records = list(closed_loop(config, 160, {5: ControlAction.ARM}))
+    tips = np.array([record.measured for record in records if record.measured is not None])
+    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    assert not any(record.rejected for record in records)
+    limit = config.faults.tip_speed_max * config.loop.period
+    assert 0.3 * limit < steps.max() < 0.7 * limit
+
+
 def test_overruns_in_a_row_are_a_fault() -> None:
     state = armed()
     _, record = go(state, CycleInputs(pose=follow(state), missed_ticks=1))

@@ -24,6 +24,7 @@ def observation() -> Observation:
         velocity=RNG.normal(size=3),
         acceleration=RNG.normal(size=3),
         input_gain=20.0 * RNG.normal(size=(3, 4)),
+        response=None,
         tension=RNG.uniform(1.0, 10.0, size=4),
         target=RNG.normal(size=3),
         target_velocity=RNG.normal(size=3),
@@ -68,6 +69,26 @@ def test_a_law_holds_the_tension_when_nothing_is_missing(name: str) -> None:
     o = dataclasses.replace(o, target=o.position)
     law, parameters = select_law(name, {})
     assert law.decide(parameters, o).tension[0] == pytest.approx(o.tension[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+@pytest.mark.parametrize("size", [0.0, 0.1, 10.0, 1000.0])
+def test_a_law_takes_no_more_than_all_of_a_velocity_error_away_in_a_cycle(name: str, size: float) -> None:
+    """From the straight rod, b_c = 0, to one bent so much that b_c^+ takes less."""
+    response = np.array([0.07, 0.0, 0.0])
+    gain = np.zeros((3, 4))
+    gain[0, 0] = size
+    zero = np.zeros(3)
+    o = dataclasses.replace(
+        observation(), input_gain=gain, response=response, acceleration=zero, target_acceleration=zero,
+        target_velocity=zero, velocity=np.array([0.3, 0.0, 0.0]),
+    )  # fmt: skip
+    o = dataclasses.replace(o, target=o.position)
+    law, parameters = select_law(name, {"sliding_mode": {"epsilon": 0.0}})
+    after = o.velocity + response * (law.decide(parameters, o).tension[0] - o.tension[0])
+    taken = 1.0 - after[0] / o.velocity[0]
+    rate = {"backstepping": 1512.5, "sliding_mode": 2112.0}[name]
+    assert taken == pytest.approx(min(1.0, rate * 0.07 / size) if size else 1.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", list(LAWS))

@@ -50,9 +50,10 @@ def test_backlash_is_lost_when_the_direction_changes() -> None:
 
 
 def test_friction_is_hysteresis_of_the_tension() -> None:
-    servos = Servos(SimulatedServos(friction=0.1), PERIOD, np.zeros(1))
-    pulled = [float(servos.pull(np.array([goal]))[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
-    assert pulled == pytest.approx([9.0, 9.0, 9.0, 5.5, 5.5])
+    servos = Servos(SimulatedServos(), PERIOD, np.zeros(1))
+    pulled = [float(servos.pull(np.array([goal]), 1.25)[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
+    assert pulled == pytest.approx([8.0, 8.0, 8.0, 6.25, 6.25])
+    assert servos.tension == pytest.approx([5.0])
 
 
 def seen(section: SimulatedMocap, steps: int, seed: int = 0, period: float = PERIOD) -> list[tuple[int, int, bool]]:

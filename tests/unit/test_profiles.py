@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.daemon.bench.profiles import HEADING, Row, run_profile
+from tendond.daemon.bench.profiles import HEADING, LAWS, TICK, Row, profile_config, run_profile
 from tendond.schemas.presets import PROFILES
 
 DOCS = Path(__file__).parents[2] / "docs" / "simulator.md"
-LAWS = ("backstepping", "sliding_mode")
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +27,21 @@ def test_the_law_settles_within_5_percent_stays_there_and_never_faults(
     assert row.settled is not None
     assert row.settled < row.arrival + 1.0  # and stays within to the end, through the impacts of the nasty one
     assert row.error_mm < 1.0
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("profile", ["rig", "nasty"])
+def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_written_does(
+    rows: dict[tuple[str, str], Row], profile: str, law: str
+) -> None:
+    smooth, chattering = rows[profile, law], run_profile(profile, law, profile_config(profile, law, sampled=False))
+    assert chattering.settled is not None  # it tracks, but its servos would not last
+    assert smooth.variation < 0.3 * chattering.variation
+    assert smooth.jerks_mm < 0.2 * chattering.jerks_mm
+    if profile == "rig":  # on the nasty one, noise and a lag of which the controller knows nothing turn the servos
+        assert smooth.variation < 1.2 * 43.0  # what holds the target, once up
+        assert smooth.jerks_mm < 0.6 * TICK * 1e3
+        assert smooth.reversals < 1.0 < chattering.reversals
 
 
 def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dict[tuple[str, str], Row]) -> None:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.cli.common import load_config
-from tendond.daemon.reference import Reference, TargetError, build_reference
+from tendond.daemon.errors import TargetError
+from tendond.daemon.reference import Reference, build_reference
 from tendond.daemon.state import rod_from_section
 from tendond.schemas.config import ConfigError, RigConfig, parse_config
 

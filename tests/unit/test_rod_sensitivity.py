@@ -13,7 +13,7 @@ from typing import TypedDict
 import numpy as np
 import pytest
 
-from tendond.model import Rod, RodParameters, RodState, Sensitivity
+from tendond.model import ParameterError, Rod, RodParameters, RodState, Sensitivity
 from tendond.model.schemes import SCHEMES
 from tests.unit.rods import PAPER, SIX_TENDONS, WEIGHTLESS, Array, External, tip_motion
 
@@ -133,3 +133,23 @@ def test_a_slack_tendons_command_changes_nothing() -> None:
     slack = state.tensions == 0.0
     assert slack.any()
     assert not np.any(rod.sensitivity(state).position_actuation[:, slack])
+
+
+@pytest.mark.parametrize("space", list(SCHEMES))
+@pytest.mark.parametrize("name", list(RODS))
+def test_the_tips_response_is_a_column_of_the_sensitivity_and_leaves_the_state_alone(space: str, name: str) -> None:
+    parameters = RODS[name]
+    n = parameters.tendon_count
+    rod = Rod(parameters, space)
+    state = rod.solve_static(np.zeros(n))
+    assert not rod.tip_response(state, 0).any()
+    for part in (0.3, 0.6, 1.0):
+        state = rod.step(state, part * TENSIONS[:n], tip_force=part * FORCE)
+        before = state.copy()
+        whole = rod.sensitivity(state).velocity_actuation
+        found = np.column_stack([rod.tip_response(state, tendon) for tendon in range(n)])
+        assert off(found, whole) < TRUNCATION
+        assert np.array_equal(before.levels, state.levels)
+        assert np.array_equal(before.geometries, state.geometries)
+    with pytest.raises(ParameterError, match="tendons 0 to"):
+        rod.tip_response(state, n)

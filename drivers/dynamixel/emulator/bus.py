@@ -24,6 +24,10 @@ from tendond.drivers.dynamixel.emulator.protocol import (
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 
 TICK_SECONDS = 0.002
+LONGEST_STEP_SECONDS = 0.02
+"""Where this process could not run for longer, the servos' clocks stand still: else their watchdogs would trip although
+packets are waiting, and motors would jump."""
+
 OUTPUT_SPEED = 5
 SPEEDS = {getattr(termios, f"B{rate}"): rate for rate in table.BAUD_CODES}
 
@@ -36,6 +40,7 @@ class EmulatedBus:
         servos: on the line.
 
     Attributes:
+        knows_fast: the servos' firmware knows Fast Sync Read.
         corrupt: so many of the next answers have a wrong CRC.
         instructions: packets understood so far, newest last, for tests.
     """
@@ -43,6 +48,7 @@ class EmulatedBus:
     def __init__(self, link: Path, servos: Sequence[EmulatedServo]) -> None:
         self._link = link
         self.servos = servos
+        self.knows_fast = True
         self.corrupt = 0
         self.instructions: list[Packet] = []
         self._lock = threading.RLock()
@@ -106,7 +112,7 @@ class EmulatedBus:
                 now = time.monotonic()
                 for servo in self.servos:
                     if not servo.silent:
-                        servo.advance(max(now - last, 1e-6))
+                        servo.advance(min(max(now - last, 1e-6), LONGEST_STEP_SECONDS))
                 last = now
                 if ready and self._master == master:
                     self._serve(ready[0])
@@ -141,6 +147,8 @@ class EmulatedBus:
             return b"".join(self._single(servos[i], packet) for i in sorted(servos))
         if packet.instruction == Instruction.SYNC_WRITE:
             self._sync_write(servos, packet.parameters)
+        if packet.instruction == Instruction.FAST_SYNC_READ and not self.knows_fast:
+            return b""
         if packet.instruction in (Instruction.SYNC_READ, Instruction.FAST_SYNC_READ):
             return self._sync_read(servos, packet)
         return b""

@@ -1,0 +1,102 @@
+"""Checks of what lies on the disk: logs, kernels, the calibration."""
+
+import os
+import shutil
+import tempfile
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tendond.daemon.cli.doctor.check import Result, Rig, bad, doubtful, good
+from tendond.daemon.recorder import FLUSH_SECONDS
+from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibration
+
+TRIAL_BYTES, BLOCK_BYTES = 8_000_000, 128_000
+SLOW_BYTES = 5e6
+"""[bytes/s]; a log of every cycle at 100 Hz takes a tenth of it."""
+
+FILES_LEFT = 10
+"""Files of log.split_size, below which the disk is nearly full."""
+
+CALIBRATION_DAYS = 30.0
+
+
+def log_space(rig: Rig) -> Result:
+    """Room for logs."""
+    folder = _existing(rig.log_folder)
+    free = shutil.disk_usage(folder).free / 1e6
+    finding = f"{free / 1e3:.1f} GB free for {rig.log_folder}"
+    size = rig.config.log.split_size
+    if free < size:
+        return bad(f"{finding}, less than one file of log.split_size", "remove old logs, or log to another disk")
+    if free < FILES_LEFT * size:
+        return doubtful(f"{finding}, fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
+    return good(finding)
+
+
+def log_speed(rig: Rig) -> Result:
+    """Whether the disk keeps up with the recorder: some megabytes are written, handed to the disk, and removed."""
+    folder = _existing(rig.log_folder)
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            started = time.monotonic()
+            for _ in range(TRIAL_BYTES // BLOCK_BYTES):
+                file.write(os.urandom(BLOCK_BYTES))
+            file.flush()
+            before = time.monotonic()
+            os.fsync(file.fileno())
+            ended = time.monotonic()
+    except OSError as error:
+        return doubtful(
+            f"{folder}: not tried: {error.strerror}",
+            f"run it as the user that logs: sudo -u tendond tendond doctor ({folder})",
+        )
+    speed, sync = TRIAL_BYTES / (ended - started), ended - before
+    finding = f"{speed / 1e6:.0f} MB/s, {sync * 1e3:.0f} ms to hand {TRIAL_BYTES / 1e6:g} MB to the disk"
+    if speed < SLOW_BYTES or sync > 10.0 * FLUSH_SECONDS:
+        return doubtful(f"{finding}: log entries may be dropped", "log to another disk, or raise log.queue")
+    return good(finding)
+
+
+def kernels(rig: Rig) -> Result:
+    """Whether the model's kernels are compiled for this user and this processor."""
+    from tendond.model.compile import uncached
+    from tendond.model.rod import Rod
+
+    Rod  # the kernels are known once the rod's module is  # noqa: B018
+    missing = uncached()
+    if not missing:
+        return good("compiled, for this user and processor")
+    return doubtful(
+        f"not compiled for this user: {', '.join(missing)}; the first start takes a minute or two",
+        "python -m tendond.model.warm, as the user that runs the controller (deploy/install does it for the service)",
+    )
+
+
+def calibration(rig: Rig) -> Result | None:
+    """Of the servos: there, this rig's, whole, and not old."""
+    section = rig.config.servo
+    if section is None:
+        return None
+    ids = section.servo_ids(len(rig.config.rod.tendon_positions))
+    path = rig.folder / section.calibration
+    try:
+        found = load_calibration(path, rig.config.rig.name, ids)
+        days = (datetime.now(UTC) - datetime.fromisoformat(found.date)).total_seconds() / 86400.0
+    except CalibrationError as error:
+        what, _, remedy = str(error).rpartition(": ")
+        return bad(what, remedy)
+    except (ValueError, TypeError):
+        return doubtful(f"{path}: its date is none: {found.date}", "calibrate anew: tendond servo calibrate")
+    finding = f"{path.name}: {len(ids)} tendons, {days:.0f} days old"
+    if days > CALIBRATION_DAYS:
+        return doubtful(f"{finding}; tendons stretch with time", "tendond servo pretension --store")
+    return good(finding)
+
+
+def _existing(folder: Path) -> Path:
+    """It, or the nearest folder above it that is there."""
+    folder = folder.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    return folder

@@ -1,0 +1,116 @@
+"""Checks of the servos and their adapter; servos are asked, never told: nothing moves, no torque is switched."""
+
+import os
+import stat
+from pathlib import Path
+
+from tendond.daemon.cli.doctor.check import Outcome, Result, Rig, bad, doubtful, good
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.bus import PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.tools import ports
+from tendond.schemas.config_servo import ServoSection
+
+LATENCY_MS = 1
+WARM_DEGREES = 10.0
+"""Below servo.temperature_max, from which on a servo is warm."""
+
+
+def port(rig: Rig) -> Result | None:
+    """Whether the adapter is there, and this user may use it."""
+    section = rig.config.servo
+    if section is None:
+        return None
+    path = Path(section.port)
+    if not path.exists():
+        others = ports()
+        return bad(
+            f"{path} is not there",
+            f"mend servo.port: there {'is' if len(others) == 1 else 'are'} {', '.join(others)}"
+            if others
+            else "plug the adapter in, and see dmesg",
+        )
+    if not stat.S_ISCHR(path.stat().st_mode):
+        return bad(f"{path} is no serial port", "mend servo.port")
+    if not os.access(path, os.R_OK | os.W_OK):
+        return bad(
+            f"{path} may not be used by this user", "adduser USER dialout, then log in again (or use the service)"
+        )
+    real = path.resolve()
+    return good(f"{path}" + (f" ({real})" if real != path else ""))
+
+
+def latency(rig: Rig) -> Result | None:
+    """The adapter's timer: answers wait for it."""
+    section = rig.config.servo
+    if section is None or not Path(section.port).exists():
+        return None
+    file = rig.machine.sys / "bus" / "usb-serial" / "devices" / Path(section.port).resolve().name / "latency_timer"
+    text = rig.machine.read(file)
+    if text is None or not text.isdecimal():
+        return good("this adapter has no latency timer")
+    if int(text) <= LATENCY_MS:
+        return good(f"{text} ms")
+    remedy = f"install deploy/udev/70-tendond.rules, or: echo {LATENCY_MS} > {file}"
+    if int(text) * 1e-3 >= section.answer_timeout:
+        return bad(
+            f"{text} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no answer in time", remedy
+        )
+    return doubtful(f"{text} ms: each answer waits for so long", remedy)
+
+
+def servos(rig: Rig) -> Result | None:
+    """Who they are and how they are, by the SDK; a driver that runs has the port, and is not disturbed."""
+    section = rig.config.servo
+    if section is None or not rig.ask_servos or not Path(section.port).exists():
+        return None
+    if rig.heard.states:
+        return good("not asked: the driver has them")
+    ids = section.servo_ids(len(rig.config.rod.tendon_positions))
+    try:
+        with ServoBus(section.port, section.baudrate, section.answer_timeout) as bus:
+            missing = bus.absent(ids)
+            if missing:
+                return bad(f"no answer from {_named(missing)}", "switch their power on; then: tendond servo scan")
+            found = [_ask(bus, one, section) for one in ids]
+    except PortLostError as error:
+        if "another process" in str(error):
+            return doubtful("not asked: another process has the port", "end it, or run this again without it")
+        return bad(str(error), "see the adapter and servo.port")
+    except ServoError as error:
+        return bad(str(error), "see cables and power; then: tendond servo scan")
+    worst = max(found, key=lambda result: list(Outcome).index(result.outcome))
+    if worst.outcome is Outcome.PASS:
+        return good("; ".join(result.finding for result in found))
+    wrong = [result for result in found if result.outcome is worst.outcome]
+    remedies = dict.fromkeys(result.remedy for result in wrong)
+    return Result(worst.outcome, "; ".join(result.finding for result in wrong), "; ".join(remedies))
+
+
+def _ask(bus: ServoBus, one: int, section: ServoSection) -> Result:
+    """What a servo says of itself."""
+    model = bus.read(one, table.MODEL)
+    name = table.MODEL_NAME if model == table.MODEL_NUMBER else f"model {model}"
+    voltage = bus.read(one, table.PRESENT_INPUT_VOLTAGE) * table.VOLTAGE_UNIT
+    degrees = bus.read(one, table.PRESENT_TEMPERATURE)
+    firmware = bus.read(one, table.FIRMWARE)
+    finding = f"servo {one}: {name}, firmware {firmware}, {voltage:.1f} V, {degrees} degrees"
+    errors = table.hardware_errors(bus.read(one, table.HARDWARE_ERROR_STATUS))
+    if errors:
+        return bad(f"{finding}, {', '.join(errors)}", "mend the cause, then switch its power off and on")
+    if model != table.MODEL_NUMBER:
+        return bad(finding, f"the driver knows {table.MODEL_NAME} alone")
+    if not section.voltage_min <= voltage <= section.voltage_max:
+        return bad(f"{finding}: not {section.voltage_min:g} to {section.voltage_max:g} V", "see its power supply")
+    if degrees > section.temperature_max:
+        return bad(f"{finding}: hotter than {section.temperature_max:g}", "let it cool down")
+    if bus.read(one, table.OPERATING_MODE) != table.EXTENDED_POSITION:
+        return bad(f"{finding}, not in extended position mode", "tendond servo setup")
+    if bus.read(one, table.TORQUE_ENABLE):
+        return doubtful(f"{finding}, holds its tendon", "tendond servo home")
+    if degrees > section.temperature_max - WARM_DEGREES:
+        return doubtful(f"{finding}: warm", "let it cool down")
+    return good(finding)
+
+
+def _named(ids: list[int]) -> str:
+    return f"servo{'s' if len(ids) > 1 else ''} {', '.join(map(str, ids))}"

@@ -1,0 +1,176 @@
+"""`tendond identify run`: a plan on the rig, by an operator's requests to a controller that is started for it."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import zenoh
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from tendond.daemon.cli.common import load_config, say
+from tendond.daemon.cli.identify import kinds, plan_lines, rig_of_model
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.daemon.identify.data import WEIGHT_NOTE
+from tendond.daemon.identify.plan import Plan, Request, propose
+from tendond.daemon.identify.rehearse import rehearse
+from tendond.drivers.operator import ask
+from tendond.drivers.session import BusError, StoppedError, open_client
+from tendond.model.announce import announce_compilation
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
+
+START_SECONDS = 120.0
+PATIENCE_SECONDS = 10.0
+"""For which a refused request is put again: the arm may still be releasing."""
+
+POLL_SECONDS = 0.1
+END_SECONDS = 10.0
+
+
+def run_plan(config_file: Path | None, log: Path, parts: str, reach: float, weight: float, *, yes: bool) -> None:
+    """Rehearse a plan, ask, and carry it out; see `tendond identify run --help`.
+
+    Raises:
+        TendondError: a configuration that leaves no way to go, a plan that the rehearsal does not survive, a controller
+            that cannot be started, a fault on the way.
+    """
+    if log.exists():
+        raise UsageError(f"{log}: is there already: a log is never overwritten; choose another --log")
+    config = load_config(config_file)
+    announce_compilation(say)
+    plan = propose(config, kinds(parts), reach)
+    rehearsed = rehearse(rig_of_model(config, weight), plan)
+    for line in plan_lines(plan, rehearsed):
+        print(line, flush=True)
+    if not yes and input(f"Weight on the tip: {weight:g} kg. Is the arm free to move? [y/N] ").strip() not in (
+        "y",
+        "Y",
+    ):
+        raise DaemonError("not begun: nobody said yes")
+    command = [
+        sys.executable,
+        "-m",
+        "tendond.daemon.cli",
+        "run",
+        "--log",
+        str(log),
+        "--note",
+        f"{WEIGHT_NOTE}={weight}",
+    ]
+    if config_file is not None:
+        command += ["--config", str(config_file)]
+    # A session of its own: Ctrl-C is for this process, which stops the arm before it ends the controller.
+    controller = subprocess.Popen(command, start_new_session=True)
+    try:
+        with open_client(config.bus.endpoint, START_SECONDS, lambda: controller.poll() is not None) as session:
+            _Operator(config, session, controller).carry_out(plan)
+    except StoppedError:
+        raise DaemonError(f"the controller ended with {controller.returncode}; what it said stands above") from None
+    finally:
+        code = _end(controller)
+    if code:
+        raise DaemonError(f"the controller ended with {code}; what it said stands above")
+    print(f"recorded: {log}\nnext:     tendond identify {log}")
+
+
+class _Operator:
+    """Who puts the plan's requests.
+
+    Args:
+        config: of the rig. session: to the controller. controller: its process.
+    """
+
+    def __init__(self, config: RigConfig, session: zenoh.Session, controller: "subprocess.Popen[bytes]") -> None:
+        self._rig = config.rig.name
+        self._session = session
+        self._controller = controller
+
+    def carry_out(self, plan: Plan) -> None:
+        """All requests, each at its time since the one before.
+
+        Raises:
+            DaemonError: a fault, or a request that was refused for good; the arm is released.
+        """
+        columns = (
+            TextColumn("{task.description:<12}"), BarColumn(), TextColumn("{task.fields[seen]}"), TimeElapsedColumn(),
+        )  # fmt: skip
+        console = Console()
+        with Progress(*columns, console=console, disable=not console.is_terminal, refresh_per_second=10) as progress:
+            task = progress.add_task("waiting", total=plan.duration, seen="")
+            self._await_tip()
+            try:
+                before = 0.0
+                last = time.monotonic()
+                for request in (*plan.requests, Request(plan.duration, ControlAction.STATUS)):
+                    until = last + request.time - before
+                    while (now := time.monotonic()) < until:
+                        status = self._status()
+                        done = request.time - (until - now)
+                        progress.update(task, completed=done, description=status.mode.value, seen=_seen(status))
+                        time.sleep(min(POLL_SECONDS, max(0.0, until - time.monotonic())))
+                    self._put(request)
+                    before, last = request.time, time.monotonic()
+                progress.update(task, completed=plan.duration)
+            finally:
+                self._release()
+
+    def _await_tip(self) -> None:
+        """Until camera and servos are there."""
+        deadline = time.monotonic() + START_SECONDS
+        while self._status().tip is None:
+            if time.monotonic() > deadline:
+                raise DaemonError(f"no pose of the tip within {START_SECONDS:g} s: start the camera's driver")
+            time.sleep(POLL_SECONDS)
+
+    def _put(self, request: Request) -> None:
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        wanted = ControlRequest(action=request.action, reference=request.reference)
+        while not (reply := self._ask(wanted)).done:
+            if time.monotonic() > deadline:
+                raise DaemonError(f"the plan's request '{request.action.value}' was refused: {reply.message}")
+            time.sleep(POLL_SECONDS)
+            self._status()
+
+    def _status(self) -> Status:
+        reply = self._ask(ControlRequest(action=ControlAction.STATUS))
+        if reply.status is None:
+            raise DaemonError(f"the controller gave no status: {reply.message}")
+        if reply.status.mode is Mode.FAULT:
+            raise DaemonError(f"fault, the tendons are released: {reply.status.reason}")
+        return reply.status
+
+    def _ask(self, request: ControlRequest) -> ControlReply:
+        if self._controller.poll() is not None:
+            raise DaemonError(f"the controller ended with {self._controller.returncode}; what it said stands above")
+        return ask(self._session, self._rig, request)
+
+    def _release(self) -> None:
+        """Stop whatever goes on, and wait until the tendons are slack."""
+        deadline = time.monotonic() + END_SECONDS
+        try:
+            self._ask(ControlRequest(action=ControlAction.STOP))
+            while time.monotonic() < deadline and self._status().mode is not Mode.IDLE:
+                time.sleep(POLL_SECONDS)
+        except (BusError, DaemonError) as error:
+            say(f"stopping: {error}")
+
+
+def _seen(status: Status) -> str:
+    if status.tip is None:
+        return ""
+    x, _, z = status.tip
+    return f"tip x {x * 1e3:6.1f} mm, z {z * 1e3:6.1f} mm, {max(status.tension):4.1f} N"
+
+
+def _end(process: "subprocess.Popen[bytes]") -> int:
+    """Ask the controller to end, which releases the tendons first; its exit status."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(END_SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    return process.wait()

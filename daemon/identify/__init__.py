@@ -1,0 +1,1 @@
+"""`tendond identify`: the model's parameters, from logs of the rig itself."""

@@ -1,0 +1,67 @@
+"""Tendons that rub on the disks: the capstan equation, lumped at the middle of a tendon's path.
+
+Where a tendon's path bends by the angle phi, a pull T before it is T e^(-mu phi) behind it while the tendon slides
+forward, T e^(mu phi) while it slides back, and anything between while it sticks (Euler 1769, Eytelwein 1808; along a
+tendon-driven robot: Kato et al., "Tendon-driven continuum robot for endoscopic surgery: preclinical development and
+validation of a tension propagation model", IEEE/ASME Trans. Mechatronics 20, 2015). The rod has one tension for each
+tendon: it is given that of the path's middle, behind half of the bend, and the tendon stretches half before and half
+behind it.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def grip(coefficient: float, bend: float) -> float:
+    """Ratio of the tensions before and behind the middle of the path while the tendon slides: e^(mu phi/2).
+
+    Args:
+        coefficient: of friction, mu [-].
+        bend: of the whole path, phi [rad].
+    """
+    return math.exp(0.5 * coefficient * abs(bend))
+
+
+def between(behind: Array, before: Array, ratio: float) -> Array:
+    """Tension behind the middle [N], shape (n,), where that before it has become `before` [N]; it sticks if it can."""
+    return np.clip(behind, before / ratio, ratio * before)
+
+
+class Middles:
+    """The middles of elastic tendons: where friction lets them be.
+
+    Args:
+        stiffness: of a whole tendon [N/m].
+        ends: displacement of the servos' ends [m], shape (n,).
+        shortening: by which the rod has shortened each path [m], shape (n,); without friction until now.
+    """
+
+    def __init__(self, stiffness: float, ends: Array, shortening: Array) -> None:
+        self._half = 2.0 * stiffness
+        self._place = 0.5 * (ends + shortening)
+
+    def _slid(self, ends: Array, shortening: Array, ratio: float) -> Array:
+        """Where they come to be [m], shape (n,): they stay, or slide no further than until friction holds them."""
+        taut = ends > shortening
+        forward = np.where(taut, (ends + ratio * shortening) / (1.0 + ratio), ends)
+        back = np.where(taut, (ratio * ends + shortening) / (1.0 + ratio), shortening)
+        return np.clip(self._place, forward, back)
+
+    def given(self, ends: Array, shortening: Array, ratio: float) -> Array:
+        """Ends of tendons without friction that pull the rod alike [m], shape (n,).
+
+        Behind its middle m a tendon pulls with 2k (m - d), d the shortening: as k (D - d) with D = 2m - d does.
+        """
+        return np.where(ends > shortening, 2.0 * self._slid(ends, shortening, ratio) - shortening, ends)
+
+    def slide(self, ends: Array, shortening: Array, ratio: float) -> None:
+        """The ends [m] and the shortening [m] have come to these, each of shape (n,)."""
+        self._place = self._slid(ends, shortening, ratio)
+
+    def tension(self, ends: Array) -> Array:
+        """Before the middle, which the servos feel [N], shape (n,)."""
+        return np.maximum(0.0, self._half * (ends - self._place))

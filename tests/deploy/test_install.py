@@ -1,0 +1,215 @@
+"""A source distribution, unpacked, installed below a folder, looked at by systemd's own tools, and removed again."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tendond import __version__
+from tendond.schemas.config import parse_config
+from tests.rig.tracker import free_port
+
+ROOT = Path(__file__).parents[2]
+SERVICES = ("tendond-controller@bench.service", "tendond-vicon@bench.service", "tendond-servo@bench.service")
+EXPOSURE_MAX = 2.0
+"""Of a service, by `systemd-analyze security`: from 0 (sealed off) to 10."""
+
+UDEV_TOKEN = re.compile(r'[A-Z_]+(\{[\w/]+\})?(==|!=|=|\+=|:=)"[^"]*"')
+
+
+def tool(name: str, package: str) -> str:
+    """A program of the machine; without it the test is skipped, but not in CI, which installs it."""
+    found = shutil.which(name)
+    if found is None:
+        assert not os.environ.get("CI"), f"no {name}: .ci/run must install Debian's {package}"
+        pytest.skip(f"no {name}: apt install {package}")
+    return found
+
+
+@dataclass
+class Installation:
+    """Below a folder, as a package's build does it."""
+
+    source: Path
+    wheel: Path
+    root: Path
+
+    def run(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"  # has uv, which is faster than pip
+        settings = {"DESTDIR": str(self.root), "PATH": path, "UV_COMPILE_BYTECODE": "0"}
+        command = [str(self.source / "deploy" / "install"), *arguments]
+        return subprocess.run(
+            command, env={**os.environ, **settings}, cwd=self.source, capture_output=True, text=True, timeout=600
+        )
+
+    def install(self) -> "subprocess.CompletedProcess[str]":
+        options = ("--python", sys.executable, "--wheel", str(self.wheel), "--rig", "bench", "--rig", "arm")
+        return self.run("install", *options)
+
+    def tendond(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
+        """What is installed, run in a folder with a trap in it: code that lies around must not be run."""
+        trap = self.root / "trap"
+        (trap / "tendond").mkdir(parents=True, exist_ok=True)
+        (trap / "tendond" / "__init__.py").write_text("raise SystemExit('the code in the current folder was run')\n")
+        program = str(self.root / "opt/tendond/bin/tendond")
+        return subprocess.run([program, *arguments], cwd=trap, capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installation]:
+    folder = tmp_path_factory.mktemp("install")
+    build = [sys.executable, "-m", "uv", "build", "-q", "--no-build-isolation", "--python", sys.executable]
+    subprocess.run([*build, "-o", str(folder), str(ROOT)], check=True, timeout=300)
+    (archive,) = folder.glob("*.tar.gz")
+    with tarfile.open(archive) as file:
+        file.extractall(folder, filter="data")
+    (wheel,) = folder.glob("*.whl")
+    one = Installation(folder / archive.name.removesuffix(".tar.gz"), wheel, folder / "root")
+    result = one.install()
+    assert result.returncode == 0, result.stderr
+    yield one
+    shutil.rmtree(folder)  # half a gigabyte
+
+
+def test_both_distributions_have_what_they_need(installed: Installation) -> None:
+    names = zipfile.ZipFile(installed.wheel).namelist()
+    assert {"tendond/py.typed", "tendond/notify.py", "tendond/daemon/cli/app.py"} <= set(names)
+    assert {name.partition("/")[0] for name in names} == {"tendond", f"tendond-{__version__}.dist-info"}
+    for needed in ("LICENSE", "requirements.txt", "deploy/install", "deploy/rig.toml", "deploy/bus/controller.json5"):
+        assert (installed.source / needed).is_file(), needed
+    assert os.access(installed.source / "deploy" / "install", os.X_OK)
+
+
+def test_it_runs_with_the_versions_that_are_pinned(installed: Installation) -> None:
+    assert installed.tendond("--version").stdout == f"tendond {__version__}\n"
+    code = (
+        "import importlib.metadata as m, pkgutil, importlib, tendond\n"
+        "assert m.version('tendond') == tendond.__version__\n"
+        "for one in pkgutil.walk_packages(tendond.__path__, 'tendond.'):\n"
+        "    if '__main__' not in one.name: importlib.import_module(one.name)\n"
+        'print(*(f\'{d.name.lower().replace("_", "-")}=={d.version}\' for d in m.distributions()))\n'
+    )
+    python = str(installed.root / "opt/tendond/bin/python")
+    result = subprocess.run([python, "-P", "-c", code], capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
+    pinned = set(re.findall(r"^\S+==\S+", (ROOT / "requirements.txt").read_text(), re.M))
+    assert set(result.stdout.split()) - {f"tendond=={__version__}"} - pinned <= {
+        word for word in result.stdout.split() if word.startswith("pip==")
+    }
+
+
+def test_the_doctor_examines_the_new_rig(installed: Installation, tmp_path: Path) -> None:
+    file = installed.root / "etc/tendond/bench/rig.toml"
+    text = file.read_text()
+    assert parse_config(text, "rig.toml").rig.name == "bench"
+    other = parse_config((installed.root / "etc/tendond/arm/rig.toml").read_text(), "rig.toml")
+    assert other.bus.endpoint != parse_config(text, "rig.toml").bus.endpoint
+    own = tmp_path / "rig.toml"
+    import socket
+
+    own.write_text(text.replace("7447", str(free_port(socket.SOCK_STREAM))))
+    result = installed.tendond("doctor", "--json", "-c", str(own), "--log", str(tmp_path))
+    report = json.loads(result.stdout)
+    assert result.returncode == 0, report
+    assert report["rig"] == "bench"
+    assert "is free" in next(line["finding"] for line in report["checks"] if line["check"] == "controller")
+
+
+def test_systemd_has_nothing_to_say_of_the_units(installed: Installation) -> None:
+    """Verified on a system of its own units and these, so that the program that they start is there."""
+    analyze = tool("systemd-analyze", "systemd")
+    base = next(folder for folder in (Path("/usr/lib/systemd/system"), Path("/lib/systemd/system")) if folder.is_dir())
+    shutil.copytree(base, installed.root / "usr/lib/systemd/system", symlinks=True, dirs_exist_ok=True)
+    for program in ("/bin/grep", "/bin/sh"):
+        copy = installed.root / program[1:]
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(program, copy)
+    command = [analyze, "verify", "--man=no", f"--root={installed.root}", "tendond@bench.target", *SERVICES]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    broken = installed.root / "usr/local/lib/systemd/system/tendond-vicon@.service"
+    text = broken.read_text()
+    broken.write_text(text.replace("WatchdogSec=5", "WatchdogSec=soon"))
+    try:  # else the silence above would say nothing
+        assert "sec value" in subprocess.run(command, capture_output=True, text=True, timeout=60).stderr
+    finally:
+        broken.write_text(text)
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_services_are_sealed_off(installed: Installation, service: str, tmp_path: Path) -> None:
+    analyze = tool("systemd-analyze", "systemd")
+    unit = tmp_path / service
+    shutil.copy(installed.root / "usr/local/lib/systemd/system" / service.replace("bench", ""), unit)
+    command = [analyze, "security", "--offline=true", f"--threshold={EXPOSURE_MAX * 10:.0f}", str(unit)]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    exposure = re.search(r"exposure level for \S+: ([0-9.]+)", result.stdout)
+    assert exposure is not None, result.stderr
+    assert float(exposure[1]) <= EXPOSURE_MAX, result.stdout
+
+
+def test_a_restart_never_arms(installed: Installation) -> None:
+    for service in SERVICES:
+        text = (installed.root / "usr/local/lib/systemd/system" / service.replace("bench", "")).read_text()
+        settings = [line for line in text.splitlines() if re.match(r"[A-Z]\w+=", line)]
+        assert {"Type=notify", "WatchdogSec=5", "Restart=on-failure", "NoNewPrivileges=yes"} <= set(settings)
+        assert not [line for line in settings if line.startswith("Exec") and "arm" in line.split()]
+
+
+def test_shell_and_udev_rules_are_well_formed(installed: Installation) -> None:
+    result = subprocess.run(
+        [tool("shellcheck", "shellcheck"), str(ROOT / "deploy/install"), str(ROOT / ".ci/run")], capture_output=True
+    )
+    assert result.returncode == 0, result.stdout
+    rules = (installed.root / "usr/local/lib/udev/rules.d/70-tendond.rules").read_text().splitlines()
+    for line in rules:
+        for token in [] if line.startswith("#") else line.split(", "):
+            assert UDEV_TOKEN.fullmatch(token), token
+
+
+def test_installed_again_it_keeps_the_configuration_and_removed_it_leaves_configuration_and_logs(
+    installed: Installation,
+) -> None:
+    file = installed.root / "etc/tendond/bench/rig.toml"
+    file.write_text(file.read_text() + "# mine\n")
+    log = installed.root / "var/log/tendond/run.mcap"
+    log.write_text("precious")
+    assert installed.install().returncode == 0
+    assert file.read_text().endswith("# mine\n")
+    assert installed.tendond("--version").returncode == 0
+    assert installed.run("uninstall").returncode == 0
+    assert file.exists()
+    assert log.exists()
+    assert not (installed.root / "opt/tendond").exists()
+    assert not list((installed.root / "usr/local").rglob("*tendond*"))
+    assert installed.run("uninstall", "--purge").returncode == 0
+    assert not file.exists()
+    assert not log.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--rig", "Upper Case"), "--rig"),
+        (("--prefix", "relative"), "absolute"),
+        (("--rig",), "needs a value"),
+        (("--nonsense",), "unknown"),
+        (("--python", "no-such-python"), "no-such-python"),
+    ],
+)
+def test_what_cannot_be_installed_is_refused_in_one_line(
+    installed: Installation, arguments: tuple[str, ...], said: str
+) -> None:
+    result = installed.run(*arguments)
+    assert result.returncode in {1, 2}
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1

@@ -1,0 +1,140 @@
+"""The doctor at real rigs: a controller, emulated servos on a pseudo-terminal, poses from a scripted Tracker."""
+
+import json
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.calibration import save_calibration
+from tendond.drivers.dynamixel.emulator.protocol import Instruction
+from tendond.schemas.keys import TIP_POSE, key
+from tendond.schemas.messages import ControlAction, TipPose
+from tendond.schemas.presets import WIRED, WIRED_SERVO
+from tendond.schemas.wire import encode
+from tests.rig.servos import calibration, emulated
+from tests.sil.rig import Rig, rig
+
+pytestmark = [pytest.mark.rig, pytest.mark.sil]
+
+ASKING = {Instruction.PING, Instruction.READ, Instruction.SYNC_READ, Instruction.FAST_SYNC_READ}
+
+
+def servo_rig(folder: Path) -> str:
+    return f'{WIRED}\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}'
+
+
+def examined(one: Rig, *arguments: str) -> tuple[int, dict[str, dict[str, str]], "subprocess.CompletedProcess[str]"]:
+    """Exit status, and the results by check."""
+    result = one.tell("doctor", "--json", *arguments)
+    assert "Traceback" not in result.stderr
+    report: dict[str, Any] = json.loads(result.stdout)
+    return result.returncode, {line["check"]: line for line in report["checks"]}, result
+
+
+@contextmanager
+def poses_at(one: Rig, hertz: float) -> Iterator[None]:
+    """Published as a driver does."""
+    ending = threading.Event()
+
+    def publish() -> None:
+        seq = 0
+        with one.session() as session:
+            while not ending.wait(1.0 / hertz):
+                seq += 1
+                pose = TipPose(
+                    seq=seq, stamp_ns=time.monotonic_ns(), position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0)
+                )
+                session.put(key(one.name, TIP_POSE), encode(pose))
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()
+
+
+def test_a_rig_from_its_first_start_to_a_running_driver(tmp_path: Path) -> None:
+    with rig(tmp_path, servo_rig(tmp_path)) as one:
+        code, found, result = examined(one)
+        assert code == 1
+        assert {name for name, line in found.items() if line["outcome"] == "fail"} == {"servo port", "calibration"}
+        assert "calibrate" in found["calibration"]["remedy"]
+        assert "is free" in found["controller"]["finding"]
+        assert "servos" not in found  # there is no port to ask them through
+        assert result.stderr.count("\n") == 1
+
+        save_calibration(tmp_path / "calibration.json", calibration(rig=one.name))
+        with emulated(tmp_path) as servos:
+            code, found, _ = examined(one)
+            assert code == 0, found
+            assert found["servos"]["outcome"] == "pass"
+            assert "XL430-W250-T, firmware 46, 12.0 V, 30 degrees" in found["servos"]["finding"]
+            assert {packet.instruction for packet in servos.instructions} <= ASKING  # nothing was written
+            assert not any(servo.energised for servo in servos.servos)
+
+            one.controller()
+            driver = one.start("servo")
+            with one.session() as session, poses_at(one, 100.0):
+                one.status(session)
+                while "servo driver" not in found or found["servo driver"]["outcome"] != "pass":
+                    assert driver.poll() is None
+                    code, found, _ = examined(one)
+                assert found["controller"]["outcome"] == "pass"
+                assert "a second" in found["poses"]["finding"]
+                assert found["servos"]["finding"] == "not asked: the driver has them"
+                assert one.ask(session, ControlAction.STATUS).done
+
+
+def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -> None:
+    with rig(tmp_path, servo_rig(tmp_path)) as one, emulated(tmp_path) as servos:
+        save_calibration(tmp_path / "calibration.json", calibration(rig=one.name))
+        servos.servos[1].fail(5)
+        _, found, _ = examined(one)
+        assert found["servos"]["outcome"] == "fail"
+        assert "servo 2" in found["servos"]["finding"]
+        assert "Overload" in found["servos"]["finding"]
+        servos.instructions.clear()
+        _, found, _ = examined(one, "--no-servos")
+        assert "servos" not in found
+        assert not servos.instructions
+
+
+def test_poses_too_seldom_and_another_rig_on_the_same_endpoint(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        one.controller()
+        with one.session() as session, poses_at(one, 20.0):
+            one.status(session)
+            code, found, _ = examined(one)
+            assert code == 0
+            assert found["poses"]["outcome"] == "warn"
+            one.config.write_text(one.config.read_text().replace('"sil"', '"other"'))
+            code, found, _ = examined(one)
+            assert code == 1
+            assert "no controller of rig 'other' answers" in found["controller"]["finding"]
+
+
+def test_a_wrong_configuration_and_a_wrong_option(tmp_path: Path) -> None:
+    with rig(tmp_path, "[rod]\nlenght = 1\nradius = -1\n") as one:
+        code, found, result = examined(one)
+        assert (code, list(found)) == (2, ["configuration"])
+        assert "lenght" in found["configuration"]["finding"]
+        assert "radius" in found["configuration"]["finding"]
+        assert result.stderr.count("\n") == 1
+        assert one.tell("doctor", "--nonsense").returncode == 2
+
+
+def test_what_people_see_is_plain_when_piped(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        said = one.tell("doctor").stdout
+        assert "\033" not in said
+        assert all(line.startswith(("pass  ", "warn  ", "fail  ", "      ")) for line in said.splitlines())
+        assert table.MODEL_NAME not in said

@@ -1,0 +1,186 @@
+"""The fit: what it finds, what it refuses, how it goes on after an interruption."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendond.daemon.errors import UsageError
+from tendond.daemon.identify.data import DataError, Recording
+from tendond.daemon.identify.fit import Memory, Problem
+from tendond.daemon.identify.identify import Identification, Options, identify
+from tendond.daemon.identify.parameters import chosen, nominal, starts, with_values
+from tendond.daemon.identify.simulate import Simulation
+from tests.unit.recordings import CONFIG, TRUE, recording
+
+NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
+
+
+@pytest.fixture(scope="module")
+def free() -> Recording:
+    return recording()
+
+
+@pytest.fixture(scope="module")
+def weighted() -> Recording:
+    return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
+
+
+@pytest.fixture(scope="module")
+def found(free: Recording, weighted: Recording) -> Identification:
+    """All of them, with a known weight."""
+    held_out = recording(seed=2, levels=(0.02, 0.035, 0.02))
+    return identify([free, weighted], [held_out], Options(NAMES))
+
+
+def test_with_a_known_weight_everything_is_found_within_its_errors(found: Identification) -> None:
+    assert all(one.found for one in found.parameters)
+    for one in found.parameters:
+        off = one.value - TRUE[one.parameter.name]
+        if one.parameter.name == "lag":  # the reports were made without noise: no error to hold it to
+            assert off == pytest.approx(0.0, abs=1e-5)
+        else:
+            assert abs(off) <= 4.0 * one.error, one.parameter.name
+    assert found.values["E"] == pytest.approx(TRUE["E"], rel=0.02)
+    assert found.scale == "the known weight on the tip: 40 g"
+    assert found.rms == pytest.approx(1e-4, rel=0.1)
+
+
+def test_on_a_log_that_was_not_used_the_identified_model_is_nearer(found: Identification) -> None:
+    (held_out,) = [one for one in found.held_out if not one.used]
+    assert held_out.fitted_rms < 0.2 * held_out.nominal_rms
+    assert held_out.fitted_rms == pytest.approx(np.sqrt(3.0) * 1e-4, rel=0.1)
+
+
+def test_without_a_known_force_only_ratios_are_reported(free: Recording) -> None:
+    result = identify([free], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay")))
+    told = {one.parameter.name: one for one in result.parameters}
+    assert [name for name, one in told.items() if one.found] == ["delay"]
+    assert "without a known force" in told["rho"].why
+    assert set(result.values) == {"delay"}
+    ratios = {one.name: one for one in result.ratios}
+    assert set(ratios) == {"rho/E", "Bbt/E", "tendon_stiffness/E"}
+    assert ratios["rho/E"].value == pytest.approx(TRUE["rho"] / TRUE["E"], rel=0.01)
+    assert "displacements and poses fix only ratios" in result.scale
+    assert "known weight" in result.scale
+
+
+def test_a_density_that_was_measured_otherwise_fixes_the_scale(free: Recording) -> None:
+    known = replace(free, config=with_values(CONFIG, {"rho": TRUE["rho"], "C": TRUE["C"]}))
+    result = identify([known], [], Options(("E", "Bbt", "tendon_stiffness", "delay")))
+    assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.02)
+    assert "rho, which is not fitted" in result.scale
+
+
+def test_the_servos_load_fixes_the_scale(free: Recording) -> None:
+    random = np.random.default_rng(5)
+    loaded = replace(free, pulled=np.maximum(0.0, free.pulled + 0.2 * random.standard_normal(free.pulled.shape)))
+    result = identify([loaded], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay"), load_noise=0.2))
+    assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.05)
+    assert "servos' load" in result.scale
+
+
+def test_what_the_data_cannot_tell_is_named_and_left_at_the_configurations_value(weighted: Recording) -> None:
+    # Slow motion with a weight: the drag, a hundredth of the noise, is not seen.
+    blind = replace(weighted, config=with_values(CONFIG, {"C": 1e-4}))
+    result = identify([blind], [], Options(("E", "C", "delay")))
+    told = {one.parameter.name: one for one in result.parameters}
+    assert not told["C"].found
+    assert told["C"].why
+    assert told["E"].found
+    assert result.fit.values["C"] == 1e-4
+    assert {parameter.name for parameter in result.fit.parameters} == {"E", "delay"}
+
+
+def test_commands_do_where_the_servos_report_nothing() -> None:
+    silent = [recording(reports=False), recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025), reports=False)]
+    result = identify(silent, [], Options(NAMES))
+    assert result.drive == "command"
+    assert result.values["lag"] == pytest.approx(TRUE["lag"], abs=5e-4)
+    assert result.values["delay"] == pytest.approx(TRUE["delay"], abs=5e-4)
+    assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.02)
+
+
+def test_a_robust_loss_bears_poses_that_are_far_off(free: Recording, weighted: Recording) -> None:
+    position = free.position.copy()
+    position[::15] += 0.02
+    wild = replace(free, position=position)
+    names = ("E", "rho", "Bbt", "delay")
+    plain = identify([wild, weighted], [], Options(names)).values
+    robust = identify([wild, weighted], [], Options(names, loss="huber")).values
+    off = {name: abs(values["rho"] / TRUE["rho"] - 1.0) for name, values in (("plain", plain), ("robust", robust))}
+    assert off["robust"] < 0.3 * off["plain"]
+
+
+def test_an_interrupted_fit_goes_on_where_it_was_and_ends_at_the_same_bits(
+    tmp_path: Path, free: Recording, weighted: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = Options(("E", "rho", "delay"))
+    whole = identify([free, weighted], [], options, memory=tmp_path / "whole")
+    assert not (tmp_path / "whole").exists()
+    folder = tmp_path / "state"
+    made: list[Any] = []
+    honest = Problem.jacobian
+
+    def counted(self: Problem, at: Any) -> Any:
+        if len(made) == 2:
+            raise KeyboardInterrupt
+        made.append(at)
+        return honest(self, at)
+
+    monkeypatch.setattr(Problem, "jacobian", counted)
+    with pytest.raises(KeyboardInterrupt):
+        identify([free, weighted], [], options, memory=folder)
+    assert list(folder.rglob("jacobian-*.npy"))
+
+    def noted(self: Problem, at: Any) -> Any:
+        made.append(at)
+        return honest(self, at)
+
+    monkeypatch.setattr(Problem, "jacobian", noted)
+    resumed = identify([free, weighted], [], options, memory=folder)
+    assert resumed.fit.coordinates.tobytes() == whole.fit.coordinates.tobytes()
+    assert len({at.tobytes() for at in made}) == len(made), "a derivative was computed twice"
+    assert not folder.exists()
+
+
+def test_another_fit_does_not_take_over_what_this_one_has_kept(tmp_path: Path) -> None:
+    at = np.zeros(2)
+    one, other = Memory(tmp_path, {"a": 1}), Memory(tmp_path, {"a": 2})
+    one.get("residuals", at, lambda: np.ones(3))
+    assert one.get("residuals", at, lambda: np.zeros(3)).tolist() == [1.0, 1.0, 1.0]
+    assert other.get("residuals", at, lambda: np.zeros(3)).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_threads_and_their_number_make_no_difference(free: Recording) -> None:
+    rows = [
+        Problem(
+            [Simulation(free, "measured")], chosen(("E", "delay")), starts(CONFIG, chosen(("E", "delay"))), None, jobs,
+            lambda what, done, total: None,
+        ).jacobian(np.zeros(2)).tobytes()
+        for jobs in (1, 3)
+    ]  # fmt: skip
+    assert rows[0] == rows[1]
+
+
+def test_derivatives_of_the_delay_are_those_of_its_definition(free: Recording) -> None:
+    simulation, values = Simulation(free, "measured"), {**nominal(CONFIG), "delay": 0.012}
+    motion = simulation.motion(values)
+    step = (simulation.seen(motion, 0.013) - simulation.seen(motion, 0.011)) / 0.002
+    speed = np.gradient(simulation.seen(motion, 0.012), 0.01, axis=0)
+    assert np.abs(step + speed).max() < 0.1 * np.abs(speed).max()
+
+
+def test_wrong_names_are_refused_by_name() -> None:
+    with pytest.raises(UsageError, match="'mass': choose among E, rho, Bbt"):
+        chosen(("E", "mass"))
+    with pytest.raises(UsageError, match=r"rod\.drag = 0 cannot be fitted from"):
+        starts(with_values(CONFIG, {"C": 0.0}), chosen(("C",)))
+
+
+def test_logs_that_tell_nothing_are_an_error(free: Recording) -> None:
+    still = replace(free, position=np.tile(free.position[0], (len(free.position), 1)))
+    with pytest.raises(DataError, match="no motion"):
+        identify([still], [], Options(("E",)))

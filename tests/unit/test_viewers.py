@@ -19,7 +19,13 @@ import pytest
 from mcap.reader import make_reader
 
 from tendond.daemon import foxglove
+from tendond.daemon.analysis.log import load, open_run
+from tendond.daemon.analysis.way import Way
 from tendond.daemon.channels import CHANNELS
+from tendond.daemon.replay.offline import record_lockstep
+from tendond.daemon.state import CycleSetup
+from tendond.schemas.config import check_config
+from tendond.schemas.messages import ControlAction
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +50,25 @@ def test_the_file_passes_the_mcap_librarys_own_checks() -> None:
                 assert frames <= {"tip_model", "tip_measured"}
         scene = next(json.loads(message.data) for _, channel, message in messages if channel.topic == "rod/shape")
         assert len(scene["entities"][0]["lines"]) == 1 + 4  # rod and tendons
+
+
+def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ever(tmp_path: Path) -> None:
+    """In space: a push out of the plane, seen in the log that lockstep writes."""
+    impact = {"time": 0.6, "duration": 0.05, "force": (0.0, 2.0, 0.0)}
+    config = check_config({"simulator": {"impacts": [impact]}, "log": {"shape_period": 2}}, "test")
+    path = tmp_path / "space.mcap"
+    setup = CycleSetup.from_config(config)
+    records = record_lockstep(setup, 160, {5: ControlAction.ARM}, path)
+    scenes = [json.loads(message.data)["entities"] for _, message in open_run(path).messages(("rod/shape",))]
+    trails = [[tuple(point.values()) for point in trail["lines"][0]["points"]] for _, trail in scenes]
+    assert [len(trail) for trail in trails] == [min(i + 1, foxglove.TRAIL_POINTS) for i in range(len(trails))]
+    measured = [record.measured or record.model.position for record in records[::2]]
+    np.testing.assert_allclose(trails[-1], measured[-foxglove.TRAIL_POINTS :], atol=0.6e-4)
+    assert max(abs(point[1]) for point in trails[-1]) > 0.02
+    for (rod, trail), record in zip(scenes, records[::2], strict=True):
+        assert (rod["id"], trail["id"]) == ("rod", "trail")
+        assert tuple(rod["spheres"][1]["pose"]["position"].values()) == record.reference.position
+    assert Way.of(load(path)).view == (22.0, -55.0)
 
 
 def test_tendons_run_at_their_distance_from_the_backbone() -> None:
@@ -82,7 +107,16 @@ def test_the_rerun_recipe_makes_curves_and_shapes(tmp_path: Path) -> None:
     stats = subprocess.run(
         [RERUN, "rrd", "stats", str(out)], capture_output=True, text=True, timeout=60, check=True, env=environment
     )
-    for entity in ("/rod", "/tip", "/target", "/numbers/command/displacement/0", "/numbers/model/residual"):
+    for entity in (
+        "/rod",
+        "/tendons",
+        "/tip",
+        "/trail",
+        "/reference",
+        "/target",
+        "/numbers/command/displacement/0",
+        "/numbers/model/residual",
+    ):
         assert f"{entity}:" in stats.stdout, entity
 
 

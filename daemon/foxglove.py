@@ -20,6 +20,12 @@ FRAME = "base"
 ROD = "rod"
 """Identifier of the rod's scene entity."""
 
+TRAIL = "trail"
+"""Identifier of the entity that shows where the tip has been."""
+
+TRAIL_POINTS = 60
+"""Of the trail, one for each shape: three seconds with the default configuration."""
+
 TICK = "tick"
 """Key of the cycle's index in the metadata of the rod's scene entity."""
 
@@ -28,6 +34,8 @@ _MARKER = 0.012  # [m] diameter of the spheres at tip and target
 _SHAPE_POINTS = 50  # a shape is for the eye: this many points, to the micrometre, are a smooth curve in 2 kB,
 _TENDON_POINTS = 10
 _TENDON_THICKNESS = 0.001  # [m]
+_TRAIL_THICKNESS = 0.0015  # [m]
+_TRAIL_DECIMALS = 4
 _SHAPE_DECIMALS = 6  # and building them takes the control loop 0.1 ms; 200 points take 0.5 ms
 
 _Nanoseconds = Annotated[int, Field(ge=0, lt=1_000_000_000)]
@@ -271,15 +279,17 @@ def rod_shape(
     points: NDArray[np.float64],
     target: base.Vector3,
     tendons: Sequence[NDArray[np.float64]] = (),
+    trail: Sequence[base.Vector3] = (),
 ) -> SceneUpdate:
-    """The rod, its tendons, its tip and the target, as one scene; the rod is the first line.
+    """The rod, its tendons, its tip and the target as one entity, the rod its first line; the tip's trail as another.
 
     Args:
         time_ns: time of the shape [ns].
         tick: index of the cycle.
         points: of the backbone, base to tip [m], shape (nodes, 3); at most 50 are kept, the ends among them.
-        target: of the tip [m].
+        target: where the tip should be [m].
         tendons: see `tendon_paths`.
+        trail: where the tip has been, at most `TRAIL_POINTS` [m].
     """
     kept = np.linspace(0, len(points) - 1, min(len(points), _SHAPE_POINTS)).round().astype(np.intp)
     rounded: list[list[float]] = np.round(points[kept], _SHAPE_DECIMALS).tolist()
@@ -298,8 +308,14 @@ def rod_shape(
                 lines=(rod, *strings),
                 spheres=(_sphere(rounded[-1], steel), _sphere(target, orange)),
             ),
+            SceneEntity(timestamp=timestamp(time_ns), id=TRAIL, lines=(_trail(trail),)),
         )
     )
+
+
+def _trail(points: Sequence[base.Vector3]) -> LinePrimitive:
+    rounded = np.round(np.reshape(points, (-1, 3)), _TRAIL_DECIMALS).tolist()
+    return _line(rounded, _TRAIL_THICKNESS, Color(r=0.25, g=0.45, b=0.7, a=0.6))
 
 
 def _line(points: Sequence[Sequence[float]], thickness: float, color: Color) -> LinePrimitive:

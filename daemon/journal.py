@@ -3,6 +3,7 @@
 import platform
 import subprocess
 import time
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -31,6 +32,7 @@ from tendond.daemon.snapshot import StateSnapshot, encode_state
 from tendond.daemon.state import CycleState
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
+from tendond.schemas.base import Vector3
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
@@ -84,6 +86,7 @@ class Journal:
             split_bytes=config.log.split_size * 1e6,
             split_seconds=config.log.split_time,
         )
+        self._trail: deque[Vector3] = deque(maxlen=foxglove.TRAIL_POINTS)  # of the recorder's thread
         self._counts = Counts(0, 0, 0)
 
     def __enter__(self) -> Self:
@@ -141,7 +144,8 @@ class Journal:
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
         points = self._rod.curve(state)
         tendons = foxglove.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
-        return foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons)
+        self._trail.append(record.measured or record.model.position)
+        return foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail)
 
     def state(self, state: CycleState) -> None:
         """The state before the next cycle; one a second goes into the log. It is turned into text by the recorder."""

@@ -18,6 +18,9 @@ MODE_COLOURS = {
     Mode.RELEASING: "#d8dcf2",
     Mode.FAULT: "#f5c6c1",
 }
+NARROW = 0.08
+"""Of the whole time: a shorter stretch has no room for its name."""
+
 SIZE = (10.0, 3.6)  # [inch]
 
 
@@ -28,7 +31,8 @@ def timeline(log: Log) -> Figure:
         axes = figure.subplots()
         for start, end, mode in mode_spans(log.records):
             axes.axvspan(start, end, color=MODE_COLOURS[mode], lw=0)
-            axes.text(start, len(KINDS) - 0.45, f" {mode.value}", fontsize=8, va="bottom", clip_on=True)
+            if end - start > NARROW * (_span(log)[1] - _span(log)[0]):
+                axes.text(start, len(KINDS) - 0.45, f" {mode.value}", fontsize=8, va="bottom", clip_on=True)
         found = events(log.records)
         for row, kind in enumerate(reversed(KINDS)):
             at = [event.time for event in found if event.kind == kind]

@@ -3,8 +3,9 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
-from tendond.schemas.messages import Mode
+from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleRecord
 
 REQUEST, MODE, FAULT = "request", "mode", "fault"
@@ -38,7 +39,8 @@ def events(records: Sequence[CycleRecord]) -> list[Event]:
         def add(kind: str, text: str, record: CycleRecord = record) -> None:
             found.append(Event(record.tick, record.time, kind, text))
 
-        if record.inputs.request is not None:
+        if record.inputs.request not in (None, ControlAction.STATUS):  # to ask is not to request
+            assert record.inputs.request is not None
             add(REQUEST, f"{record.inputs.request.value}: {record.reply}")
         if record.mode is not mode:
             add(FAULT if record.mode is Mode.FAULT else MODE, f"{record.mode.value}: {record.reason}")
@@ -54,6 +56,44 @@ def events(records: Sequence[CycleRecord]) -> list[Event]:
         if record.inputs.missed_ticks:
             add(MISSED, f"{record.inputs.missed_ticks} before this cycle")
     return found
+
+
+@dataclass(frozen=True)
+class Tally:
+    """All events of one kind and text.
+
+    Attributes:
+        kind, text: as of an event; the first one's, where texts tell numbers.
+        cycles: in which it happened. stretches: of such cycles in a row. longest: of these [cycles].
+        first, last: of the events.
+    """
+
+    kind: str
+    text: str
+    cycles: int
+    stretches: int
+    longest: int
+    first: Event
+    last: Event
+
+
+def tallies(found: Sequence[Event]) -> list[Tally]:
+    """How often each thing happened, in the order in which it first did; without requests, modes and faults."""
+    groups: dict[tuple[str, str], list[Event]] = {}
+    for event in found:
+        if event.kind not in (REQUEST, MODE, FAULT):
+            groups.setdefault((event.kind, event.text if event.kind in (REJECTED, LIMIT) else ""), []).append(event)
+    result = []
+    for (kind, _), group in groups.items():
+        lengths = [1]
+        for before, after in pairwise(group):
+            if after.tick == before.tick + 1:
+                lengths[-1] += 1
+            else:
+                lengths.append(1)
+        text = "" if kind == NO_POSE else group[0].text
+        result.append(Tally(kind, text, len(group), len(lengths), max(lengths), group[0], group[-1]))
+    return result
 
 
 def mode_spans(records: Sequence[CycleRecord]) -> list[tuple[float, float, Mode]]:

@@ -8,16 +8,21 @@ import numpy as np
 
 from tendond.daemon.analysis.events import KINDS, events, mode_spans
 from tendond.daemon.analysis.log import Log
+from tendond.daemon.analysis.way import Array, Shape, Way
 from tendond.daemon.errors import UsageError
 from tendond.schemas.messages import Mode
 
 BANDS = {Mode.PRETENSION: "#ffe3ad", Mode.TRACKING: "#cfe6cf", Mode.RELEASING: "#d8dcf2", Mode.FAULT: "#f5c6c1"}
-MOST_SHAPES = 60
+MOST_SHAPES = 80
+AIR_MM = 25.0
+"""Round all that is to be seen; a plane has some depth [mm]."""
+
+GAP = np.full((1, 3), np.nan)
 
 
 def write_page(log: Log, path: Path) -> Path:
     """Write the page: tip and reference, displacements, tensions, error, events and loop timing on one time axis, and
-    the rod's shapes.
+    the run in space.
 
     Raises:
         UsageError: plotly is not installed.
@@ -65,19 +70,53 @@ def write_page(log: Log, path: Path) -> Path:
     figure.update_layout(height=1500, title=f"{log.path.name}: {log.config.control.law}", template="plotly_white")
     parts = [figure.to_html(full_html=False, include_plotlyjs=True, div_id="course")]
     if log.shapes:
-        parts.append(_shapes(log, go).to_html(full_html=False, include_plotlyjs=False, div_id="shapes"))
+        parts.append(_space(log, go).to_html(full_html=False, include_plotlyjs=False, auto_play=False, div_id="space"))
     head = f"<head><meta charset='utf-8'><title>{escape(log.path.name)}</title></head>"
     body = "\n".join(parts)
     path.write_text(f"<!doctype html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n", encoding="utf-8")
     return path
 
 
-def _shapes(log: Log, go: Any) -> Any:
-    """The rod in space, a shape every so many cycles."""
-    every = max(1, -(-len(log.shapes) // MOST_SHAPES))
-    figure = go.Figure()
-    for tick, points in log.shapes[::every]:
-        x, y, z = (1000.0 * points).T
-        figure.add_trace(go.Scatter3d(x=x, y=y, z=z, mode="lines", name=f"cycle {tick}"))
-    figure.update_layout(height=800, title="rod shapes [mm]", scene={"aspectmode": "data"}, template="plotly_white")
+def _space(log: Log, go: Any) -> Any:
+    """The run in space: the tip's way, and rod and tendons at the moment that a slider chooses."""
+    way = Way.of(log)
+
+    def line(points: Array, name: str, **look: Any) -> Any:
+        x, y, z = (1e3 * points).T
+        return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=look)
+
+    def rod(shape: Shape) -> list[Any]:
+        broken = [part for path in shape.tendons for part in (path, GAP)]  # one trace for all
+        tendons = np.vstack(broken) if broken else GAP
+        return [line(shape.points, "rod", color="black", width=8), line(tendons, "tendons", color="#888888", width=2)]
+
+    fixed = [line(way.tip, "tip", color="#1f4e79", width=4), line(way.reference, "reference", color="#c55a11", width=2)]
+    if way.target is not None:
+        (x, y, z), look = (1e3 * np.array(way.target)), {"symbol": "x", "color": "#c55a11", "size": 5}
+        fixed.append(go.Scatter3d(x=[x], y=[y], z=[z], mode="markers", name="target", marker=look))
+    shapes = [way.shapes[i] for i in way.chosen(MOST_SHAPES)]
+    moving = [len(fixed), len(fixed) + 1]
+    frames = [go.Frame(name=f"{shape.time:.2f}", data=rod(shape), traces=moving) for shape in shapes]
+    steps = [
+        {
+            "label": frame.name,
+            "method": "animate",
+            "args": [[frame.name], {"mode": "immediate", "frame": {"duration": 0}}],
+        }
+        for frame in frames
+    ]
+    figure = go.Figure(data=[*fixed, *rod(shapes[-1])], frames=frames)
+    elevation, azimuth = np.radians(way.view)
+    eye = 1.9 * np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    points = 1e3 * way.points
+    low, high = points.min(axis=0) - AIR_MM, points.max(axis=0) + AIR_MM
+    scene = {f"{letter}axis": {"title": f"{letter} [mm]", "range": [low[i], high[i]]} for i, letter in enumerate("xyz")}
+    camera = {"eye": dict(zip("xyz", eye.tolist(), strict=True)), "projection": {"type": "orthographic"}}
+    figure.update_layout(
+        height=800,
+        title="in space",
+        template="plotly_white",
+        scene={**scene, "aspectmode": "data", "camera": camera},
+        sliders=[{"active": len(steps) - 1, "steps": steps, "currentvalue": {"prefix": "rod at ", "suffix": " s"}}],
+    )
     return figure

@@ -46,6 +46,7 @@ class Log:
         records: of the cycles; at least one.
         timings: of the loop.
         shapes: tick and points of the rod, base to tip [m], shape (points, 3).
+        tendons: of each of these the tendons' points [m], shapes (k, 3).
         truth: of the simulator; empty on a rig.
         log_lines: for people.
     """
@@ -58,6 +59,7 @@ class Log:
     records: list[CycleRecord]
     timings: list[LoopTiming]
     shapes: list[tuple[int, Array]]
+    tendons: list[list[Array]]
     truth: list[SimulatorTruth]
     log_lines: list[foxglove.Log]
 
@@ -76,6 +78,7 @@ def load(path: Path) -> Log:
         messages[topic].append(_decode(path, topic, models[topic], message.data))
     if not messages[CYCLE.topic]:
         raise no_cycles(path)
+    scenes = [_scene(path, scene) for scene in messages[ROD_SHAPE.topic]]
     return Log(
         path=path,
         complete=run.complete,
@@ -84,7 +87,8 @@ def load(path: Path) -> Log:
         calibration=run.calibration,
         records=messages[CYCLE.topic],
         timings=messages[TIMING.topic],
-        shapes=[_shape(path, scene) for scene in messages[ROD_SHAPE.topic]],
+        shapes=[(tick, lines[0]) for tick, lines in scenes],
+        tendons=[lines[1:] for _, lines in scenes],
         truth=messages[TRUTH.topic],
         log_lines=messages[LOG.topic],
     )
@@ -228,10 +232,11 @@ def _decode(path: Path, topic: str, model: type[M], data: bytes) -> M:
         ) from error
 
 
-def _shape(path: Path, scene: foxglove.SceneUpdate) -> tuple[int, Array]:
-    """Tick and points of the rod in a scene."""
+def _scene(path: Path, scene: foxglove.SceneUpdate) -> tuple[int, list[Array]]:
+    """Tick, and points of the rod and of its tendons, in a scene."""
     for entity in scene.entities:
         ticks = [pair.value for pair in entity.metadata if pair.key == foxglove.TICK]
         if entity.id == foxglove.ROD and ticks and entity.lines:
-            return int(ticks[0]), np.array([(point.x, point.y, point.z) for point in entity.lines[0].points])
+            lines = [np.array([(point.x, point.y, point.z) for point in line.points]) for line in entity.lines]
+            return int(ticks[0]), lines
     raise LogError(f"{path}: a scene on '{ROD_SHAPE.topic}' has no rod; read it with the version that wrote it")

@@ -15,6 +15,30 @@ from tendond.daemon.paper.published import SIMULATION
 CAPTION = "paper: Danesh & Janabi-Sharifi,\nsimulation under normal conditions"
 
 
+LABELS = {
+    "settling_s": ("settled within 5 %", "s"),
+    "settling_iterations": ("settled within 5 %", "iterations"),
+    "rise_iterations": ("risen to 90 %", "iterations"),
+    "overshoot_percent": ("overshoot", "%"),
+    "path_overshoot_percent": ("overshoot along the curve of resting tips", "%"),
+    "steady_state_error_mm": ("steady-state error", "mm"),
+    "ripple_mm": ("ripple at the end", "mm"),
+    "iae_mm_s": ("integral of the absolute error", "mm s"),
+    "tpl_mm": ("total path length", "mm"),
+    "path_mm": ("tip's way in the plane", "mm"),
+    "tendon_rate_mm_s": ("tendons' rate, root mean square", "mm/s"),
+    "peak_tension_n": ("largest tension", "N"),
+    "least_tension_n": ("smallest tension", "N"),
+    "final_tip_m": ("tip at the end", "m"),
+    "final_displacement_m": ("agonist's displacement at the end", "m"),
+    "cycles": ("cycles", ""),
+    "missed_ticks": ("missed deadlines", ""),
+    "cycle_ms_median": ("work in a cycle, median", "ms"),
+    "cycle_ms_p99": ("work in a cycle, 99th percentile", "ms"),
+}
+"""Name and unit for people of each number in a summary; defined in docs/metrics.md."""
+
+
 def summary(log: Log) -> dict[str, Any]:
     """Metrics of the first stretch that tracks, and how the loop did over the whole log.
 

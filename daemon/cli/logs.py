@@ -134,8 +134,9 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
             return
         from tendond.daemon.analysis.course import draw_course
         from tendond.daemon.analysis.figures import draw
+        from tendond.daemon.analysis.space import draw_space
 
-        paths = draw_course(log, out, form)
+        paths = draw_space(log, out, form) + draw_course(log, out, form)
         try:
             paths = draw(log, out, form) + paths
         except LogError as error:

@@ -1,6 +1,7 @@
 """`tendond view`: a Foxglove WebSocket server of its own process, fed from Zenoh or from a log."""
 
 import time
+from collections import deque
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from tendond.daemon.state import rod_from_section
 from tendond.drivers.session import open_client
 from tendond.model import ModelError
 from tendond.model.rotation import quaternion
+from tendond.schemas.base import Vector3
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.keys import STATUS as STATUS_KEY
@@ -114,6 +116,7 @@ def _relay(config: RigConfig, server: _Server) -> None:
     state = rod.solve_static([0.0] * rod.parameters.tendon_count)
     target = (0.0, 0.0, 0.0)
     tip: TipPose | None = None
+    trail: deque[Vector3] = deque(maxlen=foxglove.TRAIL_POINTS)
     next_shape = 0.0
     with open_client(config.bus.endpoint, PATIENCE_SECONDS) as session:
 
@@ -160,9 +163,9 @@ def _relay(config: RigConfig, server: _Server) -> None:
                 x, y, z = end.position.tolist()
                 place = ((x, y, z), quaternion(end.rotation))
                 tendons = foxglove.tendon_paths(state.rotations, points, rod.parameters.tendon_positions)
-                server.put(
-                    ROD_SHAPE.topic, encode(foxglove.rod_shape(now_ns, state.count, points, target, tendons)), now_ns
-                )
+                trail.append(place[0] if tip is None else tip.position)
+                scene = foxglove.rod_shape(now_ns, state.count, points, target, tendons, trail)
+                server.put(ROD_SHAPE.topic, encode(scene), now_ns)
                 server.put(TIP_MODEL.topic, encode(foxglove.pose_in_frame(now_ns, *place)), now_ns)
                 frames = {"tip_model": place}
                 if tip is not None:

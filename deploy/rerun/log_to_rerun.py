@@ -1,4 +1,4 @@
-"""A log in Rerun: the rod, its tip and target in space, every number of the cycle as a curve.
+"""A log in Rerun: the rod, its tendons, tip, trail and target in space, every number of the cycle as a curve.
 
 pip install tendond rerun-sdk
 python log_to_rerun.py run.mcap                  # opens the viewer
@@ -8,13 +8,17 @@ Rerun reads the MCAP file by itself as well, but shows JSON messages as text.
 """
 
 import argparse
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 
 from tendond.daemon.analysis import load
 from tendond.daemon.analysis.log import load as load_log
+
+TRAIL_SECONDS = 3.0
 
 
 def main() -> None:
@@ -36,14 +40,22 @@ def main() -> None:
             kept = np.isfinite(column)
             columns = rr.Scalars.columns(scalars=column[kept].astype(np.float64))
             rr.send_columns(entity, indexes=[rr.TimeColumn("cycle", duration=time[kept])], columns=columns)
-    for tick, points in load_log(options.log).shapes:
+    log = load_log(options.log)
+    for (tick, points), tendons in zip(log.shapes, log.tendons, strict=True):
         rr.set_time("cycle", duration=tick * run.config.loop.period)
         rr.log("rod", rr.LineStrips3D([points], radii=0.002))
-    for at, position, target in zip(time, run["measured"], run["reference.target"], strict=True):
+        rr.log("tendons", rr.LineStrips3D(tendons, radii=0.0005, colors=[(128, 128, 128)]))
+    seen: deque[NDArray[np.float64]] = deque(maxlen=round(TRAIL_SECONDS / run.config.loop.period))
+    for at, position, wanted, target in zip(
+        time, run["measured"], run["reference.position"], run["reference.target"], strict=True
+    ):
         rr.set_time("cycle", duration=at)
         if np.all(np.isfinite(position)):
+            seen.append(position)
             rr.log("tip", rr.Points3D([position], radii=0.006))
-        rr.log("target", rr.Points3D([target], radii=0.006, colors=[(230, 115, 25)]))
+            rr.log("trail", rr.LineStrips3D([np.array(seen)], radii=0.001, colors=[(64, 115, 180)]))
+        rr.log("reference", rr.Points3D([wanted], radii=0.006, colors=[(230, 115, 25)]))
+        rr.log("target", rr.Points3D([target], radii=0.004, colors=[(200, 40, 40)]))
 
 
 if __name__ == "__main__":

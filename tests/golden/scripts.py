@@ -10,6 +10,7 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs
+from tests.rig.servos import calibration
 
 FOLDER = Path(__file__).parent
 CYCLES = 190
@@ -78,7 +79,8 @@ def record(name: str, path: Path) -> RigConfig:
     plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
     state = initial_state(setup)
     now_ns = [EPOCH_NS]
-    with Journal(path, config, setup.rod, now=lambda: now_ns[0], queue=100_000) as journal:
+    calibrated = calibration(rig=config.rig.name)
+    with Journal(path, config, setup.rod, now=lambda: now_ns[0], queue=100_000, calibration=calibrated) as journal:
         journal.state(state)
         for tick in range(CYCLES):
             now_ns[0] = EPOCH_NS + round(tick * config.loop.period * 1e9)

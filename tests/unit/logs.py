@@ -10,7 +10,7 @@ from mcap.writer import Writer
 
 from tendond.daemon.analysis.container import records
 from tendond.daemon.channels import CYCLE, STATE
-from tendond.daemon.recorder import CALIBRATION
+from tendond.daemon.recorder import CALIBRATION, CONFIG
 
 Change = Callable[[str, bytes], bytes | None]
 
@@ -43,9 +43,8 @@ def rewritten(
                 case Metadata():
                     writer.add_metadata(record.name, {**record.metadata, **(metadata or {})})
                 case Attachment() if attach:
-                    data = record.data if config is None else config.encode()
-                    if calibration is not None:
-                        writer.add_attachment(0, 0, CALIBRATION, "application/json", calibration.encode())
+                    other = {CONFIG: config, CALIBRATION: calibration}.get(record.name)
+                    data = record.data if other is None else other.encode()
                     writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, data)
                 case Schema():
                     schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)

@@ -7,12 +7,16 @@ import subprocess
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tendond.daemon.analysis.events import FAULT, MODE, REJECTED, REQUEST, events, mode_spans
+from tendond.daemon.analysis.events import FAULT, MODE, REJECTED, REQUEST, events, mode_spans, tallies
 from tendond.daemon.analysis.interactive import write_page
 from tendond.daemon.analysis.log import load
 from tendond.daemon.analysis.report import write_report
+from tendond.daemon.analysis.space import draw_space
+from tendond.daemon.analysis.summary import LABELS, summary
+from tendond.daemon.analysis.way import Way
 from tests.golden.scripts import CYCLES, FOLDER
 from tests.unit.records import cycle_record, write_log
 from tests.unit.test_log import run_command
@@ -70,14 +74,15 @@ def test_a_report_has_numbers_faults_configuration_and_versions_and_fetches_noth
     assert "<script" not in page
     for text in (
         "tpl_mm",
+        "total path length",
         "pose stale: none accepted for 21 cycles",
         "servo 2: overload",
         "limits.tension_max",
         "numba",
     ):
         assert text in page, text
-    assert re.search(r"<td>release_rate|limits.release_rate</td><td class=bad>200.0", page)
-    assert page.count("data:image/svg+xml;base64,") == 3
+    assert re.search(r"<td>limits.release_rate</td><td>200.0</td><td>60.0</td>", page)
+    assert page.count("data:image/svg+xml;base64,") == 4
 
 
 def test_the_figures_of_a_report_are_pictures_with_curves(report: Path) -> None:
@@ -95,7 +100,7 @@ def test_a_browser_draws_every_figure_of_a_report(report: Path, tmp_path: Path) 
     seen = {
         name: (int(width), int(colours)) for name, width, colours in (one.split(":") for one in found[1].split(";"))
     }
-    assert set(seen) == {"Tracking", "Rod shapes", "Modes and events"}
+    assert set(seen) == {"Tracking", "Rod shapes", "In space", "Modes and events"}
     assert all(width > 300 and colours > 20 for width, colours in seen.values()), seen
 
 
@@ -125,7 +130,7 @@ def test_the_interactive_page_draws_its_curves_without_network(tmp_path: Path) -
 
 
 def test_plot_writes_png_svg_or_html(tmp_path: Path) -> None:
-    for form, count in (("svg", 8), ("html", 1)):
+    for form, count in (("svg", 9), ("html", 1)):
         result = run_command("plot", str(FAULTS), "--out", str(tmp_path / form), "--format", form)
         assert result.returncode == 0, result.stderr
         files = [Path(line) for line in result.stdout.split()]
@@ -141,7 +146,7 @@ def test_a_run_that_never_tracks_is_plotted_and_reported_too(tmp_path: Path) -> 
     result = run_command("plot", str(path))
     assert result.returncode == 0, result.stderr
     assert "holds no cycle in mode 'tracking'" in result.stderr
-    assert {file.name for file in (tmp_path / "idle-plots").iterdir()} == {"timeline.png", "timing.png"}
+    assert {file.name for file in (tmp_path / "idle-plots").iterdir()} == {"space.png", "timeline.png", "timing.png"}
     page = write_report(path, tmp_path / "idle.html").read_text(encoding="utf-8")
     assert "holds no cycle in mode" in page
     assert 'alt="Loop timing"' in page
@@ -169,3 +174,33 @@ def test_compare_puts_all_metrics_of_runs_beside_each_other(tmp_path: Path) -> N
     assert all(line.count(",") == 2 for line in lines)
     assert (tmp_path / "compare.png").read_bytes().startswith(b"\x89PNG")
     assert CYCLES > 100
+
+
+def test_a_way_in_a_plane_is_looked_at_from_its_side_and_one_in_space_from_a_corner(tmp_path: Path) -> None:
+    flat = Way.of(load(NORMAL))
+    assert flat.view == pytest.approx((12.0, -72.0), abs=4.0)
+    assert flat.target == pytest.approx((0.34, 0.0, 0.0475), abs=1e-3)
+    turn = np.linspace(0.0, 2.0 * np.pi, 60)
+    circle = [(0.2 * np.cos(a), 0.2 * np.sin(a), 0.45) for a in turn]
+    log = load(write_log(tmp_path / "circle.mcap", [cycle_record(i, place) for i, place in enumerate(circle)]))
+    way = Way.of(log)
+    assert way.view == (22.0, -55.0)
+    np.testing.assert_allclose(way.tip, circle)
+    assert len(way.chosen(5)) <= 6
+    assert {0, len(way.shapes) - 1} <= set(way.chosen(5))
+    other = [(0.0, 0.2 * np.sin(a / 4), 0.5 * np.cos(a / 4)) for a in turn]
+    records = [cycle_record(i, place, target=(0.0, 0.2, 0.3)) for i, place in enumerate(other)]
+    elevation, azimuth = Way.of(load(write_log(tmp_path / "yz.mcap", records))).view
+    assert (elevation, abs(azimuth - 18.0) < 1.0) == (12.0, True)
+    assert draw_space(log, tmp_path)[0].stat().st_size > 20_000
+
+
+def test_what_is_out_of_the_ordinary_is_counted() -> None:
+    found = {(one.kind, one.text): one for one in tallies(events(load(FAULTS).records))}
+    assert found[REJECTED, "occluded"].cycles == 2
+    assert found[REJECTED, "occluded"].stretches == 2
+    assert (found["no new pose", ""].cycles, found["no new pose", ""].longest) == (30, 25)
+
+
+def test_every_number_of_a_summary_has_a_name_for_people() -> None:
+    assert set(summary(load(NORMAL))) == set(LABELS)

@@ -249,7 +249,7 @@ def test_the_closed_loop_run_again_is_the_recorded_one_unless_something_changes(
     ("change", "message"),
     [
         ("alpha1=900", "give it as section.key=value"),
-        ("control.alpha1=900", "--set: control.alpha1: unknown key"),
+        ("limits.colour=1", "--set: limits.colour: unknown key"),
         ("limits.tension_max=-1", "--set: limits.tension_max = -1"),
         ("rig.name.x=1", "'name' is no section"),
     ],
@@ -259,6 +259,15 @@ def test_a_change_that_cannot_be_is_refused_in_one_line(change: str, message: st
         with_changes(RigConfig(), None, [change])
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_parameter_of_the_law_in_use_needs_no_longer_name() -> None:
+    assert with_changes(RigConfig(), None, ["control.alpha1=900"]).control.laws == {"backstepping": {"alpha1": 900.0}}
+    other = with_changes(RigConfig(), "sliding_mode", ["control.k=10"])
+    assert (other.control.law, other.control.laws) == ("sliding_mode", {"sliding_mode": {"k": 10.0}})
+    said = run_command("replay", str(NORMAL), "--set", "control.colour=1")
+    assert (said.returncode, said.stderr.count("\n")) == (2, 1)
+    assert "colour" in said.stderr
 
 
 def test_fields_are_compared_one_by_one() -> None:

@@ -19,7 +19,12 @@ import pytest
 from mcap.reader import make_reader
 
 from tendond.daemon import foxglove
-from tendond.daemon.channels import CHANNELS
+from tendond.daemon.analysis.log import load, open_run
+from tendond.daemon.analysis.way import Way
+from tendond.daemon.replay.offline import record_lockstep
+from tendond.daemon.state import CycleSetup
+from tendond.schemas.config import check_config
+from tendond.schemas.messages import ControlAction
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +49,25 @@ def test_the_file_passes_the_mcap_librarys_own_checks() -> None:
                 assert frames <= {"tip_model", "tip_measured"}
         scene = next(json.loads(message.data) for _, channel, message in messages if channel.topic == "rod/shape")
         assert len(scene["entities"][0]["lines"]) == 1 + 4  # rod and tendons
+
+
+def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ever(tmp_path: Path) -> None:
+    """In space: a push out of the plane, seen in the log that lockstep writes."""
+    impact = {"time": 0.6, "duration": 0.05, "force": (0.0, 2.0, 0.0)}
+    config = check_config({"simulator": {"impacts": [impact]}, "log": {"shape_period": 2}}, "test")
+    path = tmp_path / "space.mcap"
+    setup = CycleSetup.from_config(config)
+    records = record_lockstep(setup, 160, {5: ControlAction.ARM}, path)
+    scenes = [json.loads(message.data)["entities"] for _, message in open_run(path).messages(("rod/shape",))]
+    trails = [[tuple(point.values()) for point in trail["lines"][0]["points"]] for _, trail in scenes]
+    assert [len(trail) for trail in trails] == [min(i + 1, foxglove.TRAIL_POINTS) for i in range(len(trails))]
+    measured = [record.measured or record.model.position for record in records[::2]]
+    np.testing.assert_allclose(trails[-1], measured[-foxglove.TRAIL_POINTS :], atol=0.6e-4)
+    assert max(abs(point[1]) for point in trails[-1]) > 0.02
+    for (rod, trail), record in zip(scenes, records[::2], strict=True):
+        assert (rod["id"], trail["id"]) == ("rod", "trail")
+        assert tuple(rod["spheres"][1]["pose"]["position"].values()) == record.reference.position
+    assert Way.of(load(path)).view == (22.0, -55.0)
 
 
 def test_tendons_run_at_their_distance_from_the_backbone() -> None:
@@ -82,7 +106,16 @@ def test_the_rerun_recipe_makes_curves_and_shapes(tmp_path: Path) -> None:
     stats = subprocess.run(
         [RERUN, "rrd", "stats", str(out)], capture_output=True, text=True, timeout=60, check=True, env=environment
     )
-    for entity in ("/rod", "/tip", "/target", "/numbers/command/displacement/0", "/numbers/model/residual"):
+    for entity in (
+        "/rod",
+        "/tendons",
+        "/tip",
+        "/trail",
+        "/reference",
+        "/target",
+        "/numbers/command/displacement/0",
+        "/numbers/model/residual",
+    ):
         assert f"{entity}:" in stats.stdout, entity
 
 
@@ -93,19 +126,43 @@ def test_the_example_runs() -> None:
     assert "command.displacement: shape (190, 4), unit m" in result.stdout
 
 
-def test_the_foxglove_layout_shows_what_is_there() -> None:
+DRAWN = {"foxglove.PoseInFrame", "foxglove.SceneUpdate", "foxglove.FrameTransforms"}
+"""By the 3D panel."""
+
+PLOTTED = {"Plot": {"number", "integer", "boolean"}, "StateTransitions": {"string", "number", "integer", "boolean"}}
+"""JSON types that a panel takes."""
+
+
+def test_each_path_of_the_foxglove_layout_is_in_a_real_log_with_a_type_that_its_panel_takes() -> None:
+    """By the schemas that stand in the file, and by its messages, where it has any on that topic."""
+    with NORMAL.open("rb") as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        assert summary is not None
+        schemas = {channel.topic: summary.schemas[channel.schema_id] for channel in summary.channels.values()}
+        messages: dict[str, list[Any]] = {topic: [] for topic in schemas}
+        for _, channel, message in reader.iter_messages():
+            messages[channel.topic].append(json.loads(message.data))
     layout = json.loads((ROOT / "deploy" / "foxglove" / "layout.json").read_text())
-    panels = layout["configById"]
-    topics = {channel.topic: channel.model for channel in CHANNELS}
-    paths = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
-    assert len(paths) > 8
-    for path in paths:
-        topic, *fields = re.sub(r"\[\d\]", "", path).split(".")
-        model: Any = topics[topic]
-        for field in fields:
-            assert field in model.model_fields, path
-            model = model.model_fields[field].annotation
-    assert set(panels["3D!rod"]["topics"]) <= set(topics)
+    panels, checked = layout["configById"], 0
+    for name, panel in panels.items():
+        for path in panel.get("paths", []):
+            topic, *steps = re.findall(r"[^.\[\]]+", path["value"])
+            schema = json.loads(schemas[topic].data)
+            found: list[Any] = messages[topic]
+            for step in steps:
+                schema = schema["items"] if step.isdecimal() else schema["properties"][step]
+                found = [one[int(step) if step.isdecimal() else step] for one in found if one is not None]
+            assert schema["type"] in PLOTTED[name.split("!")[0]], path
+            kind = str if schema["type"] == "string" else (int, float)
+            assert all(isinstance(one, kind) for one in found if one is not None), path
+            assert not messages[topic] or any(one is not None for one in found), path
+            checked += 1
+        for topic in panel.get("topics", []):
+            assert schemas[topic].name in DRAWN
+        if "topicToRender" in panel:
+            assert schemas[panel["topicToRender"]].name == "foxglove.Log"
+    assert checked > 10
 
     def leaves(node: Any) -> list[str]:
         return [node] if isinstance(node, str) else leaves(node["first"]) + leaves(node["second"])

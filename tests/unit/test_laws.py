@@ -71,7 +71,7 @@ def test_a_law_holds_the_tension_when_nothing_is_missing(name: str) -> None:
     assert law.decide(parameters, o).tension[0] == pytest.approx(o.tension[0], rel=1e-12)
 
 
-@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if not law.looks_ahead])
+@pytest.mark.parametrize("name", ["backstepping", "sliding_mode"])
 @pytest.mark.parametrize("size", [0.0, 0.1, 10.0, 1000.0])
 def test_a_law_takes_no_more_than_all_of_a_velocity_error_away_in_a_cycle(name: str, size: float) -> None:
     """From the straight rod, b_c = 0, to one bent so much that b_c^+ takes less."""

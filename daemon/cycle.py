@@ -158,9 +158,10 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
             runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
-    slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
-    if slack or runs.slack:
-        runs = changed(runs, slack=runs.slack + 1 if slack else 0)
+    if state.tendon_age == 0:  # an old report says nothing about a tension that has changed since
+        slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
+        if slack or runs.slack:
+            runs = changed(runs, slack=runs.slack + 1 if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
 
 

@@ -144,7 +144,7 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         assert state.tendon_state is not None
         return (
             f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
-            f"{state.tension[tendon]:.1f} N, for {runs.slack} cycles; is it cut, or off its spool?"
+            f"{state.tension[tendon]:.1f} N, {runs.slack} times in a row; is it cut, or off its spool?"
         )
     return ""
 

@@ -223,7 +223,7 @@ class FaultsSection(Schema):
         0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
     )
     slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
-    slack_cycles: Annotated[int, Field(ge=1, description="cycles in a row without pull that are a fault")] = 20
+    slack_cycles: Annotated[int, Field(ge=1, description="reports in a row without pull that are a fault")] = 20
 
 
 class SimulatorSection(Schema):

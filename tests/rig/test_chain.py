@@ -262,6 +262,7 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             Fault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
             Fault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
             Fault.REBOOT: lambda: not second.energised,
+            Fault.CUT: lambda: others.cut == [1],
         }
         assert {*seen, Fault.MEND} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
         for fault, happened in seen.items():

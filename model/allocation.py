@@ -32,6 +32,9 @@ ROUNDING = 1e-12
 RIDGE = 1e-9
 """Added to the second derivative, of its size, where a piece is flat in one direction."""
 
+EDGE = 1e-5
+"""Part of the way to the middle by which moments keep off the edge of what can be had: there is no dual minimum."""
+
 NEWTON_STEPS = 100
 
 
@@ -66,6 +69,8 @@ class Allocation:
         self.longest = float(np.max(np.hypot(places[:, 0], places[:, 1])))
         self.least, self.most = least, most
         self.corners = _zonogon(places, least, most)
+        middle = self.corners.mean(axis=0)
+        self._inner = np.ascontiguousarray(middle + (1.0 - EDGE) * (self.corners - middle))
         self._scratch = np.zeros((3, 2 * len(places)))
         self._allocate: Any = None
         self.tensions(np.zeros(2))  # compiles, which a control loop must not
@@ -75,9 +80,9 @@ class Allocation:
         return np.asarray((self.arms * tensions).sum(axis=1))
 
     def tensions(self, moment: Array) -> Array:
-        """Tensions [N], shape (n,), for a moment [N m], shape (2,), or for the nearest that can be had."""
+        """Tensions [N], shape (n,), for a moment [N m], shape (2,), or the nearest to be had, within `EDGE`."""
         out = np.empty(self.arms.shape[1])
-        arguments = (self.arms, self.least, self.most, self.corners, moment, self._scratch, out)
+        arguments = (self.arms, self.least, self.most, self._inner, moment, self._scratch, out)
         if self._allocate is None:
             self._allocate = bind(allocate, *arguments)
         self._allocate(*arguments)
@@ -115,7 +120,7 @@ def allocate(arms: Any, least: float, most: float, corners: Any, moment: Any, sc
     """Write the tensions for `moment` into `out`, shape (n,).
 
     Args:
-        arms: [m], shape (2, n). corners: of the moments that can be had, shape (2 n, 2).
+        arms: [m], shape (2, n). corners: of the moments that are met, shape (2 n, 2).
         scratch: shape (3, 2 n).
     """
     n = arms.shape[1]

@@ -13,10 +13,12 @@ from tendond.daemon.cli.signals import leave_on_signals
 class FitByDefault(TyperGroup):
     """A group of commands in which what names none of them is `fit`'s: `tendond identify LOG...`."""
 
+    default = "fit"
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As click's, with `fit` put in where it is meant."""
         if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
-            args = ["fit", *args]
+            args = [self.default, *args]
         return super().parse_args(ctx, args)
 
 

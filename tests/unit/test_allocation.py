@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from tendond.model.allocation import Allocation
+from tendond.model.allocation import EDGE, Allocation
 from tendond.model.errors import ParameterError
 
 Array = NDArray[np.float64]
@@ -51,14 +51,14 @@ def scale(one: Allocation) -> float:
 def test_the_moment_is_met_or_the_nearest_that_can_be_had_within_the_bounds(
     one: Allocation, direction: float, part: float
 ) -> None:
-    """The nearest one is scipy's, of a bounded least-squares problem."""
+    """The nearest one is scipy's, of a bounded least-squares problem, but for the little that keeps off the edge."""
     wanted = moment_at(one, direction, part)
     found = one.tensions(wanted)
     assert found.min() >= one.least
     assert found.max() <= one.most
     other = lsq_linear(one.arms / 0.02, wanted / 0.02, (one.least, one.most), method="bvls", tol=1e-14).x
     missed, theirs = (float(np.linalg.norm(one.moment(each) - wanted)) for each in (found, other))
-    assert missed <= theirs + 1e-7 * scale(one)
+    assert missed <= theirs + 3.0 * EDGE * scale(one)
 
 
 @settings(deadline=None)
@@ -102,7 +102,7 @@ def test_four_tendons_share_as_one_would_by_hand() -> None:
     one = Allocation(FOUR, 1.0, 60.0)
     assert one.tensions(np.array([0.1, -0.04])) == pytest.approx([6.0, 1.0, 1.0, 3.0])
     assert one.tensions(np.zeros(2)) == pytest.approx([1.0] * 4)
-    assert one.tensions(np.array([9.0, 0.0])) == pytest.approx([60.0, 1.0, 1.0, 1.0])
+    assert one.tensions(np.array([9.0, 0.0])) == pytest.approx([60.0, 1.0, 1.0, 1.0], rel=10.0 * EDGE)
 
 
 def test_three_tendons_at_a_third_of_a_turn_reach_every_side() -> None:

@@ -191,7 +191,9 @@ def test_the_shell_completes(line: str, expected: set[str]) -> None:
 
 def test_completion_can_be_installed_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
     program = Path(sys.executable).with_name("tendond")
-    found = subprocess.run([str(program), "--show-completion", "bash"], capture_output=True, text=True)
+    environment = {**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}  # there may be no shell around it
+    command = [str(program), "--show-completion", "bash"]
+    found = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert "complete -o default -F _tendond_completion tendond" in found.stdout
     if bash := shutil.which("bash"):
         subprocess.run([bash, "-n"], input=found.stdout, text=True, check=True)

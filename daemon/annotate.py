@@ -43,7 +43,7 @@ def _section(table: Table) -> Iterator[str]:
         else:
             yield f"{'#' if off else ''}{key.name} = {to_toml(key.default)}"
     for law in LAWS.values() if laws else ():
-        yield from _heading(f"[{name}.laws.{law.name}]", law.parameters.__doc__ or "", off=True)
+        yield from _heading(f"[{name}.laws.{law.name}]", " ".join((law.parameters.__doc__ or "").split()), off=True)
         for key in keys_of(law.parameters):
             yield from _comment(comment_of(key))
             yield f"#{key.name} = {to_toml(key.default)}"

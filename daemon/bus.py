@@ -46,21 +46,16 @@ Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 class Arrivals:
     """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
 
-    The simulator's truth is no input, and stays undecoded until the command is out.
+    Attributes:
+        inputs: payloads of poses and tendon states that have come in, readable or not.
+        truth: of the simulator; no input, and so undecoded until the command is out.
     """
 
     pose: TipPose | None = None
     tendon_state: TendonState | None = None
-    truth: zenoh.Sample | None = None
+    inputs: int = 0
     unreadable: dict[str, int] = field(default_factory=dict)
-
-    def update(self, later: "Arrivals") -> None:
-        """Add what has come in after this."""
-        self.pose = later.pose or self.pose
-        self.tendon_state = later.tendon_state or self.tendon_state
-        self.truth = later.truth or self.truth
-        for reason, count in later.unreadable.items():
-            self.unreadable[reason] = self.unreadable.get(reason, 0) + count
+    truth: zenoh.Sample | None = None
 
     def decoded_truth(self) -> SimulatorTruth | None:
         """For the log; none where there is none, or none that can be read."""
@@ -130,19 +125,19 @@ class Hub:
     def _subscribe(self, expression: str, queue: int) -> Subscriber:
         return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(queue))
 
-    def receive(self) -> Arrivals:
-        """Everything that has come in since the last call; never blocks."""
-        arrivals = Arrivals()
-        arrivals.pose = self._newest(TipPose, self._poses, arrivals)
-        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals)
-        arrivals.truth = self._truths.try_recv()
+    def receive(self, arrivals: Arrivals | None = None) -> Arrivals:
+        """Everything that has come in since the last call, added to `arrivals`; never blocks."""
+        arrivals = arrivals or Arrivals()
+        arrivals.pose = self._newest(TipPose, self._poses, arrivals.pose, arrivals)
+        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals.tendon_state, arrivals)
+        arrivals.truth = self._truths.try_recv() or arrivals.truth
         return arrivals
 
-    def _newest(self, kind: type[M], subscriber: Subscriber, arrivals: Arrivals) -> M | None:
-        newest: M | None = None
+    def _newest(self, kind: type[M], subscriber: Subscriber, newest: M | None, arrivals: Arrivals) -> M | None:
         for _ in range(QUEUE):  # no flood keeps the loop here
             if (sample := subscriber.try_recv()) is None:
                 break
+            arrivals.inputs += 1
             try:
                 message = decode(kind, _payload(sample))
                 if newest is not None and message.seq <= newest.seq:

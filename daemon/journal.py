@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import llvmlite.binding
 
@@ -25,9 +25,8 @@ from tendond.daemon.channels import (
     TIP_MODEL,
     TRANSFORMS,
     TRUTH,
-    Channel,
 )
-from tendond.daemon.recorder import CALIBRATION, CONFIG, Counts, Recorder
+from tendond.daemon.recorder import CALIBRATION, CONFIG, Counts, Message, Recorder
 from tendond.daemon.snapshot import StateSnapshot, encode_state
 from tendond.daemon.state import CycleState
 from tendond.model.rod import Rod
@@ -123,23 +122,32 @@ class Journal:
     ) -> None:
         """A cycle, with the state of the model's rod; no timing where no clock ran.
 
-        What viewers want of it is made in the recorder's thread.
+        The entries are made in the recorder's thread; the loop only counts them.
         """
         now = self._now()
-        entries: list[tuple[Channel[Any], Any]] = [(CYCLE, record)]
+        count = 2 + (timing is not None) + (record.inputs.pose is not None) + (truth is not None)
+        if record.tick % self._shape_period == 0:
+            count += 2
+        self._recorder.put_all(now, count, self._entries, now, record, timing, state, truth)
+
+    def _entries(
+        self, now: int, record: CycleRecord, timing: LoopTiming | None, state: RodState, truth: SimulatorTruth | None
+    ) -> list[Message]:
+        """Of a cycle."""
+        entries: list[Message] = [(CYCLE, record)]
         if timing is not None:
             entries.append((TIMING, timing))
         pose = record.inputs.pose
         if pose is not None:
-            entries.append((TIP_MEASURED, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation)))
+            entries.append((TIP_MEASURED, foxglove.pose_in_frame(now, pose.position, pose.orientation)))
         model = record.model
-        entries.append((TIP_MODEL, partial(foxglove.pose_in_frame, now, model.position, model.orientation)))
+        entries.append((TIP_MODEL, foxglove.pose_in_frame(now, model.position, model.orientation)))
         if truth is not None:
             entries.append((TRUTH, truth))
         if record.tick % self._shape_period == 0:
-            entries.append((ROD_SHAPE, partial(self._shape, now, record, state)))
-            entries.append((TRANSFORMS, partial(_frames, now, record)))
-        self._recorder.put_all(now, entries)
+            entries.append((ROD_SHAPE, self._shape(now, record, state)))
+            entries.append((TRANSFORMS, _frames(now, record)))
+        return entries
 
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
         points = self._rod.curve(state)

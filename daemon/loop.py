@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from tendond.daemon.bus import Hub, Question
+from tendond.daemon.bus import Arrivals, Hub, Question
 from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
@@ -17,9 +17,9 @@ from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
 from tendond.daemon.practice import practise
 from tendond.daemon.state import CycleSetup, CycleState
-from tendond.daemon.write_record import write_record
+from tendond.daemon.write_record import Response, write_record
 from tendond.notify import Supervisor
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status, TendonCommand, TipPose
+from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import decode, encode
 
@@ -57,6 +57,7 @@ class Loop:
         self._supervisor = supervisor or Supervisor({})
         self._health = Health()
         self._status_seq = 0
+        self._rehearsed: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
         """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
@@ -91,17 +92,20 @@ class Loop:
             self._supervisor.stopping()
             self._hub.publish_last(_slack(self._setup, self._health.cycles))
 
-    def rehearse(self) -> None:
-        """A cycle on the last inputs whose outcome is thrown away: the next one finds its code and data in the caches.
+    def rehearse(self, arrivals: Arrivals) -> None:
+        """The coming cycle on what has arrived so far: if nothing else comes, its command is ready at the deadline.
 
-        Other processes push them out while the loop sleeps, and a cycle then takes half as long again.
-        `respond` changes nothing that it is given, so this is not seen in any command or record.
+        `respond` is a pure function, so a response to the same inputs is the same response. If something comes, that
+        cycle finds its code and data in the processor's caches, from which other processes push them while the loop
+        sleeps. Before the pose has come, the last one stands in for it, and the response is thrown away.
         """
         pose = self._state.pose
         with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
-            if pose is not None:
+            if arrivals.pose is not None or pose is None:
+                self._rehearsed = (arrivals.inputs, respond(self._setup, self._state, _inputs(arrivals)))
+            else:
                 pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
-            encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
+                encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
 
     def _let_go(self) -> None:
         """Release the tendons without the cycle, along a ramp, from what was commanded last."""
@@ -145,17 +149,15 @@ class Loop:
                 requested = ControlAction.STOP
             elif self._state.tick == self._arm_at:
                 requested = ControlAction.ARM
-            inputs = CycleInputs(
-                pose=wake.arrivals.pose,
-                tendon_state=wake.arrivals.tendon_state,
-                request=requested,
-                law=request.law if request is not None and request.action is requested else None,
-                reference=request.reference if request is not None and request.action is requested else None,
-                unreadable=wake.arrivals.unreadable,
-                missed_ticks=wake.missed_ticks,
-            )
-            response = respond(self._setup, self._state, inputs)
-            self._state = response.state
+            response = None
+            if requested is None and not wake.missed_ticks:
+                response = self._ready(wake.arrivals)
+            ahead = response is not None
+            if response is None:
+                asked = request if request is not None and request.action is requested else None
+                inputs = _inputs(wake.arrivals, requested, asked, wake.missed_ticks)
+                response = respond(self._setup, self._state, inputs)
+            self._state, self._rehearsed = response.state, None
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
             # The command is out: all else can wait.
@@ -171,6 +173,8 @@ class Loop:
                 lateness_us=wake.lateness * 1e6,
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
+                ahead=ahead,
+                rehearsal_us=wake.rehearsal * 1e6,
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._journal.state(self._state)
@@ -184,6 +188,13 @@ class Loop:
                 seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
+
+    def _ready(self, arrivals: Arrivals) -> Response | None:
+        """The rehearsal's response, if nothing has come in since."""
+        if self._rehearsed is None:
+            return None
+        inputs, response = self._rehearsed
+        return response if inputs == arrivals.inputs else None
 
     def _status(self, record: CycleRecord) -> Status:
         self._status_seq += 1
@@ -204,6 +215,21 @@ class Loop:
             rejected=self._state.rejected,
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
+
+
+def _inputs(
+    arrivals: Arrivals, action: ControlAction | None = None, request: ControlRequest | None = None, missed: int = 0
+) -> CycleInputs:
+    """Of a cycle: what has arrived, and a request, with whose words if it is an operator's."""
+    return CycleInputs(
+        pose=arrivals.pose,
+        tendon_state=arrivals.tendon_state,
+        request=action,
+        law=None if request is None else request.law,
+        reference=None if request is None else request.reference,
+        unreadable=dict(arrivals.unreadable),
+        missed_ticks=missed,
+    )
 
 
 def _in_words(record: CycleRecord) -> str:

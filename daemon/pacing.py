@@ -16,17 +16,26 @@ REHEARSAL_SHARE = 0.3
 """Of the period, that a rehearsal may take."""
 
 SPIN_SECONDS = 300e-6
-"""Before each deadline, awake: a processor that sleeps loses what the rehearsal has fetched."""
+"""Before each deadline, awake: a processor that sleeps loses what the rehearsal has fetched, and wakes up late."""
 
 
 @dataclass(frozen=True)
 class Wake:
-    """A cycle's start: when on the monotonic clock [s]; what has arrived; how late [s]; deadlines skipped before it."""
+    """A cycle's start.
+
+    Attributes:
+        at: on the monotonic clock [s].
+        arrivals: since the last one.
+        lateness: after the deadline [s].
+        missed_ticks: deadlines skipped before it.
+        rehearsal: time that was spent on one [s].
+    """
 
     at: float
     arrivals: Arrivals
     lateness: float
     missed_ticks: int
+    rehearsal: float = 0.0
 
 
 class Pacer(Protocol):
@@ -42,10 +51,10 @@ class Clock:
     Args:
         hub: of the controller.
         period: of the cycle [s].
-        rehearse: called shortly before each deadline, where there is time for it.
+        rehearse: called shortly before each deadline, where there is time for it, with what has arrived by then.
     """
 
-    def __init__(self, hub: Hub, period: float, rehearse: Callable[[], None] | None = None) -> None:
+    def __init__(self, hub: Hub, period: float, rehearse: Callable[[Arrivals], None] | None = None) -> None:
         self._hub = hub
         self._period = period
         self._rehearse = rehearse
@@ -62,29 +71,32 @@ class Clock:
         if now >= self._deadline:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
+        arrivals, rehearsal = Arrivals(), 0.0
         if self._rehearse is not None:
-            self._prepare(self._rehearse)
+            rehearsal = self._prepare(self._rehearse, arrivals)
             time.sleep(max(0.0, self._deadline - SPIN_SECONDS - time.monotonic()))
             while time.monotonic() < self._deadline:
                 pass
         time.sleep(max(0.0, self._deadline - time.monotonic()))
         now = time.monotonic()
-        return Wake(now, self._hub.receive(), now - self._deadline, missed)
+        return Wake(now, self._hub.receive(arrivals), now - self._deadline, missed, rehearsal)
 
-    def _prepare(self, rehearse: Callable[[], None]) -> None:
+    def _prepare(self, rehearse: Callable[[Arrivals], None], arrivals: Arrivals) -> float:
         """Rehearse just before the deadline, as early as the longest of the last rehearsals asks for.
 
-        One that would take too long is left out, and tried again when that one is forgotten.
+        One that would take too long is left out, and tried again when that one is forgotten. Returns how long it took.
         """
         assert self._deadline is not None
         self._took *= 0.99
         wait = self._deadline - SPIN_SECONDS - self._took - time.monotonic()
         if wait < 0.0 or self._took > REHEARSAL_SHARE * self._period:
-            return
+            return 0.0
         time.sleep(wait)
         started = time.monotonic()
-        rehearse()
-        self._took = max(self._took, 1.2 * (time.monotonic() - started))
+        rehearse(self._hub.receive(arrivals))
+        took = time.monotonic() - started
+        self._took = max(self._took, 1.2 * took)
+        return took
 
 
 class Lockstep:
@@ -111,13 +123,13 @@ class Lockstep:
         arrivals = Arrivals()
         started = time.monotonic()
         while self._seq is not None or not self._stopped():
-            arrivals.update(self._hub.receive())
+            self._hub.receive(arrivals)
             if arrivals.pose is not None:
                 self._patience = LOCKSTEP_PATIENCE_SECONDS
                 if arrivals.pose.seq != self._seq:
                     self._seq = arrivals.pose.seq
                     return Wake(time.monotonic(), arrivals, 0.0, 0)
-                arrivals.pose = None
+                arrivals = Arrivals()  # all of it is a repetition
                 self._hub.repeat_command()
             elif self._seq is not None and time.monotonic() - started > self._patience:
                 self._patience = self._period

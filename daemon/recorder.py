@@ -10,6 +10,7 @@ import importlib.util
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -37,7 +38,13 @@ PART = "part"
 
 CHUNK_BYTES = 128 * 1024
 FLUSH_SECONDS = 0.5
-"""That an entry stays in memory at most; 1 s is what the design promises."""
+"""That an entry waits for its way to the disk at most."""
+
+LOOK_SECONDS = 0.25
+"""That one waits in the queue at most, where the thread is not woken; both together stay below the promised second."""
+
+WAKE_AT = 4
+"""Calls of `put_all` in the queue, at which the thread is woken."""
 
 CLOSE_SECONDS = 5.0
 
@@ -49,6 +56,14 @@ def part_path(path: Path, part: int) -> Path:
 
 class RecorderError(DaemonError):
     """A log that cannot be begun: file, reason, remedy."""
+
+
+Message = tuple[Channel[Any], BaseModel | Callable[[], BaseModel]]
+"""On which channel, and what; or what makes it, called in the recorder's thread."""
+
+
+_Batch = tuple[int, int, Callable[..., list[Message]], tuple[Any, ...]]
+"""Log time [ns], number of messages, what makes them, of what."""
 
 
 class Counts(NamedTuple):
@@ -87,11 +102,13 @@ class Recorder:
         self._metadata = metadata
         self._attachments = attachments
         self._queue_size = queue_size
-        self._queue: SimpleQueue[_Entry | None] = SimpleQueue()
+        self._queue: deque[_Batch] = deque()  # of one time each: a file of the run may end before it, not within
+        self._bell: SimpleQueue[None] = SimpleQueue()  # rung when the thread should look into the queue
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._lock = threading.Lock()  # of all below; held for a few instructions, never over I/O
         self._accepting = False
-        self._put = self._refused = self._written = 0
+        self._queued = self._refused = self._written = self._unwritable = 0
+        self._taken = 0  # from the queue; the recorder's thread alone writes it
         self._error = ""
 
     def __enter__(self) -> Self:
@@ -131,29 +148,35 @@ class Recorder:
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
         """
-        return self.put_all(log_time_ns, [(channel, message)]) == 1
+        return self.put_all(log_time_ns, 1, _single, channel, message)
 
-    def put_all(self, log_time_ns: int, messages: list[tuple[Channel[Any], Any]]) -> int:
-        """Queue messages of one time, as `put` does; how many were queued."""
+    def put_all(self, log_time_ns: int, count: int, make: Callable[..., list[Message]], *arguments: Any) -> bool:
+        """Queue `count` messages of one time, as `put` does: all or none.
+
+        The recorder's thread makes them, by `make(*arguments)`, and is woken when a few calls have come together: the
+        caller comes here with cold caches, and each line costs it microseconds.
+        """
         with self._lock:
-            self._put += len(messages)
-            room = self._queue_size - self._queue.qsize() if self._accepting else 0
-            for channel, message in messages[: max(0, room)]:
-                self._queue.put(_Entry(channel.topic, log_time_ns, message))
-            queued = min(len(messages), max(0, room))
-            self._refused += len(messages) - queued
-            return queued
+            if not self._accepting or self._queued - self._taken + count > self._queue_size:
+                self._refused += count
+                return False
+            self._queued += count
+            self._queue.append((log_time_ns, count, make, arguments))
+            if len(self._queue) == WAKE_AT:
+                self._bell.put(None)
+            return True
 
     @property
     def dropped(self) -> int:
         """Messages that are not in the file and never will be."""
         with self._lock:
-            return self._put - self._written if self._error else self._refused
+            lost = self._queued - self._written if self._error else self._unwritable
+            return self._refused + lost
 
     @property
     def waiting(self) -> int:
         """Messages that wait for the disk."""
-        return self._queue.qsize()
+        return self._queued - self._taken
 
     @property
     def error(self) -> str:
@@ -169,13 +192,14 @@ class Recorder:
         with self._lock:
             if self._accepting:
                 self._accepting = False
-                self._queue.put(None)
+                self._bell.put(None)
         if self._thread.ident is not None:
             self._thread.join(timeout)
             if self._thread.is_alive():
                 self._end(f"not finished within {timeout:g} s")
         with self._lock:
-            return Counts(self._put, self._written, self._put - self._written)
+            put = self._queued + self._refused
+            return Counts(put, self._written, put - self._written)
 
     def _run(self) -> None:
         """The writer thread."""
@@ -188,27 +212,33 @@ class Recorder:
 
     def _write_until_closed(self) -> None:
         unflushed = 0
-        flush_at = 0.0
-        closing = False
-        while not closing:
-            try:
-                entry = self._queue.get(timeout=max(0.0, flush_at - time.monotonic()) if unflushed else None)
-            except Empty:
-                pass
-            else:
+        flush_at = math.inf
+        accepting = True
+        while accepting or self._queue:
+            if not self._queue:
+                with suppress(Empty):
+                    self._bell.get(timeout=max(0.0, min(LOOK_SECONDS, flush_at - time.monotonic())))
+            accepting = self._accepting
+            if self._queue:
+                log_time_ns, count, make, arguments = self._queue.popleft()
+                messages = make(*arguments)
+                if messages[0][0] is BEGINNING and self._is_full():
+                    self._split(unflushed)
+                    unflushed = 0
                 if not unflushed:
                     flush_at = time.monotonic() + FLUSH_SECONDS
-                if entry is None:
-                    closing = True
-                else:
-                    if entry.topic == BEGINNING.topic and self._is_full():
-                        self._split(unflushed)
-                        unflushed = 0
-                    unflushed += self._write(entry)
-            if unflushed and (closing or time.monotonic() >= flush_at):
-                self._file.flush()
-                self._count(unflushed)
-                unflushed = 0
+                self._taken += count
+                for channel, message in messages:
+                    unflushed += self._write(channel, log_time_ns, message)
+            if unflushed and time.monotonic() >= flush_at:
+                self._flush(unflushed)
+                unflushed, flush_at = 0, math.inf
+        self._flush(unflushed)
+
+    def _flush(self, unflushed: int) -> None:
+        """Hand everything to the kernel; what was not is in the file from here on."""
+        self._file.flush()
+        self._count(unflushed)
 
     def _is_full(self) -> bool:
         return self._file.size >= self._split_bytes or self._file.age >= self._split_seconds
@@ -224,15 +254,15 @@ class Recorder:
         self._part += 1
         self._file = self._next_file()
 
-    def _write(self, entry: "_Entry") -> bool:
+    def _write(self, channel: Channel[Any], log_time_ns: int, message: BaseModel | Callable[[], BaseModel]) -> bool:
         try:
-            message = entry.message if isinstance(entry.message, BaseModel) else entry.message()
-            data = message.model_dump_json().encode()
+            made = message if isinstance(message, BaseModel) else message()
+            data = made.model_dump_json().encode()
         except ValueError:  # a text that is no Unicode, say: losing this message must not cost the others
             with self._lock:
-                self._refused += 1
+                self._unwritable += 1
             return False
-        self._file.write(entry.topic, entry.log_time_ns, data)
+        self._file.write(channel.topic, log_time_ns, data)
         return True
 
     def _end(self, reason: str) -> None:
@@ -241,10 +271,8 @@ class Recorder:
             self._error = self._error or f"{self.path}: the log ended after {self._written} messages: {reason}"
 
 
-class _Entry(NamedTuple):
-    topic: str
-    log_time_ns: int
-    message: BaseModel | Callable[[], BaseModel]
+def _single(channel: Channel[Any], message: BaseModel | Callable[[], BaseModel]) -> list[Message]:
+    return [(channel, message)]
 
 
 class _File:

@@ -12,6 +12,11 @@ from tendond.schemas.keys import CONFIG_VARIABLE
 
 RETRY_SECONDS = 0.2
 
+QUEUE_SIZE = "transport/link/tx/queue/size/data"
+ZENOHS_QUEUE, OUR_QUEUE = 2, 16
+"""Messages that wait to be sent. Zenoh drops what finds its queue full for 1 ms, and says nothing: of three put in a row
+(truth, tendon state, pose) the pose, wherever its sending thread is not run at once."""
+
 
 class BusError(TendondError):
     """The controller cannot be reached."""
@@ -44,6 +49,8 @@ def client_config(endpoint: str) -> zenoh.Config:
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     config.insert_json5("scouting/multicast/enabled", "false")
+    if int(config.get_json(QUEUE_SIZE)) == ZENOHS_QUEUE:  # else it was chosen
+        config.insert_json5(QUEUE_SIZE, str(OUR_QUEUE))
     return config
 
 

@@ -109,7 +109,7 @@ class LoopSection(Schema):
     cpu: Annotated[int, Field(ge=0, le=4095)] | None = Field(
         None, description="to which the loop is bound; left out: any"
     )
-    rehearse: bool = Field(True, description="run each cycle once for nothing before its deadline: it is faster then")
+    rehearse: bool = Field(True, description="work out each cycle just before its deadline; anew if more comes in")
     lock_memory: bool = Field(True, description="keep the process in memory, where permitted")
 
 

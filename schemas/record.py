@@ -143,9 +143,13 @@ class LoopTiming(Schema):
         lateness_us: wake-up after the deadline [us].
         work_us: from wake-up to the command handed to Zenoh [us].
         missed_ticks: skipped before it.
+        ahead: the command had been worked out shortly before the deadline; nothing else came in until then.
+        rehearsal_us: that working it out, or a trial of it, took before the deadline [us].
     """
 
     tick: int
     lateness_us: float
     work_us: float
     missed_ticks: int
+    ahead: bool = False
+    rehearsal_us: float = 0.0

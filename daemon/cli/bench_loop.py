@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import zenoh
@@ -20,7 +19,7 @@ from rich.table import Table
 from tendond.daemon.analysis.log import load
 from tendond.daemon.bench.loop import Quantiles
 from tendond.daemon.cli.common import say
-from tendond.daemon.cli.demo import END_SECONDS, START_SECONDS, _free_port
+from tendond.daemon.cli.processes import END_SECONDS, START_SECONDS, free_port
 from tendond.daemon.cycle import step
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.journal import Journal
@@ -170,19 +169,30 @@ def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: f
         raise DaemonError(f"{label}: the controller did not track; a run by hand with 'tendond demo' tells why")
     missed = sum(timing.missed_ticks for timing in timings)
     note = f"{missed} of {len(timings)} missed, bare {missed_before + missed_after} of {len(before) + len(after)}"
-    return [
+    rows = [
         Row(
             f"{label}: wake-up after deadline",
             Quantiles.of([t.lateness_us for t in timings]),
             Quantiles.of(before + after),
             note,
         ),
-        Row(f"{label}: work of a cycle", Quantiles.of([t.work_us for t in timings])),
+        Row(
+            f"{label}: work of a cycle, wake-up to command",
+            Quantiles.of([t.work_us for t in timings]),
+            note=f"{sum(t.ahead for t in timings)} of {len(timings)} worked out before the deadline",
+        ),
     ]
+    for what, times in (
+        ("of those not worked out before", [t.work_us for t in timings if not t.ahead]),
+        ("working one out before the deadline, caches cold", [t.rehearsal_us for t in timings if t.rehearsal_us]),
+    ):
+        if times:
+            rows.append(Row(f"{label}: {what}", Quantiles.of(times)))
+    return rows
 
 
 def _configure(folder: Path, name: str, extra: str) -> tuple[Path, Path, str]:
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     config = folder / f"{name}.toml"
     config.write_text(f'{extra}\n[rig]\nname = "{RIG}"\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
     return config, folder / f"{name}.mcap", endpoint
@@ -206,7 +216,7 @@ def _arm(session: zenoh.Session) -> None:
 def _latency(folder: Path, name: str, period: float) -> Row:
     """From a pose handed to Zenoh to the command that answers it, and the same of an echo, in turn."""
     config, log, endpoint = _configure(folder, f"latency-{period}", PAPER)
-    bare_endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    bare_endpoint = f"tcp/127.0.0.1:{free_port()}"
     mode = [] if period else ["--lockstep"]
     with (
         _process("tendond.daemon.cli", "run", "--config", str(config), "--log", str(log), *mode) as controller_process,
@@ -257,19 +267,17 @@ class _RoundTrips:
 
 
 def _recorder(folder: Path) -> Quantiles:
-    """Time that handing a cycle to the recorder takes the loop, a hundred times a second."""
+    """Time that handing a cycle to the recorder takes the loop, a hundred times a second, right after the cycle."""
     config = RigConfig()
     setup = CycleSetup.from_config(config)
-    state = initial_state(setup)
-    records = list(closed_loop(config, 200, {5: ControlAction.ARM}))
-    times = []
+    inputs = [record.inputs for record in closed_loop(config, 500, {5: ControlAction.ARM})]
+    state, times = initial_state(setup), []
     with Journal(folder / "recorder.mcap", config, setup.rod) as journal:
-        hand_over = partial(journal.cycle, truth=None)
-        for record in records * 3:
-            state = step(setup, initial_state(setup), record.inputs)[0] if record.tick == 0 else state
-            timing = LoopTiming(tick=record.tick, lateness_us=1.0, work_us=1.0, missed_ticks=0)
+        for tick, arrived in enumerate(inputs):
+            state, _, record = step(setup, state, arrived)
+            timing = LoopTiming(tick=tick, lateness_us=1.0, work_us=1.0, missed_ticks=0)
             started = time.monotonic()
-            hand_over(record, timing, state.rod)
+            journal.cycle(record, timing, state.rod, None)
             times.append((time.monotonic() - started) * 1e6)
-            time.sleep(0.005)
+            time.sleep(config.loop.period)
     return Quantiles.of(times)

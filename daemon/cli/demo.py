@@ -1,9 +1,7 @@
 """`tendond demo`: the paper's experiment, with real processes on a real bus, in real time."""
 
-import signal
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -11,9 +9,19 @@ from typing import Literal
 
 import zenoh
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import Progress
 
 from tendond.daemon.cli.common import profile_text, say
+from tendond.daemon.cli.processes import (
+    POLL_SECONDS,
+    START_SECONDS,
+    end,
+    free_port,
+    progress_columns,
+    start,
+    status_of,
+    tip_in_words,
+)
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration, now, save_calibration
 from tendond.drivers.operator import ask
@@ -21,16 +29,13 @@ from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
+from tendond.schemas.messages import ControlAction, ControlReply, Mode
 from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 
-START_SECONDS = 120.0
 HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
 """By profile; the impacts of the nasty one come within."""
 
 RIG_HOLD_SECONDS = 6.0
-POLL_SECONDS = 0.1
-END_SECONDS = 10.0
 RIG = "demo"
 
 Report = Callable[[Path, Path, Console], None]
@@ -59,7 +64,7 @@ def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
     """
     announce_compilation(say)
     warm_up()
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     config_file, log_file = out / "rig.toml", out / "demo.mcap"
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -94,12 +99,12 @@ def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
     """
     announce_compilation(say)
     warm_up()
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     config_file, log_file, port = out / "rig.toml", out / "rig-demo.mcap", out / "ttyServos"
     try:
         out.mkdir(parents=True, exist_ok=True)
         log_file.unlink(missing_ok=True)
-        wiring = f'[bus]\nendpoint = "{endpoint}"\n\n[vicon]\nport = {_free_port(socket.SOCK_DGRAM)}\n'
+        wiring = f'[bus]\nendpoint = "{endpoint}"\n\n[vicon]\nport = {free_port(socket.SOCK_DGRAM)}\n'
         servos = f'[servo]\nport = "{port.absolute()}"\n{WIRED_SERVO}'
         text = f'{text}\n[rig]\nname = "{RIG}"\n\n{wiring}{WIRED_VICON}\n{servos}'
         config_file.write_text(text, encoding="utf-8")
@@ -155,13 +160,13 @@ class _Demo:
         try:
             for name, arguments in self._commands.items():
                 self._await(name)
-                self._processes[name] = subprocess.Popen([sys.executable, "-m", "tendond.daemon.cli", *arguments])
+                self._processes[name] = start(*arguments)
             with open_client(self._endpoint, START_SECONDS, self._has_ended) as session:
                 self._drive(session)
         except StoppedError:
             self._watch()
         finally:
-            codes = {name: _end(process) for name, process in reversed(self._processes.items())}
+            codes = {name: end(process) for name, process in reversed(self._processes.items())}
         for name, code in codes.items():
             if code:
                 raise DaemonError(f"the {name} ended with {code}; what it said stands above")
@@ -194,13 +199,7 @@ class _Demo:
 
     def _drive(self, session: zenoh.Session) -> None:
         """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
-        columns = (
-            TextColumn("{task.description:<12}"),
-            BarColumn(),
-            TextColumn("{task.fields[seen]}"),
-            TimeElapsedColumn(),
-        )
-        with Progress(*columns, console=self.console, disable=not self.console.is_terminal) as progress:
+        with Progress(*progress_columns(), console=self.console, disable=not self.console.is_terminal) as progress:
             task = progress.add_task("arming", total=self._hold, seen="")
             deadline = time.monotonic() + START_SECONDS
             while not (reply := self._ask(session, ControlAction.ARM)).done:
@@ -210,18 +209,18 @@ class _Demo:
                 time.sleep(POLL_SECONDS)
             started = time.monotonic()
             while (elapsed := time.monotonic() - started) < self._hold:
-                status = _status(self._ask(session, ControlAction.STATUS))
-                progress.update(task, completed=elapsed, description=status.mode.value, seen=_seen(status))
+                status = status_of(self._ask(session, ControlAction.STATUS))
+                progress.update(task, completed=elapsed, description=status.mode.value, seen=tip_in_words(status))
                 if status.mode is Mode.FAULT:
                     busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""
                     raise DaemonError(f"the demo ended in a fault: {status.reason}{busy}")
                 time.sleep(POLL_SECONDS)
             progress.update(task, completed=self._hold)
             self._ask(session, ControlAction.STOP)
-            while (status := _status(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
-                progress.update(task, description=status.mode.value, seen=_seen(status))
+            while (status := status_of(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
+                progress.update(task, description=status.mode.value, seen=tip_in_words(status))
                 time.sleep(POLL_SECONDS)
-            progress.update(task, description=status.mode.value, seen=_seen(status))
+            progress.update(task, description=status.mode.value, seen=tip_in_words(status))
 
 
 def _report(out: Path, log_file: Path, console: Console) -> None:
@@ -238,33 +237,3 @@ def _report(out: Path, log_file: Path, console: Console) -> None:
     console.print(
         f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
     )
-
-
-def _status(reply: ControlReply) -> Status:
-    if reply.status is None:
-        raise DaemonError(f"the controller gave no status: {reply.message}")
-    return reply.status
-
-
-def _seen(status: Status) -> str:
-    if status.tip is None:
-        return ""
-    x, _, z = status.tip
-    return f"tip x {x * 1e3:6.1f} mm, z {z * 1e3:6.1f} mm, tendon {max(status.displacement) * 1e3:5.1f} mm"
-
-
-def _end(process: "subprocess.Popen[bytes]") -> int:
-    """Ask a process to end, and make it when it does not; its exit status."""
-    if process.poll() is None:
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(END_SECONDS)
-        except subprocess.TimeoutExpired:
-            process.kill()
-    return process.wait()
-
-
-def _free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -1,18 +1,26 @@
 """`tendond identify run`: a plan on the rig, by an operator's requests to a controller that is started for it."""
 
-import signal
 import subprocess
-import sys
 import time
 from datetime import UTC, datetime
 from pathlib import Path
 
 import zenoh
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import Progress
 
 from tendond.daemon.cli.common import load_config, say
 from tendond.daemon.cli.identify import kinds, plan_lines, rig_of_model
+from tendond.daemon.cli.processes import (
+    END_SECONDS,
+    POLL_SECONDS,
+    START_SECONDS,
+    end,
+    progress_columns,
+    start,
+    status_of,
+    tip_in_words,
+)
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.daemon.identify.data import WEIGHT_NOTE
 from tendond.daemon.identify.plan import Plan, Request, propose
@@ -23,12 +31,8 @@ from tendond.model.announce import announce_compilation
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
 
-START_SECONDS = 120.0
 PATIENCE_SECONDS = 10.0
 """For which a refused request is put again: the arm may still be releasing."""
-
-POLL_SECONDS = 0.1
-END_SECONDS = 10.0
 
 
 def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: float, weight: float, *, yes: bool) -> None:
@@ -54,27 +58,18 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
         "Y",
     ):
         raise DaemonError("not begun: nobody said yes")
-    command = [
-        sys.executable,
-        "-m",
-        "tendond.daemon.cli",
-        "run",
-        "--log",
-        str(log),
-        "--note",
-        f"{WEIGHT_NOTE}={weight}",
-    ]
+    command = ["run", "--log", str(log), "--note", f"{WEIGHT_NOTE}={weight}"]
     if config_file is not None:
         command += ["--config", str(config_file)]
     # A session of its own: Ctrl-C is for this process, which stops the arm before it ends the controller.
-    controller = subprocess.Popen(command, start_new_session=True)
+    controller = start(*command, own_session=True)
     try:
         with open_client(config.bus.endpoint, START_SECONDS, lambda: controller.poll() is not None) as session:
             _Operator(config, session, controller).carry_out(plan)
     except StoppedError:
         raise DaemonError(f"the controller ended with {controller.returncode}; what it said stands above") from None
     finally:
-        code = _end(controller)
+        code = end(controller)
     if code:
         raise DaemonError(f"the controller ended with {code}; what it said stands above")
     print(f"recorded: {log}\nnext:     tendond identify {log}")
@@ -108,11 +103,8 @@ class _Operator:
         Raises:
             DaemonError: a fault, or a request that was refused for good; the arm is released.
         """
-        columns = (
-            TextColumn("{task.description:<12}"), BarColumn(), TextColumn("{task.fields[seen]}"), TimeElapsedColumn(),
-        )  # fmt: skip
         console = Console()
-        with Progress(*columns, console=console, disable=not console.is_terminal, refresh_per_second=10) as progress:
+        with Progress(*progress_columns(), console=console, disable=not console.is_terminal) as progress:
             task = progress.add_task("waiting", total=plan.duration, seen="")
             self._await_tip()
             try:
@@ -123,7 +115,7 @@ class _Operator:
                     while (now := time.monotonic()) < until:
                         status = self._status()
                         done = request.time - (until - now)
-                        progress.update(task, completed=done, description=status.mode.value, seen=_seen(status))
+                        progress.update(task, completed=done, description=status.mode.value, seen=tip_in_words(status))
                         time.sleep(min(POLL_SECONDS, max(0.0, until - time.monotonic())))
                     self._put(request)
                     before, last = request.time, time.monotonic()
@@ -156,12 +148,10 @@ class _Operator:
             self._status()
 
     def _status(self) -> Status:
-        reply = self._ask(ControlRequest(action=ControlAction.STATUS))
-        if reply.status is None:
-            raise DaemonError(f"the controller gave no status: {reply.message}")
-        if reply.status.mode is Mode.FAULT:
-            raise DaemonError(f"fault, the tendons are released: {reply.status.reason}")
-        return reply.status
+        status = status_of(self._ask(ControlRequest(action=ControlAction.STATUS)))
+        if status.mode is Mode.FAULT:
+            raise DaemonError(f"fault, the tendons are released: {status.reason}")
+        return status
 
     def _ask(self, request: ControlRequest) -> ControlReply:
         if self._controller.poll() is not None:
@@ -177,21 +167,3 @@ class _Operator:
                 time.sleep(POLL_SECONDS)
         except (BusError, DaemonError) as error:
             say(f"stopping: {error}")
-
-
-def _seen(status: Status) -> str:
-    if status.tip is None:
-        return ""
-    x, _, z = status.tip
-    return f"tip x {x * 1e3:6.1f} mm, z {z * 1e3:6.1f} mm, {max(status.tension):4.1f} N"
-
-
-def _end(process: "subprocess.Popen[bytes]") -> int:
-    """Ask the controller to end, which releases the tendons first; its exit status."""
-    if process.poll() is None:
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(END_SECONDS)
-        except subprocess.TimeoutExpired:
-            process.kill()
-    return process.wait()

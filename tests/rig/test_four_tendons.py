@@ -91,7 +91,7 @@ def _drive(hub: Hub, config: RigConfig) -> tuple[list[float], list[float], np.nd
         hub.publish_command(
             TendonCommand(seq=seq, stamp_ns=0, pose_seq=None, displacement=values, tension=(0.0,) * 4, armed=armed)
         )
-        seen.update(hub.receive())
+        hub.receive(seen)
         if (truth := seen.decoded_truth()) is not None:
             truths.append(truth)
         time.sleep(PERIOD)

@@ -1,8 +1,7 @@
-"""The servo driver's own safety: every reaction is caused for real, on emulated servos behind a pseudo-terminal."""
+"""The servo driver in motion: rates, ranges, lost and late commands, start and end. Emulated servos."""
 
 import itertools
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -10,95 +9,11 @@ import pytest
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.bus import NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.driver import Phase, ServoDriver
-from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
-from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.messages import TendonCommand
-from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, SHORT_SECONDS, calibration, emulated, hang_springs
+from tests.rig.bench import PATIENCE_SECONDS, PULLED, SLACK, Bench, section
+from tests.rig.servos import BAUDRATE, calibration, emulated
 
 pytestmark = pytest.mark.rig
-
-PATIENCE_SECONDS = 20.0
-SLACK = (0.0, 0.0, 0.0, 0.0)
-PULLED = (0.015, 0.0, 0.01, 0.0)
-
-
-def section(**changes: object) -> ServoSection:
-    """Short times, so that the tests are short; generous where a busy machine could be late."""
-    fields = {
-        "answer_timeout": ANSWER_SECONDS,
-        "fault_hold": 0.1,
-        "release_rate": 0.2,
-        "release_time": 1.5,
-        "hold_time": 0.2,
-        "command_timeout": 0.3,
-        "watchdog": 1.0,
-        **changes,
-    }
-    return ServoSection.model_validate(fields)
-
-
-class Bench:
-    """A driver on emulated servos with springs, cycled here."""
-
-    def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection) -> None:
-        self.servos = servos
-        self.section = settings
-        self.port = str(port)
-        self.calibration = calibration()
-        hang_springs(servos, self.calibration)
-        self.seq = 0
-        self.driver = self.new_driver()
-
-    def new_driver(self) -> ServoDriver:
-        return ServoDriver(
-            self.section, self.calibration, lambda: ServoBus(self.port, BAUDRATE, self.section.answer_timeout)
-        )
-
-    def command(self, displacement: tuple[float, ...], armed: bool = True) -> TendonCommand:
-        self.seq += 1
-        zeros = (0.0,) * len(displacement)
-        return TendonCommand(
-            seq=self.seq, stamp_ns=0, pose_seq=None, displacement=displacement, tension=zeros, armed=armed
-        )
-
-    def until(
-        self, wanted: Callable[[ServoDriver], bool], displacement: tuple[float, ...] | None = None, armed: bool = True
-    ) -> None:
-        """Cycle, with a command in each or none at all."""
-        deadline = time.monotonic() + PATIENCE_SECONDS
-        while not wanted(self.driver):
-            assert time.monotonic() < deadline, (self.driver.phase, self.driver.report, self.driver.displacement)
-            command = None if displacement is None else self.command(displacement, armed)
-            self.driver.cycle(time.monotonic(), command)
-            time.sleep(0.01)
-
-    def pull(self) -> None:
-        """Arm, and pull two tendons."""
-        self.until(lambda one: one.phase is Phase.OFF and not one.objection and one._disarmed, SLACK, armed=False)
-        self.until(lambda one: abs(one.displacement[0] - PULLED[0]) < 1e-4, PULLED)
-        assert self.driver.phase is Phase.ON
-
-    @property
-    def torques(self) -> list[bool]:
-        return [servo.energised for servo in self.servos.servos if not servo.silent]
-
-    def ends_slack_and_off(self, fault: str) -> None:
-        """The fault is latched; the tendons are let out, the torque is off, and armed commands change nothing."""
-        self.until(lambda one: one.phase is Phase.OFF, PULLED)
-        assert fault in self.driver.fault
-        for _ in range(20):
-            self.driver.cycle(time.monotonic(), self.command(PULLED))
-        assert self.driver.phase is Phase.OFF
-        assert not any(self.torques)
-
-
-@pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Bench]:
-    with emulated(tmp_path) as servos:
-        one = Bench(servos, tmp_path / "ttyUSB0", section())
-        yield one
-        one.driver._bus.close()
 
 
 def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) -> None:
@@ -197,123 +112,6 @@ def test_a_short_gap_in_the_command_stream_is_bridged(bench: Bench) -> None:
     assert bench.driver.fault == ""
 
 
-@pytest.mark.parametrize(
-    ("cause", "fault"),
-    [
-        (lambda servo: servo.fail(5), "servo 3: Overload Error (bit 5)"),
-        (lambda servo: servo.fail(4), "servo 3: Electrical Shock Error (bit 4)"),
-        (lambda servo: setattr(servo, "temperature", 75.0), "servo 3: Overheating Error (bit 2)"),
-        (lambda servo: setattr(servo, "temperature", 70.0), "servo 3: 70 degrees, servo.temperature_max is 68"),
-        (lambda servo: setattr(servo, "voltage", 5.0), "servo 3: Input Voltage Error (bit 0)"),
-        (lambda servo: setattr(servo, "voltage", 9.0), "servo 3: 9.0 V, allowed are 9.5 to 13 V"),
-        (lambda servo: servo.power_up(), "servo 3: its torque is off: it has been rebooted or has lost power"),
-        (lambda servo: servo._store(table.BUS_WATCHDOG, -1), "servo 3: its Bus Watchdog has stopped it"),
-        (lambda servo: setattr(servo, "torque", lambda ticks: -1.2), "tendon 2 (servo 3): load 86%"),
-    ],
-)
-def test_whatever_happens_to_one_servo_stops_all_tendons_together_and_is_named(
-    bench: Bench, cause: Callable[[object], None], fault: str
-) -> None:
-    stops_all_tendons(bench, cause, fault)
-
-
-def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_path: Path) -> None:
-    with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
-        stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not answer")
-        bench.driver._bus.close()
-
-
-def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str) -> None:
-    """Cause it on the servo of tendon 2 while two tendons pull."""
-    bench.pull()
-    bench.servos.tell(lambda: cause(bench.servos.servos[2]))
-    further = (0.025, 0.0, 0.02, 0.0)
-    bench.until(lambda one: one.phase is Phase.STOPPED, further)
-    assert fault in bench.driver.fault
-    stopped = bench.driver._goals
-    assert max(stopped) < 0.025
-    bench.driver.cycle(time.monotonic(), bench.command(further))
-    assert all(after <= before for after, before in zip(bench.driver._goals, stopped, strict=True))
-    bench.ends_slack_and_off(fault)
-    assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
-
-
-def test_a_blocked_servo_is_noticed_by_what_it_is_behind(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "stuck", True))
-    bench.until(lambda one: one.phase is Phase.STOPPED, (0.05, 0.0, 0.0, 0.0))
-    assert "tendon 0 (servo 1)" in bench.driver.fault
-    assert "blocked" in bench.driver.fault
-
-
-def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.tell(lambda: bench.servos.servos[0]._shaft.place(2048.0 + 0.1 / 0.015 / table.TICK))
-    bench.until(lambda one: one.phase is Phase.STOPPED, PULLED)
-    assert "outside its range" in bench.driver.fault
-
-
-def test_servos_that_their_watchdog_stopped_while_the_driver_could_not_run_are_let_out_all_the_same(
-    bench: Bench,
-) -> None:
-    bench.pull()
-    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
-        time.sleep(0.01)
-    bench.until(lambda one: one.phase is Phase.LETTING_OUT, PULLED)
-    assert "Bus Watchdog has stopped it" in bench.driver.fault
-    places = []
-    while bench.driver.phase is Phase.LETTING_OUT:
-        places.append(bench.driver.displacement[0])
-        assert all(bench.torques)
-        bench.driver.cycle(time.monotonic(), bench.command(PULLED))
-        time.sleep(0.01)
-    assert max(a - b for a, b in itertools.pairwise(places)) < 0.006
-    assert places[-1] < 0.003
-
-
-def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.corrupt = 2
-    for _ in range(10):
-        bench.driver.cycle(time.monotonic(), bench.command(PULLED))
-    assert bench.driver.phase is Phase.ON
-    bench.servos.corrupt = bench.section.silent_reads
-    bench.until(lambda one: one.phase is Phase.STOPPED, PULLED)
-    assert "bad answers" in bench.driver.fault
-    bench.ends_slack_and_off("bad answers")
-
-
-def test_a_hardware_error_is_not_reset_before_it_is_gone_and_no_servo_is_rebooted(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.tell(lambda: bench.servos.servos[1].fail(5))
-    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
-    with pytest.raises(ServoError, match=r"servo 2: Overload Error \(bit 5\); mend it"):
-        bench.driver.reset(time.monotonic())
-    bench.servos.tell(bench.servos.servos[1].power_up)
-    assert bench.driver.reset(time.monotonic()) == "the fault is reset"
-    bench.pull()
-
-
-def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_lets_out(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.unplug()
-    bench.until(lambda one: one.phase is Phase.LOST, PULLED)
-    assert "the port has gone away" in bench.driver.fault
-    with pytest.raises(ServoError, match="cannot be opened"):
-        bench.driver.reset(time.monotonic())
-    assert "may still hold" in bench.driver.farewell
-    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
-        bench.driver.cycle(time.monotonic(), bench.command(PULLED))
-        time.sleep(0.01)
-    bench.servos.plug()
-    assert bench.driver.phase is Phase.LOST
-    assert "letting the tendons out" in bench.driver.reset(time.monotonic())
-    bench.until(lambda one: one.phase is Phase.OFF)
-    assert not any(bench.torques)
-    assert max(bench.driver.displacement) < 0.002
-
-
 def test_commands_that_do_not_fit_or_come_out_of_order_change_nothing(bench: Bench) -> None:
     bench.pull()
     old = bench.command(SLACK).model_copy(update={"seq": 0})
@@ -373,36 +171,6 @@ def test_at_exit_wound_tendons_are_let_out_and_the_torque_goes_off_in_order(benc
         if packet.instruction == Instruction.WRITE and packet.parameters == bytes([table.TORQUE_ENABLE.address, 0, 0])
     ]
     assert offs == [1, 2, 3, 4]
-
-
-def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bench.pull()
-
-    def failing(*_: object) -> tuple[float, ...]:
-        raise ZeroDivisionError("of all things")
-
-    monkeypatch.setattr("tendond.drivers.dynamixel.driver.let_out", failing)
-    with pytest.raises(ZeroDivisionError):
-        bench.driver.close(time.monotonic, time.sleep)
-    assert not any(bench.torques)
-
-
-def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_not_touch_them(bench: Bench) -> None:
-    bench.pull()
-    bench.driver._bus.close()
-    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
-        time.sleep(0.01)
-    bench.driver = bench.new_driver()
-    for armed in (False, True):
-        for _ in range(5):
-            bench.driver.cycle(time.monotonic(), bench.command(PULLED, armed))
-    assert "still hold their tendons" in bench.driver.report
-    assert all(bench.torques)
-    bench.driver.close(time.monotonic, time.sleep)
-    assert "left as they are" in bench.driver.farewell
-    assert all(bench.torques)
 
 
 def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_path: Path) -> None:

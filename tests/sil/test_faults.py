@@ -1,142 +1,22 @@
-"""Faults from a scripted peer against a real controller process over real Zenoh; one process bears most of them.
-
-Thresholds of time are wider than the defaults: the machine that tests may stand still for a while, the controller may
-not. Those of space are the defaults.
-"""
+"""Faults of what the controller is sent, by a scripted peer over real Zenoh; one process bears most of them."""
 
 import itertools
-import os
-import resource
-import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import zenoh
 
 from tendond.daemon.analysis.log import load
-from tendond.drivers.operator import ask
-from tendond.schemas.config import LoopSection, parse_config
-from tendond.schemas.config_reference import ReferenceSection
-from tendond.schemas.keys import ALIVE, TIP_POSE, key
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonState, TipPose
+from tendond.schemas.config import parse_config
+from tendond.schemas.keys import TIP_POSE, key
+from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tests.sil.bench import Bench, changed_briefly, frozen, moved, once
 from tests.sil.peer import Outgoing, Peer
-from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
+from tests.sil.rig import rig
 
 pytestmark = pytest.mark.sil
-
-QUICK = """
-[limits]
-release_rate = 1000.0
-sustained = 1000
-[reference]
-kind = "minimum_jerk"
-duration = 0.5
-[faults]
-pose_stale = 100
-tendon_stale = 120
-missed_ticks = 90
-"""
-
-
-class Bench:
-    """The rig, the controller's process, an operator's session and the peer."""
-
-    def __init__(self, one: Rig, session: zenoh.Session, peer: Peer) -> None:
-        self.rig, self.session, self.peer = one, session, peer
-        self.process = one.processes[0]
-
-    def track(self, alter: Callable[[TipPose], Outgoing] | None = None) -> None:
-        """Bring it to tracking, from wherever it is; with `alter`, poses are altered from the arming on."""
-        self.peer.heal()
-        status = self.rig.until(self.session, lambda s: s.mode is Mode.TRACKING or s.tension == (0.0,) * 4)
-        if status.mode is Mode.TRACKING and alter is None:
-            return
-        if status.mode is Mode.TRACKING:
-            self.ask(ControlAction.STOP)
-            self.rig.until(self.session, lambda s: s.mode is Mode.IDLE)
-        deadline = time.monotonic() + PATIENCE_SECONDS
-        while True:  # a rod that still swings from its release may be a fault again
-            assert time.monotonic() < deadline, self.status()
-            if self.status().mode is Mode.FAULT:
-                self.rig.ask(self.session, ControlAction.RESET)
-            if not self.rig.ask(self.session, ControlAction.ARM).done:
-                time.sleep(0.02)
-                continue
-            if alter is not None:
-                self.peer.alter = alter
-                return
-            ended = self.rig.until(self.session, lambda s: s.mode in (Mode.TRACKING, Mode.FAULT))
-            if ended.mode is Mode.TRACKING:
-                return
-
-    def ask(self, request: ControlAction | ControlRequest) -> str:
-        reply = ask(self.session, self.rig.name, request)
-        return reply.message if reply.done else f"refused: {reply.message}"
-
-    def fault(self) -> str:
-        """Wait for a fault, then for slack tendons; the reason."""
-        status = self.rig.until(self.session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
-        return status.reason
-
-    def status(self) -> Status:
-        return self.rig.status(self.session)
-
-    def counted(self, reason: str) -> int:
-        return self.status().rejected.get(reason, 0)
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    with rig(tmp_path_factory.mktemp("faults"), QUICK) as one:
-        one.controller()
-        config = parse_config(one.config.read_text(), "test")
-        with one.session() as session, Peer(config, session) as peer:
-            one.until(session, lambda s: s.tip is not None)
-            yield Bench(one, session, peer)
-            assert not peer.unsafe()
-            assert peer.heard
-
-
-def once(left: list[bytes | None]) -> Callable[[TipPose], Outgoing]:
-    """What is `left` before the next pose, then poses as they are."""
-
-    def alter(pose: TipPose) -> Outgoing:
-        yield from left
-        left.clear()
-        yield pose
-
-    return alter
-
-
-def changed_briefly(change: dict[str, Any]) -> Callable[[TipPose], Outgoing]:
-    """The next three poses with `change`, of which a cycle sees one at least; then poses as they are."""
-    done: list[bool] = []
-
-    def alter(pose: TipPose) -> Outgoing:
-        yield pose if len(done) >= 3 else pose.model_copy(update=change)
-        done.append(True)
-
-    return alter
-
-
-def moved(pose: TipPose, position: tuple[float, float, float]) -> TipPose:
-    return pose.model_copy(update={"position": position})
-
-
-def frozen() -> Callable[[TipPose], Outgoing]:
-    first: list[TipPose] = []
-
-    def alter(pose: TipPose) -> Outgoing:
-        first.append(pose)
-        yield moved(pose, first[0].position)
-
-    return alter
-
 
 BAD = {
     "not finite": b'{"version":1,"seq":1,"stamp_ns":0,"position":[NaN,0,0],"orientation":[1,0,0,0]}',
@@ -146,6 +26,27 @@ BAD = {
     "too large": b"x" * 10_000_000,
     "deleted": None,
 }
+
+TOO_STRONG = """
+[limits]
+tension_max = 500.0
+displacement_max = 1.0
+displacement_min = -1.0
+displacement_rate = 1000.0
+release_rate = 1000.0
+[pretension]
+tension = 400.0
+duration = 1.0
+[reference]
+unreachable = "track"
+[faults]
+mismatch = 100.0
+equal_way = 1000.0
+pose_stale = 500
+tendon_stale = 500
+missed_ticks = 500
+"""
+"""400 N wind the paper's rod up further than the solver can follow, however many poses are late."""
 
 
 def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: Bench) -> None:
@@ -252,160 +153,6 @@ def test_a_silent_servo_driver_is_a_fault(bench: Bench) -> None:
     bench.track()
     bench.peer.alter_state = lambda state: []
     assert bench.fault().startswith("tendons stale: ")
-
-
-def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench: Bench) -> None:
-    bench.track()
-    missed = bench.status().loop.missed_ticks
-    for seconds in (0.05, 1.5):
-        assert bench.status().mode is Mode.TRACKING
-        os.kill(bench.process.pid, signal.SIGSTOP)
-        time.sleep(seconds)
-        os.kill(bench.process.pid, signal.SIGCONT)
-        now = bench.rig.until(bench.session, lambda s, m=missed: s.loop.missed_ticks >= m + 3)  # type: ignore[misc]
-        missed = now.loop.missed_ticks
-    assert bench.fault().startswith("overrun: ")
-
-
-def test_loop_and_recorder_alone_have_real_time_priority_and_the_loop_goes_first(bench: Bench) -> None:
-    """A recorder that is preempted while it holds the interpreter would hold up the loop."""
-    tasks = [int(path.name) for path in Path(f"/proc/{bench.process.pid}/task").iterdir()]
-    policies = [os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK for task in tasks]
-    priorities = [
-        os.sched_getparam(task).sched_priority
-        for task, policy in zip(tasks, policies, strict=True)
-        if policy == os.SCHED_FIFO
-    ]
-    if not priorities:
-        pytest.skip("no real-time priority is permitted here")
-    assert sorted(priorities) == [1, LoopSection().priority]
-
-
-def test_a_hung_subscriber_does_not_hold_up_the_loop(bench: Bench) -> None:
-    bench.track()
-    code = (
-        "import sys, time, zenoh\nfrom tendond.drivers.session import open_client\n"
-        "with open_client(sys.argv[1], 60.0) as session:\n"
-        "    all = session.declare_subscriber('**', zenoh.handlers.FifoChannel(1))\n"
-        "    print(all.recv().key_expr, flush=True)\n    time.sleep(600)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", code, bench.rig.endpoint], stdout=subprocess.PIPE, text=True) as hung:
-        try:
-            assert hung.stdout is not None
-            assert hung.stdout.readline()
-            os.kill(hung.pid, signal.SIGSTOP)
-            start, heard = bench.status(), len(bench.peer.heard)
-            after = bench.rig.until(bench.session, lambda s: s.tick > start.tick + 150)
-            assert after.mode is Mode.TRACKING
-            assert len(bench.peer.heard) > heard + 50
-        finally:
-            hung.kill()
-
-
-def test_a_second_controller_is_refused_and_the_first_tracks_on(bench: Bench) -> None:
-    bench.track()
-    second = bench.rig.start("run", "--log", str(bench.rig.folder / "second.mcap"))
-    _, said = second.communicate(timeout=PATIENCE_SECONDS)
-    assert second.returncode == 1
-    assert "another controller" in said
-    assert bench.status().mode is Mode.TRACKING
-
-
-def test_requests_that_cannot_be_read_or_fit_are_answered_with_the_reason(bench: Bench) -> None:
-    for name, payload, answer in (
-        ("arm", b"", "the request is malformed"),
-        ("arm", b'{"version":1,"action":"stop"}', "the request does not fit its key"),
-        ("law", b'{"version":1,"action":"law"}', "the request is malformed"),
-        ("dance", b'{"version":1,"action":"dance"}', "the request is malformed"),
-    ):
-        (reply,) = bench.session.get(key(bench.rig.name, f"control/{name}"), payload=payload, timeout=60.0)
-        assert reply.ok is not None
-        assert answer in reply.ok.payload.to_string()
-
-
-def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench: Bench) -> None:
-    bench.track()
-    assert "stop first" in bench.ask(ControlRequest(action=ControlAction.LAW, law="sliding_mode"))
-    assert bench.ask(ControlAction.STOP).startswith("stopped")
-    bench.rig.until(bench.session, lambda s: s.mode is Mode.IDLE)
-    assert "no law is called" in bench.ask(ControlRequest(action=ControlAction.LAW, law="pid"))
-    said = bench.rig.tell("law", "sliding_mode")
-    assert (said.returncode, said.stdout) == (0, "law: sliding_mode\n")
-    far = bench.rig.tell("reference", "across=2.0")
-    assert far.returncode == 1
-    assert "the nearest is" in far.stderr
-    wrong = bench.rig.tell("reference", "acros=0.2")
-    assert wrong.returncode == 2
-    assert "did you mean 'across'?" in wrong.stderr
-    near = bench.rig.tell("reference", "across=0.25", "kind=minimum_jerk")
-    assert near.returncode == 0, near.stderr
-    status = bench.status()
-    assert (status.law, round(status.target[0], 6)) == ("sliding_mode", 0.25)
-    reference = ReferenceSection(across=0.34)
-    assert bench.ask(ControlRequest(action=ControlAction.REFERENCE, reference=reference)).startswith("reference: ")
-
-
-def test_killed_it_loses_at_most_a_second_and_starts_disarmed_while_clients_come_back(bench: Bench) -> None:
-    """The hub's restart: the peer's session and the operator's find the new controller by themselves."""
-    tokens = bench.session.liveliness().declare_subscriber(
-        key(bench.rig.name, ALIVE), zenoh.handlers.FifoChannel(10), history=True
-    )
-    assert tokens.recv().kind == zenoh.SampleKind.PUT
-    bench.track()
-    bench.rig.until(bench.session, lambda s: len(bench.peer.heard) > 0)
-    bench.process.kill()
-    bench.process.communicate()
-    assert tokens.recv().kind == zenoh.SampleKind.DELETE
-    last = bench.peer.heard[-1].seq
-    first_log = bench.rig.folder / "run.mcap"
-    records = load(first_log).records
-    assert [record.tick for record in records] == list(range(len(records)))
-    assert records[-1].tick >= last - 100
-    requests = [record.inputs.law for record in records if record.inputs.law and record.accepted]
-    assert requests == ["sliding_mode"]
-    bench.process = bench.rig.start("run", "--log", str(bench.rig.folder / "again.mcap"))
-    bench.peer.heal()
-    status = bench.rig.until(bench.session, lambda s: s.tip is not None)
-    assert status.mode is Mode.IDLE
-    assert tokens.recv().kind == zenoh.SampleKind.PUT
-
-
-def test_a_full_disk_ends_the_log_and_not_the_control(bench: Bench) -> None:
-    bench.track()
-    log = bench.rig.folder / "again.mcap"
-    resource.prlimit(bench.process.pid, resource.RLIMIT_FSIZE, (log.stat().st_size + 20_000,) * 2)
-    status = bench.rig.until(bench.session, lambda s: s.loop.log_error != "")
-    assert "File too large" in status.loop.log_error
-    assert status.mode is Mode.TRACKING
-    bench.rig.until(bench.session, lambda s: s.tick > status.tick + 50 and s.mode is Mode.TRACKING)
-    code, said = bench.rig.end(bench.process)
-    assert code == 1
-    assert "its log is not whole" in said
-    assert "Traceback" not in said
-    assert not bench.peer.heard[-1].armed
-    assert load(log).records
-
-
-TOO_STRONG = """
-[limits]
-tension_max = 500.0
-displacement_max = 1.0
-displacement_min = -1.0
-displacement_rate = 1000.0
-release_rate = 1000.0
-[pretension]
-tension = 400.0
-duration = 1.0
-[reference]
-unreachable = "track"
-[faults]
-mismatch = 100.0
-equal_way = 1000.0
-pose_stale = 500
-tendon_stale = 500
-missed_ticks = 500
-"""
-"""400 N wind the paper's rod up further than the solver can follow, however many poses are late."""
 
 
 def test_poses_of_another_rig_arm_nothing_and_a_model_without_solution_is_a_fault(tmp_path: Path) -> None:

@@ -1,0 +1,86 @@
+"""The servo driver on emulated servos behind a pseudo-terminal, cycled by the test."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from tendond.drivers.dynamixel.bus import ServoBus
+from tendond.drivers.dynamixel.driver import Phase, ServoDriver
+from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
+from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.messages import TendonCommand
+from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, calibration, hang_springs
+
+PATIENCE_SECONDS = 20.0
+SLACK = (0.0, 0.0, 0.0, 0.0)
+PULLED = (0.015, 0.0, 0.01, 0.0)
+
+
+def section(**changes: object) -> ServoSection:
+    """Short times, so that the tests are short; generous where a busy machine could be late."""
+    fields = {
+        "answer_timeout": ANSWER_SECONDS,
+        "fault_hold": 0.1,
+        "release_rate": 0.2,
+        "release_time": 1.5,
+        "hold_time": 0.2,
+        "command_timeout": 0.3,
+        "watchdog": 1.0,
+        **changes,
+    }
+    return ServoSection.model_validate(fields)
+
+
+class Bench:
+    """A driver on emulated servos with springs, cycled here."""
+
+    def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection) -> None:
+        self.servos = servos
+        self.section = settings
+        self.port = str(port)
+        self.calibration = calibration()
+        hang_springs(servos, self.calibration)
+        self.seq = 0
+        self.driver = self.new_driver()
+
+    def new_driver(self) -> ServoDriver:
+        return ServoDriver(
+            self.section, self.calibration, lambda: ServoBus(self.port, BAUDRATE, self.section.answer_timeout)
+        )
+
+    def command(self, displacement: tuple[float, ...], armed: bool = True) -> TendonCommand:
+        self.seq += 1
+        zeros = (0.0,) * len(displacement)
+        return TendonCommand(
+            seq=self.seq, stamp_ns=0, pose_seq=None, displacement=displacement, tension=zeros, armed=armed
+        )
+
+    def until(
+        self, wanted: Callable[[ServoDriver], bool], displacement: tuple[float, ...] | None = None, armed: bool = True
+    ) -> None:
+        """Cycle, with a command in each or none at all."""
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not wanted(self.driver):
+            assert time.monotonic() < deadline, (self.driver.phase, self.driver.report, self.driver.displacement)
+            command = None if displacement is None else self.command(displacement, armed)
+            self.driver.cycle(time.monotonic(), command)
+            time.sleep(0.01)
+
+    def pull(self) -> None:
+        """Arm, and pull two tendons."""
+        self.until(lambda one: one.phase is Phase.OFF and not one.objection and one._disarmed, SLACK, armed=False)
+        self.until(lambda one: abs(one.displacement[0] - PULLED[0]) < 1e-4, PULLED)
+        assert self.driver.phase is Phase.ON
+
+    @property
+    def torques(self) -> list[bool]:
+        return [servo.energised for servo in self.servos.servos if not servo.silent]
+
+    def ends_slack_and_off(self, fault: str) -> None:
+        """The fault is latched; the tendons are let out, the torque is off, and armed commands change nothing."""
+        self.until(lambda one: one.phase is Phase.OFF, PULLED)
+        assert fault in self.driver.fault
+        for _ in range(20):
+            self.driver.cycle(time.monotonic(), self.command(PULLED))
+        assert self.driver.phase is Phase.OFF
+        assert not any(self.torques)

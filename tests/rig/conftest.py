@@ -1,0 +1,17 @@
+"""Fixtures of the tests on emulated devices."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.rig.bench import Bench, section
+from tests.rig.servos import emulated
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    with emulated(tmp_path) as servos:
+        one = Bench(servos, tmp_path / "ttyUSB0", section())
+        yield one
+        one.driver._bus.close()

@@ -1,0 +1,22 @@
+"""Fixtures of the tests with real processes."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tendond.schemas.config import parse_config
+from tests.sil.bench import QUICK, Bench
+from tests.sil.peer import Peer
+from tests.sil.rig import rig
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    with rig(tmp_path_factory.mktemp("faults"), QUICK) as one:
+        one.controller()
+        config = parse_config(one.config.read_text(), "test")
+        with one.session() as session, Peer(config, session) as peer:
+            one.until(session, lambda s: s.tip is not None)
+            yield Bench(one, session, peer)
+            assert not peer.unsafe()
+            assert peer.heard

@@ -1,0 +1,38 @@
+"""A setup of the pure cycle with a real rod, and ways to drive it."""
+
+from tendond.daemon.cycle import step
+from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.schemas.config import RigConfig
+from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.record import CycleInputs, CycleRecord
+
+CONFIG = RigConfig()
+SETUP = CycleSetup.from_config(CONFIG)
+START = initial_state(SETUP)
+REST = tuple(SETUP.rod.tip(START.rod).position.tolist())
+
+
+def pose(seq: int, position: tuple[float, ...] = REST, *, valid: bool = True) -> TipPose:
+    x, y, z = position
+    return TipPose(seq=seq, stamp_ns=0, position=(x, y, z), orientation=(1.0, 0.0, 0.0, 0.0), valid=valid)
+
+
+def go(state: CycleState, *inputs: CycleInputs) -> tuple[CycleState, CycleRecord]:
+    for one in inputs:
+        state, _, record = step(SETUP, state, one)
+    return state, record
+
+
+def armed(cycles: int = 22) -> CycleState:
+    """A state that is tracking, fed with poses where the model is."""
+    state, record = go(START, CycleInputs(pose=pose(0)), CycleInputs(pose=pose(1), request=ControlAction.ARM))
+    assert record.accepted
+    for _ in range(cycles):
+        state, record = go(state, CycleInputs(pose=follow(state)))
+    assert record.mode is Mode.TRACKING
+    return state
+
+
+def follow(state: CycleState) -> TipPose:
+    assert state.pose is not None
+    return pose(state.pose.seq + 1, tuple(SETUP.rod.tip(state.rod).position.tolist()))

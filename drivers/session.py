@@ -14,8 +14,8 @@ RETRY_SECONDS = 0.2
 
 QUEUE_SIZE = "transport/link/tx/queue/size/data"
 ZENOHS_QUEUE, OUR_QUEUE = 2, 16
-"""Messages that wait to be sent. Zenoh drops what finds its queue full for 1 ms, and says nothing: of three put in a row
-(truth, tendon state, pose) the pose, wherever its sending thread is not run at once."""
+"""Messages that may wait to be sent. Zenoh drops what finds its queue full for 1 ms, and says nothing: of three put in
+a row (truth, tendon state, pose) the pose, wherever its sending thread is not run at once."""
 
 
 class BusError(TendondError):

@@ -35,6 +35,9 @@ MOST_EVALUATIONS = 40
 FINER_ROUNDS = 2
 """Of the fit with half the time step, by the whole step's derivatives: what the step itself was found as goes."""
 
+REMAINING = 1.0 / 3.0
+"""Of a coordinate's change on halving the step: what a scheme of second order is still off (Richardson)."""
+
 Loss = Literal["linear", "soft_l1", "huber"]
 LOSSES = get_args(Loss)
 OUTLIER = 3.0
@@ -56,6 +59,7 @@ class Fit:
         residuals: each recording's blocks, see `Simulation.residuals`, in metres.
         jacobian: of all of them in a row against the coordinates, shape (r, p).
         weights: of each residual by the loss, shape (r,); ones where it is linear.
+        remaining: what the time step may still be found as, of each coordinate, shape (p,).
         evaluations: of the residuals.
         bounded: names of parameters that ended at a bound.
     """
@@ -66,6 +70,7 @@ class Fit:
     residuals: list[list[Array]]
     jacobian: Array
     weights: Array
+    remaining: Array
     evaluations: int
     bounded: tuple[str, ...]
 
@@ -279,7 +284,7 @@ def refine(
         FitError: it does not stay where the rod has a solution.
     """
     span = np.array([bounds(parameter, fine.start[parameter.name]) for parameter in fine.parameters])
-    row = memory.get("fine", at, partial(fine.residuals, at))
+    whole, row = at, memory.get("fine", at, partial(fine.residuals, at))
     for _ in range(FINER_ROUNDS):
         root = np.sqrt(loss_weights(loss, row, OUTLIER * noise))
         step = np.linalg.lstsq(root[:, None] * jacobian, -root * row, rcond=1e-8)[0]
@@ -294,6 +299,7 @@ def refine(
         residuals=fine.shaped(row),
         jacobian=jacobian,
         weights=loss_weights(loss, row, OUTLIER * noise),
+        remaining=REMAINING * (at - whole),
         evaluations=evaluations,
         bounded=tuple(
             parameter.name

@@ -3,7 +3,8 @@
 Residuals are no white noise: what the model misses goes on from sample to sample. The covariance is therefore the
 sandwich (J'WJ)^-1 S (J'WJ)^-1, with S of the scores' autocovariances, which is consistent under heteroskedasticity and
 autocorrelation (Newey & West, Econometrica 55, 1987), in Bartlett's window, and Andrews' bandwidth for it (Econometrica
-59, 1991), which grows with the correlation that the scores have.
+59, 1991), which grows with the correlation that the scores have. What the time step may still be found as is no noise,
+but a value is not known better than that: it is added as one more standard deviation, along one direction.
 """
 
 import math
@@ -46,7 +47,7 @@ class Statistics:
     Attributes:
         covariance: shape (p, p); infinite on the diagonal where a parameter is not seen.
         correlation: shape (p, p).
-        inflation: standard error over what it would be if the residuals were white, by parameter, shape (p,).
+        inflation: standard error from noise over what it would be if that were white, by parameter, shape (p,).
         effective: samples of white noise that say as much, of the largest of all inflations; samples: that there are.
         untold: directions that the data do not tell, the worst first.
     """
@@ -82,11 +83,17 @@ def statistics(fit: Fit) -> Statistics:
             samples += rows
     names = [parameter.name for parameter in fit.parameters]
     told = np.array([parameter.told_deviation for parameter in fit.parameters])
-    return covariance(bread, scores, white, names, told, samples)
+    return covariance(bread, scores, white, names, told, samples, fit.remaining)
 
 
 def covariance(
-    bread: Array, scores: Sequence[Array], white: Array, names: Sequence[str], told: Array, samples: int
+    bread: Array,
+    scores: Sequence[Array],
+    white: Array,
+    names: Sequence[str],
+    told: Array,
+    samples: int,
+    remaining: Array | None = None,
 ) -> Statistics:
     """The sandwich, and what it does not hold together.
 
@@ -97,6 +104,7 @@ def covariance(
         names: of the parameters.
         told: standard error of each that still counts as told.
         samples: instants in all.
+        remaining: deviation that no noise explains, of each coordinate, shape (p,); none: zeros.
     """
     filling = long_run(scores)
     scaled = bread * np.outer(told, told)
@@ -108,6 +116,9 @@ def covariance(
     z = inverse @ (filling * np.outer(told, told)) @ inverse
     z_white = inverse @ (white * np.outer(told, told)) @ inverse
     z = 0.5 * (z + z.T)
+    noise = np.sqrt(np.maximum(np.diag(z), 0.0))
+    if remaining is not None:
+        z += np.outer(remaining / told, remaining / told)
     deviation = np.sqrt(np.maximum(np.diag(z), 0.0))
     unseen = [vectors[:, k] / size for k in np.flatnonzero(~seen)]
     directions = []
@@ -126,7 +137,7 @@ def covariance(
     found = z * np.outer(told, told)
     found[lost, lost] = np.inf
     white_deviation = np.sqrt(np.maximum(np.diag(z_white), 1e-300))
-    inflation = np.where(deviation > 0.0, deviation / white_deviation, 1.0)
+    inflation = np.where(noise > 0.0, noise / white_deviation, 1.0)
     worst = max(1.0, float(inflation.max()))
     return Statistics(found, correlation, inflation, samples / worst**2, samples, tuple(directions))
 

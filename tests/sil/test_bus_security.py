@@ -14,7 +14,7 @@ import zenoh
 from tendond.daemon.bus import Hub
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.operator import ask
-from tendond.drivers.session import BusError, open_client
+from tendond.drivers.session import OUR_QUEUE, QUEUE_SIZE, BusError, client_config, open_client
 from tendond.schemas.config import check_config
 from tendond.schemas.keys import TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
@@ -192,3 +192,14 @@ def test_an_open_bus_on_a_network_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:1", "tcp/localhost:1", "tcp/[::1]:1", "tcp/127.9.9.9:1"])
 def test_loopback_needs_no_access_list(endpoint: str) -> None:
     assert check_config({"bus": {"endpoint": endpoint}}, "test").bus.is_loopback
+
+
+def test_drivers_get_a_longer_queue_unless_the_file_chooses_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ZENOH_CONFIG", raising=False)
+    assert client_config("tcp/127.0.0.1:7447").get_json(QUEUE_SIZE) == str(OUR_QUEUE)
+    file = tmp_path / "own.json5"
+    file.write_text("{transport: {link: {tx: {queue: {size: {data: 5}}}}}}")
+    monkeypatch.setenv("ZENOH_CONFIG", str(file))
+    assert client_config("tcp/127.0.0.1:7447").get_json(QUEUE_SIZE) == "5"

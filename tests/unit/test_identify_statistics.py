@@ -78,3 +78,15 @@ def test_a_parameter_that_is_told_too_poorly_is_named_with_the_one_that_hides_it
     assert set(told.untold[0].names) == {"one", "other"}
     assert told.untold[0].deviation > 1.0
     assert abs(told.correlation[0, 1]) > 0.99
+
+
+def test_what_the_time_step_may_be_found_as_is_one_more_deviation_in_one_direction() -> None:
+    random = np.random.default_rng(3)
+    x, residual = random.standard_normal((COUNT, 2)), random.standard_normal(COUNT)
+    scores, names, told = [x * residual[:, None]], ["a", "b"], np.array([0.5, 2.0])
+    plain = covariance(x.T @ x, scores, x.T @ x, names, told, COUNT)
+    remaining = np.array([0.1, -0.2])
+    more = covariance(x.T @ x, scores, x.T @ x, names, told, COUNT, remaining)
+    assert more.covariance == pytest.approx(plain.covariance + np.outer(remaining, remaining))
+    assert more.correlation[0, 1] < -0.8
+    assert more.inflation == pytest.approx(plain.inflation)  # of noise alone

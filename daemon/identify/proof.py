@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 LATENCY, NOISE, LAG, BACKLASH, WEIGHT = 0.01, 1e-4, 0.025, 6.5e-5, 0.05
 PERIOD, FINE_PERIOD = 0.0005, 0.0001
 """[s] Of the simulated rod; the finer one for the study of errors, which a plant's own time step must not enter: where
-the torque goes off, half a step of it is found as delay and drag (0.2 ms as half a standard error of either)."""
+the torque goes off, half a step of it is found as delay and drag (of 0.2 ms as a third of a standard error)."""
 
 CONTROLLER: dict[str, Any] = {
     "rod": {"tendon_stiffness": 2e4},

@@ -64,11 +64,13 @@ class Terminal:
         frames = self.all.split(HOME)
         return CONTROL.sub("", frames[-2]) if len(frames) > 2 else ""
 
-    def until(self, *wanted: str) -> str:
-        """Wait for a frame that has all of it."""
+    def until(self, *wanted: str, wider_than: int = 0) -> str:
+        """Wait for a frame that has all of it, and a row with more than so many columns."""
         deadline = time.monotonic() + PATIENCE_SECONDS
-        while not all(part in self.frame for part in wanted):
-            assert time.monotonic() < deadline, f"no {wanted} in:\n{self.frame}"
+        while not all(part in self.frame for part in wanted) or not any(
+            len(row) > wider_than for row in self.frame.splitlines()
+        ):
+            assert time.monotonic() < deadline, f"no {wanted}, {wider_than} wide, in:\n{self.frame}"
             assert self.process.poll() is None, self.all
             self.read(0.1)
         return self.frame
@@ -106,10 +108,8 @@ def test_watch_follows_a_rig_through_its_life(tmp_path: Path) -> None:
         terminal.until("TRACKING", "armed by the operator", "340.0", "█")
 
         terminal.resize(130, 40)
-        terminal.until("TRACKING")
-        terminal.read(0.5)
-        assert max(len(row) for row in terminal.frame.splitlines()) > 100
-        assert 24 < len(terminal.frame.splitlines()) <= 40
+        frame = terminal.until("TRACKING", wider_than=100)
+        assert 24 < len(frame.splitlines()) <= 40
 
         one.end(controller, signal.SIGKILL)
         terminal.until("waiting for the controller")

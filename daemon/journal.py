@@ -110,6 +110,10 @@ class Journal:
         """What ended the file before its time; empty while all is well."""
         return self._recorder.error
 
+    def rest_from(self, moment: float) -> None:
+        """Leave the interpreter to the loop from then on, until a later moment is set [s, monotonic clock]."""
+        self._recorder.rest_from = moment
+
     @property
     def summary(self) -> str:
         """After the end: what was written, and what was not."""

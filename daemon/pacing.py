@@ -12,8 +12,14 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 """That a simulator may take for a step before it counts as gone."""
 
 
-REHEARSAL_SHARE = 0.3
-"""Of the period, that a rehearsal may take."""
+REHEARSAL_SHARE = 0.2
+"""Of the period, that a rehearsal may take: one that ends after the deadline does harm."""
+
+AHEAD_SECONDS = 500e-6
+"""Before it begins to rehearse, or wakes, from which on the loop wants the interpreter to itself."""
+
+REMEMBERED = 0.999
+"""Of the longest rehearsal, from one cycle to the next."""
 
 SPIN_SECONDS = 300e-6
 """Before each deadline, awake: a processor that sleeps loses what the rehearsal has fetched, and wakes up late."""
@@ -52,13 +58,21 @@ class Clock:
         hub: of the controller.
         period: of the cycle [s].
         rehearse: called shortly before each deadline, where there is time for it, with what has arrived by then.
+        announce: told when the loop will next want the interpreter to itself [s], before it sleeps.
     """
 
-    def __init__(self, hub: Hub, period: float, rehearse: Callable[[Arrivals], None] | None = None) -> None:
+    def __init__(
+        self,
+        hub: Hub,
+        period: float,
+        rehearse: Callable[[Arrivals], None] | None = None,
+        announce: Callable[[float], None] = lambda moment: None,
+    ) -> None:
         self._hub = hub
         self._period = period
         self._rehearse = rehearse
-        self._took = 0.0
+        self._announce = announce
+        self._took = REHEARSAL_SHARE * period
         self._deadline: float | None = None
 
     def wait(self) -> Wake:
@@ -71,6 +85,7 @@ class Clock:
         if now >= self._deadline:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
+        self._announce(self._deadline - AHEAD_SECONDS - (self._took if self._rehearse else 0.0))
         arrivals, rehearsal = Arrivals(), 0.0
         if self._rehearse is not None:
             rehearsal = self._prepare(self._rehearse, arrivals)
@@ -87,7 +102,7 @@ class Clock:
         One that would take too long is left out, and tried again when that one is forgotten. Returns how long it took.
         """
         assert self._deadline is not None
-        self._took *= 0.99
+        self._took *= REMEMBERED
         wait = self._deadline - SPIN_SECONDS - self._took - time.monotonic()
         if wait < 0.0 or self._took > REHEARSAL_SHARE * self._period:
             return 0.0

@@ -46,6 +46,9 @@ LOOK_SECONDS = 0.25
 WAKE_AT = 4
 """Calls of `put_all` in the queue, at which the thread is woken."""
 
+REST_SECONDS = 0.05
+"""That the thread rests at most for a caller who wants the interpreter to itself: a hung one must not end the log."""
+
 CLOSE_SECONDS = 5.0
 
 
@@ -110,6 +113,9 @@ class Recorder:
         self._queued = self._refused = self._written = self._unwritable = 0
         self._taken = 0  # from the queue; the recorder's thread alone writes it
         self._error = ""
+        self._resting, self._rested = False, math.inf
+        self.rest_from = math.inf
+        """From when on the thread leaves the interpreter to the caller, who sets it [s, monotonic clock]."""
 
     def __enter__(self) -> Self:
         self.open()
@@ -162,7 +168,7 @@ class Recorder:
                 return False
             self._queued += count
             self._queue.append((log_time_ns, count, make, arguments))
-            if len(self._queue) == WAKE_AT:
+            if self._resting or len(self._queue) == WAKE_AT:
                 self._bell.put(None)
             return True
 
@@ -229,11 +235,21 @@ class Recorder:
                     flush_at = time.monotonic() + FLUSH_SECONDS
                 self._taken += count
                 for channel, message in messages:
+                    self._rest()
                     unflushed += self._write(channel, log_time_ns, message)
             if unflushed and time.monotonic() >= flush_at:
                 self._flush(unflushed)
                 unflushed, flush_at = 0, math.inf
         self._flush(unflushed)
+
+    def _rest(self) -> None:
+        """Wait for the caller's next entry while it works: two threads that want the interpreter hold each other up."""
+        moment = self.rest_from
+        if moment != self._rested and time.monotonic() >= moment:
+            self._resting = True
+            with suppress(Empty):
+                self._bell.get(timeout=REST_SECONDS)
+            self._resting, self._rested = False, moment
 
     def _flush(self, unflushed: int) -> None:
         """Hand everything to the kernel; what was not is in the file from here on."""

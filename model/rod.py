@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.compile import bind
+from tendond.model.curve import hermite_curve
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.forecast import Forecast, tip_forecast
+from tendond.model.loads import ZERO, pack_loads, push_shape, tendon_commands
 from tendond.model.march import HISTORY
 from tendond.model.parameters import RodParameters
 from tendond.model.predictor import RING
@@ -29,8 +31,6 @@ from tendond.model.work import LANES, new_work
 
 Array = NDArray[np.float64]
 
-ZERO = (0.0, 0.0, 0.0)
-_LOADS = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "push")
 RESIDUAL_TOLERANCE = 1e-6
 MARCH_BUDGET = 60
 STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
@@ -138,7 +138,7 @@ class Rod:
             ParameterError: loads of the wrong shape, not finite, negative tensions; a `start` of another rod or drive.
             ConvergenceError: no equilibrium was found.
         """
-        actuation, displacement_driven = self._actuation(tensions, displacements)
+        actuation, displacement_driven = tendon_commands(self.parameters.tendon_count, tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         n = self.parameters.tendon_count
         m = 6 + n
@@ -217,7 +217,7 @@ class Rod:
             ParameterError: loads of the wrong shape, not finite, or a negative tension; a state of another rod.
             ConvergenceError: the step was not solved.
         """
-        actuation, displacement_driven = self._actuation(tensions, displacements)
+        actuation, displacement_driven = tendon_commands(self.parameters.tendon_count, tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         self._check(state)
         new = state.successor()
@@ -271,16 +271,7 @@ class Rod:
         Raises:
             ParameterError: a place off the rod, or no width.
         """
-        if not 0.0 <= place <= 1.0 or not half_width > 0.0:
-            raise ParameterError(f"place = {place} must lie in [0, 1] and half_width = {half_width} be above 0")
-        steps = self.nodes - 1
-        tableau, weights = self.scheme.arrays()
-        at = (np.arange(steps)[:, None] + np.sum(tableau, axis=1)).ravel() / steps
-        shares = np.tile(np.asarray(weights) * self._data.ds, steps)
-        width = max(half_width, 0.5 / steps)
-        middle = min(max(place, width), 1.0 - width)
-        shape = np.maximum(0.0, 1.0 - ((at - middle) / width) ** 2)
-        self._data.push[:-1] = shape / float(shares @ shape)
+        self._data.push[:-1] = push_shape(self.scheme, self.nodes, self._data.ds, place, half_width)
         self._data.push[-1] = 0.0
 
     def _check(self, state: RodState) -> None:
@@ -320,24 +311,9 @@ class Rod:
         )
 
     def curve(self, state: RodState, points: int = 50) -> Array:
-        """The backbone from base to tip for the eye: equally spaced points, world frame [m], shape (points, 3).
-
-        Cubic Hermite interpolation of the nodes with their tangents R v; the error falls with the fourth power of the
-        nodes' distance.
-        """
-        place = state.geometries[state.count % 2]
-        strain = state.levels[state.count % 3, :: len(self.scheme.weights), :3] + (0.0, 0.0, 1.0)
-        tangent = np.einsum("kij,kj->ki", place[:, 3:].reshape(-1, 3, 3), strain) * self._data.ds
-        at = np.linspace(0.0, self.nodes - 1, points)
-        first = np.minimum(at.astype(np.intp), self.nodes - 2)
-        t = (at - first)[:, None]
-        start, end = place[first, :3], place[first + 1, :3]
-        return np.asarray(
-            (1.0 + 2.0 * t) * (1.0 - t) ** 2 * start
-            + t * (1.0 - t) ** 2 * tangent[first]
-            + t**2 * (3.0 - 2.0 * t) * end
-            + t**2 * (t - 1.0) * tangent[first + 1]
-        )
+        """The backbone from base to tip for the eye: equally spaced points, world frame [m], shape (points, 3)."""
+        strains = state.levels[state.count % 3, :: len(self.scheme.weights), :3]
+        return hermite_curve(state.geometries[state.count % 2], strains, self._data.ds, points)
 
     def node_positions(self, state: RodState) -> Array:
         """Nodes of the backbone from base to tip, world frame [m], shape (nodes, 3); not a copy."""
@@ -442,30 +418,5 @@ class Rod:
         Raises:
             ParameterError: loads of the wrong shape or not finite.
         """
-        loads, at = np.zeros(self._weight.size), 0
         parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        for name, part in zip(_LOADS, parts, strict=True):
-            size = 3 if at else self.parameters.tendon_count
-            if part is not ZERO:
-                array = np.asarray(part, dtype=np.float64)
-                if array.shape != (size,):
-                    raise ParameterError(f"{name} has shape {array.shape}, must be ({size},)")
-                if not all(map(math.isfinite, array.tolist())):
-                    raise ParameterError(f"{name} = {array.tolist()} must be finite")
-                loads[at : at + size] = array
-            at += size
-        loads += self._weight
-        return loads
-
-    def _actuation(self, tensions: ArrayLike | None, displacements: ArrayLike | None) -> tuple[ArrayLike, bool]:
-        """The tendon commands, and whether they are displacements."""
-        if (tensions is None) == (displacements is None):
-            if tensions is not None:
-                raise ParameterError("give tensions or displacements, not both")
-            return np.zeros(self.parameters.tendon_count), False
-        if displacements is not None:
-            return displacements, True
-        array = np.asarray(tensions, dtype=np.float64)
-        if any(tension < 0.0 for tension in array.ravel().tolist()):
-            raise ParameterError(f"tensions = {array.tolist()} must not be negative: a tendon cannot push")
-        return array, False
+        return pack_loads(self.parameters.tendon_count, self._weight, parts)

@@ -57,7 +57,7 @@ def run_controller(
             be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
-            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None)
+            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None, journal.rest_from)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.choice.reference.notes:

@@ -16,7 +16,7 @@ from pydantic import model_serializer
 from tendond.daemon import foxglove
 from tendond.daemon.analysis.log import LogError, load
 from tendond.daemon.channels import CHANNELS, CYCLE, LOG, STATE
-from tendond.daemon.recorder import CONFIG, METADATA, Recorder, RecorderError
+from tendond.daemon.recorder import CONFIG, METADATA, WAKE_AT, Recorder, RecorderError
 from tendond.daemon.snapshot import StateSnapshot
 from tendond.schemas.config import RigConfig
 from tendond.schemas.record import CycleRecord
@@ -278,3 +278,26 @@ def test_a_next_file_that_cannot_be_opened_ends_the_log_and_says_so(tmp_path: Pa
     assert "File exists" in log.error
     assert [record.tick for record in load(log.path).records] == list(range(written // 2))  # a state to each cycle
     assert (tmp_path / "run-001.mcap").read_text() == "precious"
+
+
+def test_it_rests_while_its_caller_works_and_a_caller_that_hangs_does_not_end_the_log(tmp_path: Path) -> None:
+    with recorder(tmp_path / "run.mcap") as log:
+        for cycle in range(3):
+            log.rest_from = time.monotonic()  # the caller works from now on, and hangs in the last cycle
+            for number in range(WAKE_AT):
+                log.put(LOG, 10 * cycle + number, line("waits"))
+        deadline = time.monotonic() + PATIENCE
+        while log.waiting:
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+    assert log.close() == (3 * WAKE_AT, 3 * WAKE_AT, 0)
+
+
+def test_an_entry_that_wakes_nobody_is_written_all_the_same(tmp_path: Path) -> None:
+    with recorder(tmp_path / "run.mcap") as log:
+        log.put(LOG, 0, line("alone"))
+        deadline = time.monotonic() + PATIENCE
+        while log.waiting:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    assert log.close() == (1, 1, 0)

@@ -125,21 +125,30 @@ class Hub:
     def _subscribe(self, expression: str, queue: int) -> Subscriber:
         return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(queue))
 
-    def receive(self, arrivals: Arrivals | None = None) -> Arrivals:
-        """Everything that has come in since the last call, added to `arrivals`; never blocks."""
+    def receive(self, arrivals: Arrivals | None = None, *, repeating: bool = False) -> Arrivals:
+        """Everything that has come in since the last call, added to `arrivals`; never blocks.
+
+        Args:
+            arrivals: of this cycle so far.
+            repeating: the sender says the same again until it is answered; that is no message out of order.
+        """
         arrivals = arrivals or Arrivals()
-        arrivals.pose = self._newest(TipPose, self._poses, arrivals.pose, arrivals)
-        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals.tendon_state, arrivals)
+        arrivals.pose = self._newest(TipPose, self._poses, arrivals.pose, arrivals, repeating)
+        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals.tendon_state, arrivals, repeating)
         arrivals.truth = self._truths.try_recv() or arrivals.truth
         return arrivals
 
-    def _newest(self, kind: type[M], subscriber: Subscriber, newest: M | None, arrivals: Arrivals) -> M | None:
+    def _newest(
+        self, kind: type[M], subscriber: Subscriber, newest: M | None, arrivals: Arrivals, repeating: bool
+    ) -> M | None:
         for _ in range(QUEUE):  # no flood keeps the loop here
             if (sample := subscriber.try_recv()) is None:
                 break
             arrivals.inputs += 1
             try:
                 message = decode(kind, _payload(sample))
+                if repeating and message == newest:
+                    continue
                 if newest is not None and message.seq <= newest.seq:
                     raise UnreadableError("out of order")
                 newest = message

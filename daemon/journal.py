@@ -143,14 +143,14 @@ class Journal:
             entries.append((TIMING, timing))
         pose = record.inputs.pose
         if pose is not None:
-            entries.append((TIP_MEASURED, foxglove.pose_in_frame(now, pose.position, pose.orientation)))
+            entries.append((TIP_MEASURED, partial(foxglove.pose_in_frame, now, pose.position, pose.orientation)))
         model = record.model
-        entries.append((TIP_MODEL, foxglove.pose_in_frame(now, model.position, model.orientation)))
+        entries.append((TIP_MODEL, partial(foxglove.pose_in_frame, now, model.position, model.orientation)))
         if truth is not None:
             entries.append((TRUTH, truth))
         if record.tick % self._shape_period == 0:
-            entries.append((ROD_SHAPE, self._shape(now, record, state)))
-            entries.append((TRANSFORMS, _frames(now, record)))
+            entries.append((ROD_SHAPE, partial(self._shape, now, record, state)))
+            entries.append((TRANSFORMS, partial(_frames, now, record)))
         return entries
 
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:

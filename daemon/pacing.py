@@ -85,9 +85,10 @@ class Clock:
         if now >= self._deadline:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
-        self._announce(self._deadline - AHEAD_SECONDS - (self._took if self._rehearse else 0.0))
         arrivals, rehearsal = Arrivals(), 0.0
-        if self._rehearse is not None:
+        if self._rehearse is None:
+            self._announce(self._deadline - AHEAD_SECONDS)
+        else:
             rehearsal = self._prepare(self._rehearse, arrivals)
             time.sleep(max(0.0, self._deadline - SPIN_SECONDS - time.monotonic()))
             while time.monotonic() < self._deadline:
@@ -103,14 +104,19 @@ class Clock:
         """
         assert self._deadline is not None
         self._took *= REMEMBERED
-        wait = self._deadline - SPIN_SECONDS - self._took - time.monotonic()
-        if wait < 0.0 or self._took > REHEARSAL_SHARE * self._period:
+        longest = REHEARSAL_SHARE * self._period
+        begin = self._deadline - SPIN_SECONDS - self._took
+        possible = self._took <= longest and time.monotonic() <= begin
+        self._announce((begin if possible else self._deadline) - AHEAD_SECONDS)
+        if not possible:
             return 0.0
-        time.sleep(wait)
+        time.sleep(max(0.0, begin - time.monotonic()))
         started = time.monotonic()
+        if started > begin + SPIN_SECONDS:  # woken so late that it would hold up the cycle itself
+            return 0.0
         rehearse(self._hub.receive(arrivals))
         took = time.monotonic() - started
-        self._took = max(self._took, 1.2 * took)
+        self._took = min(max(self._took, 1.2 * took), 1.5 * longest)  # a stall is forgotten in half a thousand cycles
         return took
 
 
@@ -138,13 +144,13 @@ class Lockstep:
         arrivals = Arrivals()
         started = time.monotonic()
         while self._seq is not None or not self._stopped():
-            self._hub.receive(arrivals)
+            self._hub.receive(arrivals, repeating=True)
             if arrivals.pose is not None:
                 self._patience = LOCKSTEP_PATIENCE_SECONDS
                 if arrivals.pose.seq != self._seq:
                     self._seq = arrivals.pose.seq
                     return Wake(time.monotonic(), arrivals, 0.0, 0)
-                arrivals = Arrivals()  # all of it is a repetition
+                arrivals.pose = None
                 self._hub.repeat_command()
             elif self._seq is not None and time.monotonic() - started > self._patience:
                 self._patience = self._period

@@ -49,6 +49,9 @@ WAKE_AT = 4
 REST_SECONDS = 0.05
 """That the thread rests at most for a caller who wants the interpreter to itself: a hung one must not end the log."""
 
+FAR_BEHIND = 40
+"""Calls of `put_all` in the queue, from which on it does not rest: the log must not fall behind by a second."""
+
 CLOSE_SECONDS = 5.0
 
 
@@ -223,7 +226,8 @@ class Recorder:
         while accepting or self._queue:
             if not self._queue:
                 with suppress(Empty):
-                    self._bell.get(timeout=max(0.0, min(LOOK_SECONDS, flush_at - time.monotonic())))
+                    left = flush_at - time.monotonic() if unflushed else math.inf
+                    self._bell.get(timeout=max(0.0, min(LOOK_SECONDS, left)))
             accepting = self._accepting
             if self._queue:
                 log_time_ns, count, make, arguments = self._queue.popleft()
@@ -245,6 +249,8 @@ class Recorder:
     def _rest(self) -> None:
         """Wait for the caller's next entry while it works: two threads that want the interpreter hold each other up."""
         moment = self.rest_from
+        if len(self._queue) > FAR_BEHIND:
+            return
         if moment != self._rested and time.monotonic() >= moment:
             self._resting = True
             with suppress(Empty):

@@ -122,7 +122,8 @@ class LoopHealth(Schema):
     Attributes:
         cycles: done.
         missed_ticks: deadlines that passed before the loop was ready for them; skipped, never made up.
-        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds.
+        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds; work done before the
+            deadline is not in it.
         log_dropped: log entries that did not fit the recorder's queue.
         log_error: what ended the log, if anything did.
     """

@@ -9,13 +9,12 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parent
 REAL_TIME = ("sil", "rig")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The tests of real time first: they take longest."""
-    items.sort(key=lambda item: item.path.relative_to(ROOT).parts[0] not in REAL_TIME)
+    items.sort(key=lambda item: item.path.parent.name not in REAL_TIME)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -26,6 +25,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.split("::", 1)[0]
-            return "real time" if file.split("/")[1] in REAL_TIME else file
+            return "real time" if Path(file).parent.name in REAL_TIME else file
 
     return Scheduling(config, log)

@@ -33,8 +33,8 @@ LABELS = {
     "final_displacement_m": ("agonist's displacement at the end", "m"),
     "cycles": ("cycles", ""),
     "missed_ticks": ("missed deadlines", ""),
-    "cycle_ms_median": ("work in a cycle, median", "ms"),
-    "cycle_ms_p99": ("work in a cycle, 99th percentile", "ms"),
+    "cycle_ms_median": ("wake-up to command, median", "ms"),
+    "cycle_ms_p99": ("wake-up to command, 99th percentile", "ms"),
 }
 """Name and unit for people of each number in a summary; defined in docs/metrics.md."""
 
@@ -91,8 +91,8 @@ def table(summary: dict[str, Any], law: str) -> Table:
     result.add_section()
     for name, unit, value, form in (
         ("missed deadlines", f"of {summary['cycles']}", summary["missed_ticks"], "d"),
-        ("cycle time, median", "ms", summary["cycle_ms_median"], ".2f"),
-        ("cycle time, p99", "ms", summary["cycle_ms_p99"], ".2f"),
+        ("wake-up to command, median", "ms", summary["cycle_ms_median"], ".2f"),
+        ("wake-up to command, p99", "ms", summary["cycle_ms_p99"], ".2f"),
     ):
         result.add_row(name, unit, _cell(value, form), *([""] if paper else []))
     return result

@@ -46,7 +46,7 @@ class Statistics:
 
     Attributes:
         covariance: shape (p, p); infinite on the diagonal where a parameter is not seen.
-        correlation: shape (p, p).
+        correlation: of the noise in them, shape (p, p).
         inflation: standard error from noise over what it would be if that were white, by parameter, shape (p,).
         effective: samples of white noise that say as much, of the largest of all inflations; samples: that there are.
         untold: directions that the data do not tell, the worst first.
@@ -117,9 +117,11 @@ def covariance(
     z_white = inverse @ (white * np.outer(told, told)) @ inverse
     z = 0.5 * (z + z.T)
     noise = np.sqrt(np.maximum(np.diag(z), 0.0))
+    safe = np.where(noise > 0.0, noise, 1.0)
+    correlation = np.clip(z / np.outer(safe, safe), -1.0, 1.0)
+    np.fill_diagonal(correlation, 1.0)
     if remaining is not None:
         z += np.outer(remaining / told, remaining / told)
-    deviation = np.sqrt(np.maximum(np.diag(z), 0.0))
     unseen = [vectors[:, k] / size for k in np.flatnonzero(~seen)]
     directions = []
     lost = np.zeros(len(names), dtype=bool)
@@ -131,9 +133,6 @@ def covariance(
     for k in np.argsort(spread)[::-1]:
         if spread[k] > 1.0:
             directions.append(Direction(_involved(axes[:, k], names), math.sqrt(spread[k])))
-    safe = np.where(deviation > 0.0, deviation, 1.0)
-    correlation = np.clip(z / np.outer(safe, safe), -1.0, 1.0)
-    np.fill_diagonal(correlation, 1.0)
     found = z * np.outer(told, told)
     found[lost, lost] = np.inf
     white_deviation = np.sqrt(np.maximum(np.diag(z_white), 1e-300))

@@ -88,5 +88,5 @@ def test_what_the_time_step_may_be_found_as_is_one_more_deviation_in_one_directi
     remaining = np.array([0.1, -0.2])
     more = covariance(x.T @ x, scores, x.T @ x, names, told, COUNT, remaining)
     assert more.covariance == pytest.approx(plain.covariance + np.outer(remaining, remaining))
-    assert more.correlation[0, 1] < -0.8
-    assert more.inflation == pytest.approx(plain.inflation)  # of noise alone
+    assert more.correlation == pytest.approx(plain.correlation)  # of noise alone
+    assert more.inflation == pytest.approx(plain.inflation)

@@ -133,9 +133,8 @@ def test_the_list_of_topics_has_every_key_and_request() -> None:
 
 def test_attributes_come_from_the_docstring() -> None:
     said = attributes(LoopHealth)
-    assert (
-        said["cycle_ms_p99"] == said["cycle_ms_median"] == "time from wake-up to command [ms], over the last seconds; work done before the deadline is not in it."
-    )
+    assert said["cycle_ms_p99"] == said["cycle_ms_median"]
+    assert said["cycle_ms_p99"].startswith("time from wake-up to command [ms], over the last seconds;")
     assert attributes(Status)["tip"] == "as the controller sees it [m]; none before the first pose."
 
 

@@ -37,6 +37,9 @@ class Bench:
     def track(self, alter: Callable[[TipPose], Outgoing] | None = None) -> None:
         """Bring it to tracking, from wherever it is; with `alter`, poses are altered from the arming on."""
         self.peer.heal()
+        rounds = self.peer.rounds
+        while self.peer.rounds < rounds + 3:  # what was bad before is followed by something good
+            time.sleep(0.005)
         status = self.rig.until(self.session, lambda s: s.mode is Mode.TRACKING or s.tension == (0.0,) * 4)
         if status.mode is Mode.TRACKING and alter is None:
             return

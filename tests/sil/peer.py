@@ -37,12 +37,13 @@ class Peer:
         self._keys = (key(name, TIP_POSE), key(name, TENDON_STATE))
         self._commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.FifoChannel(1000))
         self.heard: list[TendonCommand] = []
+        self.rounds = 0
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self.heal()
 
     def heal(self) -> None:
-        """Everything is passed on as it is."""
+        """Everything is passed on as it is, from now on."""
         self.alter: Callable[[TipPose], Outgoing] = lambda pose: [pose]
         self.alter_state: Callable[[TendonState], Outgoing] = lambda state: [state]
 
@@ -61,6 +62,7 @@ class Peer:
             pose, state, _ = self._plant.observe(time.monotonic_ns())
             self._publish(self._keys[1], self.alter_state(state))
             self._publish(self._keys[0], [] if pose is None else self.alter(pose))
+            self.rounds += 1
             deadline += period
             time.sleep(max(0.0, deadline - time.monotonic()))
             while (sample := self._commands.try_recv()) is not None:

@@ -15,7 +15,7 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 REHEARSAL_SHARE = 0.2
 """Of the period, that a rehearsal may take: one that ends after the deadline does harm."""
 
-AHEAD_SECONDS = 500e-6
+AHEAD_SECONDS = 1000e-6
 """Before it begins to rehearse, or wakes, from which on the loop wants the interpreter to itself."""
 
 REMEMBERED = 0.995

@@ -79,6 +79,8 @@ class Loop:
         gc.freeze()
         gc.disable()
         self._state = state
+        self.rehearse(Arrivals())  # the first one is slow
+        self._rehearsed = None
         self._journal.state(state)
         try:
             self._run(pacer, stopped, cycles)

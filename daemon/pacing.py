@@ -18,7 +18,7 @@ REHEARSAL_SHARE = 0.2
 AHEAD_SECONDS = 1000e-6
 """Before it begins to rehearse, or wakes, from which on the loop wants the interpreter to itself."""
 
-REMEMBERED = 0.995
+REMEMBERED = 0.998
 """Of the longest rehearsal, from one cycle to the next."""
 
 SPIN_SECONDS = 300e-6
@@ -116,7 +116,7 @@ class Clock:
             return 0.0
         rehearse(self._hub.receive(arrivals))
         took = time.monotonic() - started
-        self._took = min(max(self._took, 1.2 * took), 1.5 * longest)  # a stall is forgotten within 100 cycles
+        self._took = min(max(self._took, 1.2 * took), 1.25 * longest)  # a stall is forgotten in 112 cycles
         return took
 
 

@@ -15,7 +15,7 @@ MCL_CURRENT, MCL_FUTURE = 1, 2
 CAP_IPC_LOCK = 14
 PR_SET_TIMERSLACK = 29
 
-SWITCH_SECONDS = 0.1e-3
+SWITCH_SECONDS = 0.5e-3
 """That the recorder's thread may keep the interpreter from the loop; Python's default is 5 ms."""
 
 

@@ -12,7 +12,7 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 """That a simulator may take for a step before it counts as gone."""
 
 
-REHEARSAL_SHARE = 0.2
+REHEARSAL_SHARE = 0.3
 """Of the period, that a rehearsal may take: one that ends after the deadline does harm."""
 
 AHEAD_SECONDS = 1000e-6

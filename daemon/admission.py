@@ -34,8 +34,11 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         rejected.append(objection)
     fresh = pose is not None and objection is None
     hidden = objection == OCCLUDED
-    bad = 0 if fresh else runs.rejected + len(rejected) - hidden
-    teleports = 0 if fresh else runs.teleports + (objection == "teleport")
+    since_pose = runs.since_pose + 1 + missed
+    bad = 0 if fresh else lengthened(runs.rejected, since_pose) if len(rejected) > hidden else runs.rejected
+    teleports = 0 if fresh else lengthened(runs.teleports, since_pose) if objection == "teleport" else runs.teleports
+    if pose is not None or rejected:
+        since_pose = 0
     late = None if tendons is None else _late(setup, state, tendons)
     if late is not None:
         rejected.append(late)
@@ -48,14 +51,14 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     age, earlier, interval, way, equal = state.pose_age, state.earlier, state.interval, state.way, runs.equal_poses
     if fresh and pose is not None:
         same = state.pose is not None and state.pose.position == pose.position
-        equal, way = (equal + 1, way) if same else (0, 0.0)
+        equal, way = (lengthened(equal, 1 + missed + (age or 0)), way) if same else (0, 0.0)
         earlier = None if state.pose is None else np.array(state.pose.position)
         interval, age = 1 + missed + (age or 0), 0
     elif age is not None:
         age += 1 + missed
-    tendon_state, tendon_age = state.tendon_state, state.tendon_age + 1 + missed
+    tendon_state, tendon_age, tendon_interval = state.tendon_state, state.tendon_age + 1 + missed, state.tendon_interval
     if tendons is not None and late is None:
-        tendon_state, tendon_age = _with_count_checked(setup, tendons), 0
+        tendon_state, tendon_age, tendon_interval = _with_count_checked(setup, tendons), 0, tendon_age
     runs = changed(
         runs,
         rejected=bad,
@@ -63,6 +66,7 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         missed_ticks=runs.missed_ticks + missed if missed else 0,
         equal_poses=equal,
         occluded=0 if fresh else runs.occluded + hidden,
+        since_pose=since_pose,
     )
     state = changed(
         state,
@@ -73,15 +77,21 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         way=way,
         tendon_state=tendon_state,
         tendon_age=tendon_age,
+        tendon_interval=tendon_interval,
         runs=runs,
         rejected=counts,
     )
     return Admission(state, fresh, tuple(rejected))
 
 
+def lengthened(run: int, cycles: int) -> int:
+    """The length of a run of bad reports with one more, `cycles` after the one before it; the first counts as one."""
+    return run + cycles if run else 1
+
+
 def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | None:
     """Why a tendon state cannot be used, if so; a driver that has started anew counts from zero again."""
-    if state.tendon_state is None or state.tendon_age > setup.config.faults.tendon_stale:
+    if state.tendon_state is None or state.tendon_age > setup.thresholds.tendon_timeout:
         return None
     return None if tendons.seq > state.tendon_state.seq else "tendons out of order"
 
@@ -102,7 +112,7 @@ def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | Non
         return OCCLUDED
     if math.hypot(*pose.position) > REACH * setup.rod.parameters.length:
         return "out of reach"
-    if state.pose is None or state.pose_age is None or state.pose_age > setup.config.faults.pose_stale:
+    if state.pose is None or state.pose_age is None or state.pose_age > setup.thresholds.pose_timeout:
         return None
     if pose.seq <= state.pose.seq:
         return "out of order"

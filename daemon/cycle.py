@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
-from tendond.daemon.admission import admit
+from tendond.daemon.admission import admit, lengthened
 from tendond.daemon.laws.law import Observation
 from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon
 from tendond.daemon.outlook import look_ahead
@@ -157,11 +157,11 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         apart = math.hypot(*observer.innovation.tolist())
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
-            runs = changed(runs, mismatches=runs.mismatches + 1 if gross else 0)
+            runs = changed(runs, mismatches=lengthened(runs.mismatches, state.interval) if gross else 0)
     if state.tendon_age == 0:  # an old report says nothing about a tension that has changed since
         slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
         if slack or runs.slack:
-            runs = changed(runs, slack=runs.slack + 1 if slack else 0)
+            runs = changed(runs, slack=lengthened(runs.slack, state.tendon_interval) if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
 
 

@@ -100,14 +100,14 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"already {state.mode.value}"
     if state.pose_age is None:
         return "no pose of the tip has arrived yet"
-    if state.pose_age > setup.config.faults.pose_stale:
-        return f"the newest pose is {state.pose_age} cycles old"
+    if state.pose_age > setup.thresholds.pose_timeout:
+        return f"the newest pose is {_seconds(setup, state.pose_age)} old"
     if state.tendon_state is None and setup.config.servo is not None:
         return "the servo driver has not reported yet"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"the tendon driver reports {state.tendon_state.fault}"
-    if state.tendon_state is not None and state.tendon_age > setup.config.faults.tendon_stale:
-        return f"the tendon driver has said nothing for {state.tendon_age} cycles"
+    if state.tendon_state is not None and state.tendon_age > setup.thresholds.tendon_timeout:
+        return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
     if state.runs.solver_failures:
         return "the model has no solution"
     return ""
@@ -115,38 +115,44 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
     """What must end pretension or tracking now, in words; empty if nothing."""
-    limits, runs = setup.config.faults, state.runs
-    if runs.missed_ticks >= limits.missed_ticks:
+    limits, runs, allowed = setup.config.faults, state.runs, setup.thresholds
+    if runs.missed_ticks >= allowed.overrun_time:
         return f"overrun: {runs.missed_ticks} deadlines missed in a row"
-    if state.pose_age is None or state.pose_age > limits.pose_stale:
+    if state.pose_age is None or state.pose_age > allowed.pose_timeout:
         if state.pose_age is None:
             return "no pose"
         cause = "occluded: the tip was not seen" if runs.occluded else "pose stale: none accepted"
-        return f"{cause} for {state.pose_age} cycles"
-    if runs.teleports >= limits.teleports:
-        return f"teleport: {runs.teleports} poses in a row beyond what the tip can do"
-    if runs.rejected >= limits.rejected_burst:
-        return f"bad poses: {runs.rejected} rejected in a row"
-    if runs.solver_failures > limits.solver_failures:
-        return f"model: no solution for {runs.solver_failures} cycles"
-    if runs.limited >= setup.config.limits.sustained:
-        return f"limits: the command stood at one for {runs.limited} cycles"
+        return f"{cause} for {_seconds(setup, state.pose_age)}"
+    if runs.teleports >= allowed.teleport_time:
+        return f"teleport: poses beyond what the tip can do for {_seconds(setup, runs.teleports)}"
+    if runs.rejected >= allowed.rejected_time:
+        return f"bad poses: all rejected for {_seconds(setup, runs.rejected)}"
+    if runs.solver_failures > allowed.solver_timeout:
+        return f"model: no solution for {_seconds(setup, runs.solver_failures)}"
+    if runs.limited >= allowed.limit_time:
+        return f"limits: the command stood at one for {_seconds(setup, runs.limited)}"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"tendons: {state.tendon_state.fault}"
-    if state.tendon_state is not None and state.tendon_age > limits.tendon_stale:
-        return f"tendons stale: no state for {state.tendon_age} cycles"
-    if runs.equal_poses >= limits.equal_poses and state.way > limits.equal_way:
-        return f"pose frozen: {runs.equal_poses} equal ones while the model's tip went {state.way * 1e3:.0f} mm"
-    if runs.mismatches >= limits.mismatches:
+    if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
+        return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
+    if runs.equal_poses >= allowed.frozen_time and state.way > limits.equal_way:
+        seen = _seconds(setup, runs.equal_poses)
+        return f"pose frozen: equal ones for {seen} while the model's tip went {state.way * 1e3:.0f} mm"
+    if runs.mismatches >= allowed.mismatch_time:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
-        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {runs.mismatches} cycles"
-    if runs.slack >= limits.slack_cycles and (tendon := slack_tendon(setup, state)) is not None:
+        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, runs.mismatches)}"
+    if runs.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
         assert state.tendon_state is not None
         return (
             f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
-            f"{state.tension[tendon]:.1f} N, {runs.slack} times in a row; is it cut, or off its spool?"
+            f"{state.tension[tendon]:.1f} N, for {_seconds(setup, runs.slack)}; is it cut, or off its spool?"
         )
     return ""
+
+
+def _seconds(setup: CycleSetup, cycles: int) -> str:
+    """A number of cycles as a time, for people."""
+    return f"{cycles * setup.config.loop.period:.3g} s"
 
 
 def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
@@ -162,7 +168,7 @@ def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
 
 def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
     """A released arm rests: a model that has long been far from it is lost, and starts at rest again."""
-    if state.mode in ACTIVE or state.runs.mismatches < setup.config.faults.mismatches:
+    if state.mode in ACTIVE or state.runs.mismatches < setup.thresholds.mismatch_time:
         return state
     if bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)):
         return state

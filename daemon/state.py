@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.actuation import lag_share
 from tendond.daemon.choice import Choice
+from tendond.daemon.thresholds import Thresholds
 from tendond.model.observer import ObserverGains, ObserverState, start_observer
 from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
@@ -54,6 +55,7 @@ class CycleSetup:
         choice: law and reference that the configuration names.
         observer: its gains.
         lagging: part of a step that the actuators lack after a cycle [-].
+        thresholds: of faults, in cycles.
     """
 
     config: RigConfig
@@ -61,6 +63,7 @@ class CycleSetup:
     choice: Choice
     observer: ObserverGains
     lagging: float
+    thresholds: Thresholds
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":
@@ -93,12 +96,20 @@ class CycleSetup:
                 offset_gain=section.offset_gain,
             ),
             lagging=lag_share(section.lag, period),
+            thresholds=Thresholds.from_config(config),
         )
 
 
 @dataclass(frozen=True)
 class Runs:
-    """How many cycles in a row something has been wrong; the fault table's thresholds apply to these."""
+    """For how many cycles something has been wrong; the fault table's thresholds apply to these.
+
+    What is judged by reports (rejected, teleports, equal_poses, mismatches, slack) counts the cycles from the first bad
+    report to the newest one, the first for one: a slow camera is judged by the same time as a fast one.
+
+    Attributes:
+        since_pose: cycles since a pose came, used or not.
+    """
 
     rejected: int = 0
     teleports: int = 0
@@ -109,6 +120,7 @@ class Runs:
     occluded: int = 0
     mismatches: int = 0
     slack: int = 0
+    since_pose: int = 0
 
 
 @dataclass(frozen=True)
@@ -125,7 +137,8 @@ class CycleState:
         pose: the newest one admitted; pose_age: cycles since it arrived.
         earlier: position of the pose before it [m], shape (3,); interval: cycles between the two.
         way: of the model's tip since the measured one last changed [m].
-        tendon_state: the newest one; tendon_age: cycles since it arrived.
+        tendon_state: the newest one; tendon_age: cycles since it arrived;
+            tendon_interval: cycles between it and the one before.
         tension: that the actuators are estimated to apply [N]; commanded: told to them [N]; shapes (n,).
         wound: displacement that they are estimated to hold [m]; displacement: told to them [m]; shapes (n,).
         slip: of the reference along the straight rod [m], where that is not part of the target.
@@ -154,6 +167,7 @@ class CycleState:
     slip: float = 0.0
     way: float = 0.0
     tendon_age: int = 0
+    tendon_interval: int = 1
     lagging: bool = False
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)

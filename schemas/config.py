@@ -18,6 +18,7 @@ from tendond.schemas.explain import Objection, in_file, objections
 from tendond.schemas.keys import RIG_NAME
 from tendond.schemas.keywords import Path
 from tendond.schemas.ranges import NotNegative, Positive
+from tendond.schemas.renamed import with_new_names
 from tendond.schemas.toml_lines import key_lines, line_of
 
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
@@ -174,7 +175,7 @@ class LimitsSection(Schema):
         0.0, description="by which a tendon without tension is let out beyond the model's length [m]"
     )
     release_rate: Positive = Field(60.0, description="of the tension while it is released [N/s]")
-    sustained: Annotated[int, Field(ge=1, description="cycles in a row at a limit that are a fault")] = 100
+    limit_time: Positive = Field(1.0, description="[s]; a command that stands at a limit for so long is a fault")
 
     @model_validator(mode="after")
     def _ordered(self) -> "LimitsSection":
@@ -199,31 +200,31 @@ class PretensionSection(Schema):
 class FaultsSection(Schema):
     """[faults]: how much is borne before the arm is released."""
 
-    pose_stale: Annotated[
-        int, Field(ge=1, le=1000, description="cycles without a new pose that the observer bridges")
-    ] = 20
-    rejected_burst: Annotated[int, Field(ge=1, description="rejected poses in a row that count as stale")] = 20
+    pose_timeout: Annotated[
+        float, Field(gt=0.0, le=10.0, description="[s]; without a new pose for longer, the observer gives up")
+    ] = 0.2
+    rejected_time: Positive = Field(0.2, description="[s]; of poses that are all rejected")
     tip_speed_max: Positive = Field(
         15.0, description="a pose that implies more is a teleport; the paper's robot reaches 11 m/s [m/s]"
     )
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
-    teleports: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 5
-    solver_failures: Annotated[int, Field(ge=0, description="cycles that the last good model state is kept")] = 5
-    missed_ticks: Annotated[int, Field(ge=1, description="in a row that are a fault")] = 10
-    tendon_stale: Annotated[
-        int, Field(ge=1, le=1000, description="cycles without a tendon state, once there has been one")
-    ] = 50
-    equal_poses: Annotated[int, Field(ge=2, description="new poses in a row that are equal to the last bit")] = 20
+    teleport_time: Positive = Field(0.05, description="[s]; from the first to the newest of such poses in a row")
+    solver_timeout: NotNegative = Field(0.05, description="[s]; that the last good model state is kept")
+    overrun_time: Positive = Field(0.1, description="[s]; of deadlines missed in a row")
+    tendon_timeout: Annotated[
+        float, Field(gt=0.0, le=60.0, description="[s]; without a tendon state, once there has been one")
+    ] = 0.5
+    frozen_time: Positive = Field(0.2, description="[s]; of new poses that are all equal to the last bit")
     equal_way: Positive = Field(0.01, description="that the model's tip goes meanwhile, for them to be a fault [m]")
     mismatch: Annotated[
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")
     ] = 0.3
-    mismatches: Annotated[int, Field(ge=1, description="cycles in a row at more than it that are a fault")] = 100
+    mismatch_time: Positive = Field(1.0, description="[s]; at more than it is a fault")
     slack_part: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
         0.2, description="of the model's tension; a tendon that reports less does not pull; 0: not watched [-]"
     )
     slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
-    slack_cycles: Annotated[int, Field(ge=1, description="reports in a row without pull that are a fault")] = 20
+    slack_time: Positive = Field(0.2, description="[s]; of reports without pull that are a fault")
 
 
 class SimulatorSection(Schema):
@@ -340,9 +341,14 @@ def parse_config(text: str, source: str) -> RigConfig:
 
 def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | None = None) -> RigConfig:
     """As `parse_config`, from the nested tables; `lines` says where their keys stand, for messages."""
+    data, old = with_new_names(data, source)
+    wrong = [Objection(".".join(path), "", message, path) for path, message in old]
     try:
-        return RigConfig.model_validate(data)
+        config = RigConfig.model_validate(data)
+        if not wrong:
+            return config
     except ValidationError as error:
-        wrong = [replace(one, line=line_of(one.path, lines or {})) for one in objections(error, RigConfig)]
-        wrong.sort(key=lambda one: one.line or 0)
-        raise ConfigError("\n".join(in_file(one, source) for one in wrong), wrong) from error
+        wrong += objections(error, RigConfig)
+    wrong = [replace(one, line=line_of(one.path, lines or {})) for one in wrong]
+    wrong.sort(key=lambda one: one.line or 0)
+    raise ConfigError("\n".join(in_file(one, source) for one in wrong), wrong)

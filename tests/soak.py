@@ -124,7 +124,7 @@ def real_time(minutes: float) -> bool:
         ticks = [record.tick for record in load(Path(name) / "run.mcap").records]  # and in the files that follow it
         files = len(list(Path(name).glob("run*.mcap")))
     stall, bare_missed = max(bare_result["late_us"]) / 1e6, bare_result["missed"]
-    standstill = RigConfig().faults.missed_ticks * RigConfig().loop.period
+    standstill = RigConfig().faults.overrun_time
     own = [reason for reason in faults if not (reason.startswith("overrun") and stall >= standstill)]
     wrong = {
         "the log lacks cycles": ticks != list(range(len(ticks))),

@@ -3,6 +3,7 @@
 import glob
 import json
 import re
+import warnings
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from tendond.schemas.config import ConfigError, RigConfig, check_config
 from tendond.schemas.explain import explain
 from tendond.schemas.messages import SimulatorTruth
 from tendond.schemas.record import CycleRecord, LoopTiming
+from tendond.schemas.renamed import RenamedKeyWarning
 
 Array = NDArray[np.float64]
 
@@ -206,7 +208,9 @@ def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
 
 def _config(path: Path, data: bytes) -> RigConfig:
     try:
-        return check_config(json.loads(data), CONFIG)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RenamedKeyWarning)  # nobody is to edit a log
+            return check_config(json.loads(data), CONFIG)
     except ValueError as error:
         raise LogError(f"{path}: its configuration is no JSON: {error}; use another log") from error
     except ConfigError as error:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from typing import Annotated
 
 import typer
@@ -18,6 +19,7 @@ from tendond.daemon.cli import (
     process_commands,
     servo_commands,
 )
+from tendond.schemas.renamed import RenamedKeyWarning
 
 EPILOG = """\
 \b
@@ -62,8 +64,15 @@ for commands in (
     commands.add_to(app)
 
 
+def _show_renamed(message: Warning | str, *place: object, **more: object) -> None:
+    """Print a warning as a line for people."""
+    print(f"tendond: warning: {message}", file=sys.stderr, flush=True)
+
+
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
+    warnings.simplefilter("once", RenamedKeyWarning)
+    warnings.showwarning = _show_renamed
     try:
         try:
             app()

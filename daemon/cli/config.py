@@ -114,6 +114,17 @@ def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
         hub_settings(config)
     except DaemonError as error:
         yield str(error)
+    frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
+    if allowed < 2.0 * frame:
+        yield (
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms, and faults.pose_timeout = "
+            f"{allowed * 1e3:g} ms bears less than one lost frame: raise it, or lower simulator.mocap.period"
+        )
+    elif frame > 3.0 * config.loop.period:
+        yield (
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms, the loop runs each "
+            f"{config.loop.period * 1e3:g} ms: most cycles have no new pose and rest on the model"
+        )
     if config.servo is not None:
         path = (Path() if file is None else file.parent) / config.servo.calibration
         try:

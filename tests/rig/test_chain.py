@@ -45,7 +45,7 @@ class Chain(Rig):
         port = free_port(socket.SOCK_DGRAM)
         super().__init__(
             folder,
-            "[faults]\nmissed_ticks = 1000\npose_stale = 100\ntendon_stale = 200\n"
+            "[faults]\noverrun_time = 10.0\npose_timeout = 1.0\ntendon_timeout = 2.0\n"
             + WIRED.replace("duration = 2.5", "duration = 1.5")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
             + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',

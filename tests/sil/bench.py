@@ -14,14 +14,14 @@ from tests.sil.rig import PATIENCE_SECONDS, Rig
 QUICK = """
 [limits]
 release_rate = 1000.0
-sustained = 1000
+limit_time = 10.0
 [reference]
 kind = "minimum_jerk"
 duration = 0.5
 [faults]
-pose_stale = 100
-tendon_stale = 120
-missed_ticks = 90
+pose_timeout = 1.0
+tendon_timeout = 1.2
+overrun_time = 0.9
 """
 """Short times, so that the tests are short, but thresholds of time wider than the defaults: the machine may stand still
 for a while, the controller may not. Those of space are the defaults."""

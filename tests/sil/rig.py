@@ -19,9 +19,9 @@ PATIENCE_SECONDS = 120.0
 
 PATIENT = """
 [faults]
-pose_stale = 100
-tendon_stale = 120
-missed_ticks = 90
+pose_timeout = 1.0
+tendon_timeout = 1.2
+overrun_time = 0.9
 """
 """Thresholds of time, where a test has none of its own: the machine that tests may stand still for a while."""
 

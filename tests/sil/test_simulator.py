@@ -14,7 +14,7 @@ from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil
 
-FAST = "[faults]\nmissed_ticks = 1000\n"
+FAST = "[faults]\noverrun_time = 10.0\n"
 
 
 @pytest.fixture(scope="module")

@@ -75,7 +75,7 @@ def test_arming_is_refused_when_the_pose_is_old() -> None:
     state, _ = go(START, CycleInputs(pose=pose(0)), *[CycleInputs()] * 25)
     _, record = go(state, CycleInputs(request=ControlAction.ARM))
     assert (record.accepted, record.mode) == (False, Mode.IDLE)
-    assert "cycles old" in record.reply
+    assert "the newest pose is 0.26 s old" in record.reply
 
 
 def test_stop_releases_and_comes_to_idle() -> None:
@@ -185,9 +185,9 @@ def test_a_model_that_is_lost_starts_at_rest_again_once_the_arm_is_released() ->
     """Poses where no arm can hang: the model cannot follow them, and must not stay wherever it was pulled."""
     state, _ = go(START, CycleInputs(pose=pose(0, (0.0, 0.0, -0.45))))
     forces = []
-    for seq in range(1, CONFIG.faults.mismatches + 30):
+    for seq in range(1, SETUP.thresholds.mismatch_time + 30):
         state, record = go(state, CycleInputs(pose=pose(seq, (0.0, 0.0, -0.45))))
         forces.append(math.hypot(*record.observer.force))
     assert record.mode is Mode.IDLE
-    assert max(forces[: CONFIG.faults.mismatches]) > 1.0
-    assert min(forces[CONFIG.faults.mismatches - 5 : CONFIG.faults.mismatches + 5]) < 0.2
+    assert max(forces[: SETUP.thresholds.mismatch_time]) > 1.0
+    assert min(forces[SETUP.thresholds.mismatch_time - 5 : SETUP.thresholds.mismatch_time + 5]) < 0.2

@@ -30,7 +30,7 @@ def test_without_poses_the_tensions_are_held_and_then_let_go() -> None:
     held = record.command.tension
     assert max(held) > 1.0
 
-    patience = SETUP.config.faults.pose_stale
+    patience = SETUP.thresholds.pose_timeout
     state, blind = go(state, *[CycleInputs()] * patience)
     assert {record.mode for record in blind} == {Mode.TRACKING}
     assert {record.command.tension for record in blind} == {held}  # to the last bit

@@ -14,7 +14,7 @@ from tests.unit.cycles import CONFIG, REST, SETUP, armed, follow, go, pose
 
 
 def test_the_observer_bridges_a_gap_and_then_it_is_a_fault() -> None:
-    state, record = go(armed(), *[CycleInputs()] * CONFIG.faults.pose_stale)
+    state, record = go(armed(), *[CycleInputs()] * SETUP.thresholds.pose_timeout)
     assert record.mode is Mode.TRACKING
     state, record = go(state, CycleInputs())
     assert record.mode is Mode.FAULT
@@ -62,7 +62,7 @@ def test_unreadable_payloads_are_counted_by_reason() -> None:
 
 def test_teleports_in_a_row_are_a_fault() -> None:
     state = armed()
-    for k in range(CONFIG.faults.teleports):
+    for k in range(SETUP.thresholds.teleport_time):
         assert state.mode is Mode.TRACKING
         state, record = go(state, CycleInputs(pose=pose(1000 + k, (0.0, 0.0, -0.74))))
     assert record.mode is Mode.FAULT
@@ -75,19 +75,19 @@ def test_a_jump_that_lasts_is_never_believed(jump: float) -> None:
     state = armed()
     assert state.pose is not None
     x, y, z = state.pose.position
-    for k in range(CONFIG.faults.teleports):
+    for k in range(SETUP.thresholds.teleport_time):
         assert state.mode is Mode.TRACKING
         state, record = go(state, CycleInputs(pose=pose(1000 + k, (x, y + jump, z))))
         assert record.rejected == ("teleport",)
     assert record.mode is Mode.FAULT
-    assert record.reason == "teleport: 5 poses in a row beyond what the tip can do"
+    assert record.reason == "teleport: poses beyond what the tip can do for 0.05 s"
 
 
 def test_after_a_short_jump_or_a_gap_the_tip_may_be_where_its_speed_allows() -> None:
     state = armed()
     assert state.pose is not None
     x, y, z = state.pose.position
-    for k in range(CONFIG.faults.teleports - 1):
+    for k in range(SETUP.thresholds.teleport_time - 1):
         state, record = go(state, CycleInputs(pose=pose(1000 + k, (x, y + 0.3, z))))
         assert record.rejected == ("teleport",)
     _, record = go(state, CycleInputs(pose=pose(1010, (x, y + 0.1, z))))
@@ -111,7 +111,7 @@ def test_overruns_in_a_row_are_a_fault() -> None:
     state = armed()
     _, record = go(state, CycleInputs(pose=follow(state), missed_ticks=1))
     assert record.mode is Mode.TRACKING
-    _, record = go(state, CycleInputs(pose=follow(state), missed_ticks=CONFIG.faults.missed_ticks))
+    _, record = go(state, CycleInputs(pose=follow(state), missed_ticks=SETUP.thresholds.overrun_time))
     assert record.mode is Mode.FAULT
     assert "overrun" in record.reason
 
@@ -132,7 +132,7 @@ def test_a_model_without_solution_holds_and_then_faults(monkeypatch: pytest.Monk
 
     state = armed()
     monkeypatch.setattr(SETUP.rod, "step", fail)
-    for _ in range(CONFIG.faults.solver_failures):
+    for _ in range(SETUP.thresholds.solver_timeout):
         state, record = go(state, CycleInputs(pose=follow(state)))
         assert record.mode is Mode.TRACKING
         assert "did not converge" in record.model.error
@@ -174,11 +174,11 @@ def test_a_servo_error_releases_all_tendons_together() -> None:
 def test_a_silent_tendon_driver_is_a_fault_once_it_has_spoken() -> None:
     state = armed()
     state, record = go(state, CycleInputs(pose=follow(state), tendon_state=sick(1)))
-    for _ in range(CONFIG.faults.tendon_stale):
+    for _ in range(SETUP.thresholds.tendon_timeout):
         state, record = go(state, CycleInputs(pose=follow(state)))
         assert record.mode is Mode.TRACKING
     state, record = go(state, CycleInputs(pose=follow(state)))
-    assert (record.mode, record.reason) == (Mode.FAULT, "tendons stale: no state for 51 cycles")
+    assert (record.mode, record.reason) == (Mode.FAULT, "tendons stale: no state for 0.51 s")
     state, _ = go(state, *[CycleInputs(pose=pose(9000 + k)) for k in range(150)])
     state, record = go(state, CycleInputs(pose=pose(9200), request=ControlAction.RESET))
     assert record.accepted
@@ -198,12 +198,12 @@ def test_a_pose_that_stands_still_while_the_model_moves_is_a_fault() -> None:
     frozen = armed().pose
     state = armed()
     assert frozen is not None
-    for k in range(CONFIG.faults.equal_poses):
+    for k in range(SETUP.thresholds.frozen_time):
         assert state.mode is Mode.TRACKING
         state, record = go(state, CycleInputs(pose=pose(frozen.seq + 1 + k, frozen.position)))
     state, record = go(state, CycleInputs(pose=pose(frozen.seq + 100, frozen.position)))
     assert record.mode is Mode.FAULT
-    assert "pose frozen: 20 equal ones" in record.reason
+    assert "pose frozen: equal ones for 0.2 s" in record.reason
 
 
 def test_a_model_at_rest_may_have_equal_poses_for_ever() -> None:
@@ -260,8 +260,8 @@ def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() 
         assert np.isfinite(command.tension).all()
         if record.mode is Mode.FAULT and not any(command.tension):
             break
-    assert errors > setup.config.faults.solver_failures
-    assert record.reason == "model: no solution for 6 cycles"
+    assert errors > setup.thresholds.solver_timeout
+    assert record.reason == "model: no solution for 0.06 s"
     assert not command.armed
 
 

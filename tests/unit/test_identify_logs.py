@@ -156,7 +156,7 @@ def test_a_plan_keeps_to_the_limits_and_asks_for_nothing_while_the_arm_moves() -
 
 
 def test_a_plan_that_the_rig_does_not_survive_is_refused() -> None:
-    strict = check_config({**BASE, "limits": {**BASE["limits"], "sustained": 1}}, "test")
+    strict = check_config({**BASE, "limits": {**BASE["limits"], "limit_time": 0.01}}, "test")
     with pytest.raises(PlanError, match="ends in a fault"):
         rehearse(strict, propose(strict, ("chirp",)))
     plan = propose(strict, ("steps",), 0.6)

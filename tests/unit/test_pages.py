@@ -75,7 +75,7 @@ def test_a_report_has_numbers_faults_configuration_and_versions_and_fetches_noth
     for text in (
         "tpl_mm",
         "total path length",
-        "pose stale: none accepted for 21 cycles",
+        "pose stale: none accepted for 0.21 s",
         "servo 2: overload",
         "limits.tension_max",
         "numba",

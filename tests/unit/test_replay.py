@@ -204,14 +204,14 @@ def test_a_change_of_version_or_parameters_is_named(recorded: Path, tmp_path: Pa
     run = open_run(recorded)
     assert (version_changes(run), parameter_changes(run)) == ([], [])
     attached = json.loads(run.attachment)
-    del attached["limits"]["sustained"]
+    del attached["limits"]["limit_time"]
     other = open_run(
         rewritten(recorded, tmp_path / "a.mcap", metadata={"numba": "0.1", "cpu": "i386"}, config=json.dumps(attached))
     )
     lines = version_changes(other)
     assert any(line.endswith("0.1 in the log") and line.startswith("numba is ") for line in lines)
     assert any("processor is " in line and "i386 in the log" in line for line in lines)
-    assert parameter_changes(other) == ["limits.sustained is not in the log's configuration: taken as 100"]
+    assert parameter_changes(other) == ["limits.limit_time is not in the log's configuration: taken as 1.0"]
 
 
 def test_another_law_on_the_same_inputs_is_a_log_that_replays(recorded: Path, tmp_path: Path) -> None:

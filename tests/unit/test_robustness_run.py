@@ -75,7 +75,7 @@ def test_the_rate_limits_cost_is_counted_and_bounded_by_the_tendons_way() -> Non
 
 
 def test_a_fault_misses_the_goal_and_says_why() -> None:
-    strict = BASE.model_copy(update={"limits": BASE.limits.model_copy(update={"sustained": 5})})
+    strict = BASE.model_copy(update={"limits": BASE.limits.model_copy(update={"limit_time": 0.05})})
     result = evaluate(strict, replace(NOMINAL, drive="displacement"), 0)
     assert (result.meets, result.mode, result.settling_iterations) == (False, "fault", None)
     assert "limits" in result.reason

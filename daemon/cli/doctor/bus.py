@@ -65,8 +65,8 @@ def poses(rig: Rig) -> Result:
         return bad(
             f"{finding}; not one is valid", "see why in the driver's journal: is the tip hidden, is the base turned?"
         )
-    if gap > config.faults.pose_stale * config.loop.period:
-        return bad(f"{finding}: a fault while tracking (faults.pose_stale)", "see the network and Tracker's load")
+    if gap > config.faults.pose_timeout:
+        return bad(f"{finding}: a fault while tracking (faults.pose_timeout)", "see the network and Tracker's load")
     if unseen or rate < SLOW_SHARE / config.loop.period or OLD_SECONDS < age < ONE_CLOCK_SECONDS:
         finding += f"; {unseen} not valid" if unseen else ""
         return doubtful(

@@ -15,6 +15,14 @@ REACH = 1.5
 
 OCCLUDED = "occluded"
 
+REMARKS = {
+    "out of reach": " (are they in mm? metres are expected)",
+    OCCLUDED: " (valid = false: does the camera see the tip?)",
+    "bad quaternion": " (a unit quaternion w, x, y, z is expected)",
+    "wrong version": " (is the same version of tendond running everywhere?)",
+}
+"""What a reason for refusal usually comes from."""
+
 
 @dataclass(frozen=True)
 class Admission:
@@ -80,6 +88,7 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         tendon_interval=tendon_interval,
         runs=runs,
         rejected=counts,
+        unreadable=state.unreadable or inputs.unreadable_detail,
     )
     return Admission(state, fresh, tuple(rejected))
 
@@ -87,6 +96,23 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
 def lengthened(run: int, cycles: int) -> int:
     """The length of a run of bad reports with one more, `cycles` after the one before it; the first counts as one."""
     return run + cycles if run else 1
+
+
+def describe_refusals(state: CycleState) -> str:
+    """What has arrived and was refused so far, and what that looks like; empty where a pose is in use and all is read.
+
+    "304 poses arrived, all refused: 304 out of reach (are they in mm?)"
+    """
+    malformed = f"malformed messages, the first: {state.unreadable}" if state.unreadable else ""
+    if state.pose is not None:
+        return malformed
+    counts = {name: count for name, count in state.rejected.items() if not name.startswith("tendons")}
+    if not counts:
+        return ""
+    total = sum(counts.values())
+    reasons = ", ".join(f"{count} {name}{REMARKS.get(name, '')}" for name, count in counts.items())
+    told = f"{total} {'pose' if total == 1 else 'poses'} arrived, all refused: {reasons}"
+    return f"{told}; {malformed}" if malformed else told
 
 
 def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | None:

@@ -48,6 +48,7 @@ class Arrivals:
 
     Attributes:
         inputs: payloads of poses and tendon states that have come in, readable or not.
+        detail: which field of the first unreadable one was wrong, and how.
         truth: of the simulator; no input, and so undecoded until the command is out.
     """
 
@@ -55,6 +56,7 @@ class Arrivals:
     tendon_state: TendonState | None = None
     inputs: int = 0
     unreadable: dict[str, int] = field(default_factory=dict)
+    detail: str = ""
     truth: zenoh.Sample | None = None
 
     def decoded_truth(self) -> SimulatorTruth | None:
@@ -154,6 +156,7 @@ class Hub:
                 newest = message
             except UnreadableError as error:
                 arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
+                arrivals.detail = arrivals.detail or error.detail
         return newest
 
     def question(self) -> Question | None:
@@ -165,7 +168,7 @@ class Hub:
             try:
                 request = decode(ControlRequest, payload)
             except UnreadableError as error:
-                _answer(query, ControlReply(done=False, message=f"the request is {error.reason}"))
+                _answer(query, ControlReply(done=False, message=f"the request is {error.reason} ({error.detail})"))
                 continue
             if str(query.key_expr).rsplit("/", 1)[-1] == request.action.value:
                 return Question(request, query)

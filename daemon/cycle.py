@@ -127,12 +127,13 @@ def _command(state: CycleState) -> TendonCommand:
     armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
         state.mode is Mode.FAULT and (state.lagging or bool((state.commanded > 0.0).any()))
     )
+    displacement = state.displacement.tolist() if armed else [0.0] * len(state.displacement)
     return TendonCommand.trusted(
         version=SCHEMA_VERSION,
         seq=state.tick - 1,
         stamp_ns=0,
         pose_seq=None if state.pose is None else state.pose.seq,
-        displacement=tuple(state.displacement.tolist()),
+        displacement=tuple(displacement),
         tension=tuple(state.commanded.tolist()),
         armed=armed,
     )

@@ -172,6 +172,11 @@ class Journal:
             level = foxglove.LogLevel.ERROR if status.mode is Mode.FAULT else foxglove.LogLevel.INFO
             self._recorder.put(LOG, now, foxglove.log_line(now, level, f"{status.mode.value}: {status.reason}"))
 
+    def warning(self, text: str) -> None:
+        """A line for people."""
+        now = self._now()
+        self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.WARNING, text))
+
     def crash(self, trace: str) -> None:
         """Why the controller ends before its time."""
         now = self._now()

@@ -8,6 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from tendond.daemon.admission import describe_refusals
 from tendond.daemon.bus import Arrivals, Hub, Question
 from tendond.daemon.cycle import respond
 from tendond.daemon.errors import DaemonError
@@ -57,6 +58,7 @@ class Loop:
         self._supervisor = supervisor or Supervisor({})
         self._health = Health()
         self._status_seq = 0
+        self._malformed_said = False
         self._rehearsed: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
@@ -180,6 +182,9 @@ class Loop:
             )
             self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._journal.state(self._state)
+            if self._state.unreadable and not self._malformed_said:
+                self._malformed_said = True
+                self._journal.warning(f"malformed: {self._state.unreadable}")
             now = (record.mode, record.law, record.reference.target, self._journal.error)
             if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
@@ -215,6 +220,7 @@ class Loop:
             tension=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,
+            refused=describe_refusals(self._state),
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
 
@@ -230,6 +236,7 @@ def _inputs(
         law=None if request is None else request.law,
         reference=None if request is None else request.reference,
         unreadable=dict(arrivals.unreadable),
+        unreadable_detail=arrivals.detail,
         missed_ticks=missed,
     )
 

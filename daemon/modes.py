@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.daemon.admission import describe_refusals
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.haste import haste
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
@@ -99,7 +100,7 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
     if state.mode is not Mode.IDLE:
         return f"already {state.mode.value}"
     if state.pose_age is None:
-        return "no pose of the tip has arrived yet"
+        return describe_refusals(state) or "no pose of the tip has arrived yet"
     if state.pose_age > setup.thresholds.pose_timeout:
         return f"the newest pose is {_seconds(setup, state.pose_age)} old"
     if state.tendon_state is None and setup.config.servo is not None:

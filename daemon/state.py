@@ -145,6 +145,7 @@ class CycleState:
         lagging: the displacement is still on its way, held back by its rate.
         runs: of bad cycles.
         rejected: inputs dropped since the start, by reason.
+        unreadable: which field of the first malformed message was wrong, and how; empty without one.
     """
 
     tick: int
@@ -171,6 +172,7 @@ class CycleState:
     lagging: bool = False
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)
+    unreadable: str = ""
 
 
 def initial_state(setup: CycleSetup) -> CycleState:

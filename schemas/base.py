@@ -1,6 +1,6 @@
 """The base of everything that crosses a boundary: frozen, finite, nothing unknown."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -16,6 +16,9 @@ PerTendon = Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
 
 class Schema(BaseModel):
     """Frozen, strict about unknown keys, and without NaN or infinity."""
+
+    REQUIRED: ClassVar[frozenset[str]] = frozenset()
+    """Fields that a payload must have although Python code may leave them out."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, ser_json_inf_nan="constants")
 

@@ -2,7 +2,7 @@
 
 import math
 from enum import StrEnum
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -37,6 +37,8 @@ class Message(Schema):
         stamp_ns: capture time [ns] on the publisher's monotonic clock; ages are taken on the receiver's.
     """
 
+    REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
+
     version: Literal[1] = SCHEMA_VERSION
     seq: Annotated[int, Field(ge=0)]
     stamp_ns: Annotated[int, Field(ge=0)]
@@ -54,6 +56,8 @@ class TipPose(Message):
         orientation: unit quaternion w, x, y, z, body to world.
         valid: false while the tip is occluded; the pose is then the last one seen.
     """
+
+    REQUIRED: ClassVar[frozenset[str]] = frozenset({"version", "valid"})
 
     position: Vector3
     orientation: Quaternion
@@ -73,7 +77,7 @@ class TendonCommand(Message):
 
     Attributes:
         pose_seq: sequence number of the newest pose that the controller had seen; none before the first.
-        displacement: of each tendon's end, from the straight robot, positive when pulled [m].
+        displacement: of each tendon's end, from the straight robot, positive when pulled [m]; zero while disarmed.
         tension: that the model expects with it [N].
         armed: false: torque off, tendons slack.
     """
@@ -150,6 +154,7 @@ class Status(Message):
         tension: commanded [N].
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
+        refused: why no pose or message is used, in one line with the first malformed field; empty where all is used.
         loop: timing and log.
     """
 
@@ -164,6 +169,7 @@ class Status(Message):
     tension: PerTendon
     displacement: PerTendon
     rejected: dict[str, int]
+    refused: str = ""
     loop: LoopHealth
 
 
@@ -186,6 +192,8 @@ class ControlRequest(Schema):
         law: to select, with the action `law`.
         reference: to set, with the action `reference`; its samples in it, not in a file.
     """
+
+    REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
 
     version: Literal[1] = SCHEMA_VERSION
     action: ControlAction

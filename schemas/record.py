@@ -17,6 +17,7 @@ class CycleInputs(Schema):
         tendon_state: likewise.
         request: of the operator, if there is one; law, reference: what it is about.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
+        unreadable_detail: which field of the first of those was wrong, and how.
         missed_ticks: deadlines skipped just before this cycle.
     """
 
@@ -26,6 +27,7 @@ class CycleInputs(Schema):
     law: str | None = None
     reference: ReferenceSection | None = None
     unreadable: dict[str, int] = Field(default_factory=dict)
+    unreadable_detail: str = ""
     missed_ticks: Annotated[int, Field(ge=0)] = 0
 
 

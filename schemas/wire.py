@@ -9,14 +9,23 @@ from tendond.schemas.messages import LARGEST_PAYLOAD
 
 S = TypeVar("S", bound=Schema)
 
+DETAIL_LENGTH = 80
+"""Characters of a field's name, or of what is wrong with it, that a refusal repeats."""
+
 _REASONS = {"finite_number": "not finite", "json_invalid": "malformed"}
 
 
 class UnreadableError(Exception):
-    """A payload that is no message of the wanted kind; `reason` is one of a few short phrases, for counting."""
+    """A payload that is no message of the wanted kind.
 
-    def __init__(self, reason: str) -> None:
+    Attributes:
+        reason: one of a few short phrases, for counting.
+        detail: which field, and what is wrong with it, for people; may be empty.
+    """
+
+    def __init__(self, reason: str, detail: str = "") -> None:
         self.reason = reason
+        self.detail = detail
         super().__init__(reason)
 
 
@@ -37,9 +46,19 @@ def decode(kind: type[S], payload: bytes) -> S:
         message: S = kind.__pydantic_validator__.validate_json(payload, strict=True)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        detail = _detail(kind, first["loc"], first["msg"])
         if first["loc"][:1] == ("version",):
-            raise UnreadableError("wrong version") from None
+            raise UnreadableError("wrong version", detail) from None
         if first["loc"][:1] == ("orientation",) and first["type"] == "value_error":
-            raise UnreadableError("bad quaternion") from None
-        raise UnreadableError(_REASONS.get(first["type"], "malformed")) from None
+            raise UnreadableError("bad quaternion", detail) from None
+        raise UnreadableError(_REASONS.get(first["type"], "malformed"), detail) from None
+    if not message.__pydantic_fields_set__ >= kind.REQUIRED:
+        missing = sorted(kind.REQUIRED - message.__pydantic_fields_set__)[0]
+        raise UnreadableError("malformed", _detail(kind, (missing,), "is missing"))
     return message
+
+
+def _detail(kind: type[Schema], place: tuple[int | str, ...], text: str) -> str:
+    """One line that names the field, bounded: a key of a foreign message may be long."""
+    where = ".".join(str(part) for part in place)[:DETAIL_LENGTH]
+    return f"{kind.__name__}{'.' if where else ''}{where}: {text[:DETAIL_LENGTH]}"

@@ -106,6 +106,7 @@ def _table(status: Status) -> Table:
         "cycles": f"{status.loop.cycles}, {status.loop.missed_ticks} deadlines missed",
         "wake-up to command": f"median {status.loop.cycle_ms_median:.2f} ms, p99 {status.loop.cycle_ms_p99:.2f} ms",
         "rejected": ", ".join(f"{count} {reason}" for reason, count in status.rejected.items()) or "nothing",
+        **({"refused": status.refused} if status.refused else {}),
         "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped",
     }
     for name, value in rows.items():

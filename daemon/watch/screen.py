@@ -205,6 +205,7 @@ def _health(status: Status) -> list[Text]:
         _row("cycle", Text(f"{loop.cycle_ms_median:.2f} ms, p99 {loop.cycle_ms_p99:.2f} ms")),
         _row("cycles", Text(f"{loop.cycles}, {loop.missed_ticks} missed", style=WARN if loop.missed_ticks else "")),
         _row("rejected", Text(rejected or "nothing", style=WARN if rejected else "")),
+        *([_row("refused", Text(status.refused, style=BAD))] if status.refused else []),
         _row("log", Text(log, style=BAD if loop.log_error else WARN if loop.log_dropped else "")),
     ]
 

@@ -96,7 +96,7 @@ class Peer:
                 objections.append(f"{command.seq}: tension {command.tension}")
             if (displacement < limits.displacement_min).any() or (displacement > limits.displacement_max).any():
                 objections.append(f"{command.seq}: displacement {command.displacement}")
-            if last is not None and command.seq == last.seq + 1:
+            if last is not None and last.armed and command.armed and command.seq == last.seq + 1:
                 step = np.abs(displacement - np.array(last.displacement)).max()
                 if step > limits.displacement_rate * period + 1e-9:
                     objections.append(f"{command.seq}: displacement changed by {step}")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendond.schemas.messages import LARGEST_PAYLOAD, TendonCommand, TipPose
+from tendond.schemas.messages import LARGEST_PAYLOAD, ControlRequest, TendonCommand, TipPose
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 POSE = TipPose(seq=3, stamp_ns=5, position=(0.1, 1 / 3, math.pi), orientation=(0.6, 0.0, 0.8, 0.0))
@@ -59,3 +59,27 @@ def test_what_is_no_pose_is_refused_with_its_reason(payload: bytes, expected: st
 def test_random_bytes_never_raise_anything_else(payload: bytes) -> None:
     with pytest.raises(UnreadableError):
         decode(TendonCommand, payload)
+
+
+@pytest.mark.parametrize("field", ["version", "seq", "stamp_ns", "position", "orientation", "valid"])
+def test_a_pose_that_lacks_a_field_is_refused_and_the_field_is_named(field: str) -> None:
+    payload = json.loads(encode(POSE))
+    del payload[field]
+    with pytest.raises(UnreadableError) as caught:
+        decode(TipPose, json.dumps(payload).encode())
+    assert caught.value.detail.startswith(f"TipPose.{field}: ")
+    assert caught.value.reason == "malformed"
+
+
+def test_a_refused_field_is_named_by_its_path_and_a_long_one_is_cut() -> None:
+    with pytest.raises(UnreadableError) as caught:
+        decode(TipPose, changed(position=[0.1, "a", 0.3]))
+    assert caught.value.detail == "TipPose.position.1: Input should be a valid number"
+    with pytest.raises(UnreadableError) as caught:
+        decode(TipPose, changed(**{"k" * 5000: 1}))
+    assert len(caught.value.detail) < 200
+
+
+def test_a_request_without_version_is_refused() -> None:
+    with pytest.raises(UnreadableError, match="malformed"):
+        decode(ControlRequest, b'{"action": "arm"}')

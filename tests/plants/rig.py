@@ -1,0 +1,77 @@
+"""Camera and tendon drive about a plant: what is reported is delayed and noisy, what is commanded is held.
+
+Units, signs and frames are those of docs/messages; no line of tendond is in it.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.plants.mujoco_robot import MujocoRobot, Robot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is about the robot.
+
+    Attributes:
+        period: between poses [s].
+        delay: of a pose, in periods.
+        noise: standard deviation of a pose's position, each axis [m].
+        displacement: winches hold the tendons' ends; else their tension is as commanded.
+        winch_rate: of the tendons' ends [m/s]; 0: as fast as asked.
+        seed: of the noise.
+    """
+
+    period: float = 0.01
+    delay: int = 0
+    noise: float = 0.0
+    displacement: bool = False
+    winch_rate: float = 0.0
+    seed: int = 0
+
+
+class MujocoRig:
+    """A robot at rest with a camera and a drive for its tendons.
+
+    Args:
+        robot: of the plant. rig: what is about it.
+    """
+
+    def __init__(self, robot: Robot, rig: Rig) -> None:
+        self.plant = MujocoRobot(robot)
+        self._rig = rig
+        self._random = np.random.default_rng(rig.seed)
+        self._seen: deque[tuple[Array, Array]] = deque(maxlen=rig.delay + 1)
+        self._ends: Array | None = None
+
+    def pose(self) -> tuple[Array, Array]:
+        """Position [m], shape (3,), and quaternion w, x, y, z, shape (4,), that the camera reports now.
+
+        Call it once a period.
+        """
+        noise = self._random.normal(0.0, self._rig.noise, 3) if self._rig.noise else np.zeros(3)
+        self._seen.append((self.plant.position + noise, self.plant.quaternion))
+        return self._seen[0]
+
+    def advance(self, tension: Array, displacement: Array, armed: bool) -> None:
+        """One period under a command.
+
+        Args:
+            tension: [N], shape (n,). displacement: [m], shape (n,). armed: false: torque off.
+        """
+        if not armed:
+            self.plant.let_go()
+            self._ends = None
+        elif not self._rig.displacement:
+            self.plant.pull(tension)
+        else:
+            at = self.plant.displacement if self._ends is None else self._ends
+            reach = self._rig.winch_rate * self._rig.period if self._rig.winch_rate else np.inf
+            self._ends = at + np.clip(displacement - at, -reach, reach)
+            self.plant.wind(self._ends)
+        self.plant.advance(self._rig.period)

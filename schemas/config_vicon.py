@@ -1,9 +1,10 @@
 """[vicon]: which objects of Vicon Tracker are the robot, how they lie on it, and how Tracker's numbers are read."""
 
 import math
+from ipaddress import IPv4Address
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.ranges import Axis, Port, Positive
@@ -22,6 +23,14 @@ def axis_vector(axis: Axis) -> tuple[int, int, int]:
     return x, y, z
 
 
+def _is_ipv4(text: str) -> bool:
+    try:
+        IPv4Address(text)
+    except ValueError:
+        return False
+    return True
+
+
 class ViconSection(Schema):
     """[vicon]"""
 
@@ -29,10 +38,14 @@ class ViconSection(Schema):
         "udp", description="udp: Tracker's UDP object stream; datastream: the DataStream SDK, extra [vicon-sdk]"
     )
     address: str = Field("0.0.0.0", description="of this computer's network card on which packets are awaited")
+    multicast: str = Field("", description="group that is joined on that card, where Tracker sends to one")
     port: Port = Field(51001, description="UDP port to which Tracker sends")
+    sender: str = Field(
+        "", description="address of Tracker's computer, from which alone packets are taken; empty: the first that sends"
+    )
     server: str = Field("127.0.0.1:801", description="of the DataStream server, HOST:PORT")
     server_timeout: Annotated[
-        float, Field(gt=0.0, le=600.0, description="[s]; without a first frame for so long, the driver gives up")
+        float, Field(gt=0.0, le=600.0, description="[s]; without a first frame for so long, it is connected to anew")
     ] = 10.0
     tip: str = Field("tip", description="name of Tracker's object at the tip")
     base: str = Field("base", description="name of Tracker's object at the base; empty: the Vicon world is the base")
@@ -52,12 +65,45 @@ class ViconSection(Schema):
     ] = 0.0
     silence: Positive = Field(1.0, description="[s]; without a packet for so long, the driver says so")
 
-    @field_validator("tip", "base")
+    @field_validator("address", "multicast", "sender")
     @classmethod
-    def _fits(cls, value: str) -> str:
-        if len(value.encode()) > NAME_BYTES:
-            raise ValueError(f"Tracker's UDP stream has {NAME_BYTES} bytes for a name")
+    def _ipv4(cls, value: str) -> str:
+        if value and not _is_ipv4(value):
+            raise ValueError("must be an IPv4 address, for instance 192.168.10.2")
         return value
+
+    @field_validator("address")
+    @classmethod
+    def _card(cls, value: str) -> str:
+        if not value:
+            raise ValueError("must be an IPv4 address, for instance 192.168.10.2; 0.0.0.0 stands for all cards")
+        if IPv4Address(value).is_multicast:
+            raise ValueError("is a multicast group: set vicon.multicast to it, and this to the card's own address")
+        return value
+
+    @field_validator("multicast")
+    @classmethod
+    def _group(cls, value: str) -> str:
+        if value and not IPv4Address(value).is_multicast:
+            raise ValueError("must be a multicast group, 224.0.0.0 to 239.255.255.255")
+        return value
+
+    @field_validator("server")
+    @classmethod
+    def _host_and_port(cls, value: str) -> str:
+        host, _, port = value.rpartition(":")
+        if not host or not port.isdigit() or not 0 < int(port) < 65536:
+            raise ValueError("has the form HOST:PORT, for instance 192.168.10.1:801")
+        return value
+
+    @model_validator(mode="after")
+    def _fits(self) -> "ViconSection":
+        if self.source == "udp":  # the DataStream SDK has no such limit
+            for name in ("tip", "base"):
+                size = len(getattr(self, name).encode())
+                if size > NAME_BYTES:
+                    raise ValueError(f"{name}: Tracker's UDP stream has {NAME_BYTES} bytes for a name, this has {size}")
+        return self
 
     @field_validator("tip")
     @classmethod

@@ -109,6 +109,7 @@ def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
     """What is not wrong with the configuration, but will keep a process from running as things stand."""
     from tendond.daemon.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
+    from tendond.drivers.vicon.datastream import is_installed
 
     try:
         hub_settings(config)
@@ -125,6 +126,8 @@ def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
             f"the simulated camera sends a pose each {frame * 1e3:g} ms, the loop runs each "
             f"{config.loop.period * 1e3:g} ms: most cycles have no new pose and rest on the model"
         )
+    if config.vicon is not None and config.vicon.source == "datastream" and not is_installed():
+        yield "vicon.source = 'datastream' needs the motioncapture package: pip install 'tendond[vicon-sdk]'"
     if config.servo is not None:
         path = (Path() if file is None else file.parent) / config.servo.calibration
         try:

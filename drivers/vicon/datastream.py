@@ -1,14 +1,13 @@
 """Frames from the Vicon DataStream SDK through the `motioncapture` package, in a process of its own.
 
-The package's `connect` blocks for ever without a server and cannot be interrupted, so a child process calls it and
-hands each frame on as a line of JSON; a child that says nothing is ended. Run as a module, this file is that child.
+The package's `connect` blocks for ever without a server, and so does its wait for a frame once the server has gone;
+neither can be interrupted. So a child process calls them (`datastream_child.py`), and one that says nothing is
+ended and another one started.
 """
 
-import ctypes
 import importlib.util
 import json
 import select
-import signal
 import subprocess
 import sys
 import time
@@ -18,21 +17,27 @@ import numpy as np
 
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_quaternion
-from tendond.drivers.vicon.udp import POLL_SECONDS, ViconError
+from tendond.drivers.vicon.packet import NOT_FINITE
+from tendond.drivers.vicon.udp import POLL_SECONDS, STALE_NS
+from tendond.schemas.config import ConfigError
 from tendond.schemas.config_vicon import ViconSection
 
-DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 LONGEST_LINE = 65536
+RECONNECT_SECONDS = 2.0
+"""Without a further frame for so long (or vicon.silence, where that is longer) the child is taken to hang."""
+
+PAUSE_SECONDS = 1.0
+"""Between the end of a child and the start of the next one."""
 
 
 class DataStreamSource:
-    """A child process that is connected to the server.
+    """A child process that is connected to the server; one that hangs or ends is replaced.
 
     Args:
         section: [vicon].
 
     Raises:
-        ViconError: the package is not installed.
+        ConfigError: the package is not installed.
 
     Attributes:
         counts: lines that could not be read, by reason.
@@ -40,86 +45,126 @@ class DataStreamSource:
     """
 
     def __init__(self, section: ViconSection) -> None:
-        if importlib.util.find_spec("motioncapture") is None:
-            raise ViconError(
+        if not is_installed():
+            raise ConfigError(
                 "vicon.source = 'datastream' needs the motioncapture package: pip install 'tendond[vicon-sdk]', or use"
                 " vicon.source = 'udp'"
             )
-        self._server = section.server
-        self._timeout = section.server_timeout
-        self._started = time.monotonic()
+        self._section = section
+        self._wanted = {section.tip, section.base} - {""}
         self.counts: Counter[str] = Counter()
         self.packets = 0
+        self._news: list[str] = []
         self._buffer = b""
-        self._child = subprocess.Popen(
-            [sys.executable, "-m", __name__, section.server], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL
-        )
+        self._heard, self._streaming = 0.0, False
+        self._child: subprocess.Popen[bytes] | None = None
+        self._start()
 
     def close(self) -> None:
         """End the child."""
-        self._child.kill()
-        self._child.communicate()
+        if self._child is not None:
+            self._child.kill()
+            self._child.communicate()
+            self._child = None
+
+    def news(self) -> list[str]:
+        """Lines for people since the last call."""
+        lines, self._news = self._news, []
+        return lines
 
     def receive(self) -> Frame | None:
-        """The next frame; none when none came for a moment.
-
-        Raises:
-            ViconError: no first frame in time, or the connection has ended.
-        """
+        """Return the next frame; none when none came for a moment."""
+        now = time.monotonic()
+        if self._child is None:
+            if now < self._heard + PAUSE_SECONDS:
+                time.sleep(min(POLL_SECONDS, self._heard + PAUSE_SECONDS - now))
+                return None
+            self._start()
+        assert self._child is not None
         assert self._child.stdout is not None
         if b"\n" not in self._buffer:
             ready, _, _ = select.select([self._child.stdout], [], [], POLL_SECONDS)
             if not ready:
-                if not self.packets and time.monotonic() - self._started > self._timeout:
-                    raise ViconError(
-                        f"no frame from the DataStream server {self._server} in {self._timeout:g} s: is Tracker running"
-                        " there, and vicon.server right?"
-                    )
+                self._lose_patience()
                 return None
             data = self._child.stdout.read1(LONGEST_LINE)  # type: ignore[attr-defined]
             if not data:
-                raise ViconError(f"the connection to the DataStream server {self._server} has ended")
+                self._replace(f"the connection to the DataStream server {self._section.server} has ended")
+                return None
             self._buffer += data
         line, newline, rest = self._buffer.partition(b"\n")
         if not newline:
             return None
         self._buffer = rest
         self.packets += 1
-        return self._frame(line, time.monotonic_ns())
+        self._heard, self._streaming = time.monotonic(), True
+        return self._frame(line)
 
-    def _frame(self, line: bytes, stamp_ns: int) -> Frame | None:
+    def _start(self) -> None:
+        """Start a child."""
+        self._buffer = b""
+        self._heard, self._streaming = time.monotonic(), False
+        command = [sys.executable, "-m", "tendond.drivers.vicon.datastream_child", self._section.server]
+        self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
+
+    def _lose_patience(self) -> None:
+        """Replace a child that has been silent for too long."""
+        section = self._section
+        if self._streaming:
+            patience = max(section.silence, RECONNECT_SECONDS)
+            reason = f"no further frame from the DataStream server {section.server} in {patience:g} s"
+        else:
+            patience = section.server_timeout
+            reason = (
+                f"no frame from the DataStream server {section.server} in {patience:g} s: is Tracker running there, and"
+                " vicon.server right?"
+            )
+        if time.monotonic() - self._heard > patience:
+            self._replace(reason)
+
+    def _replace(self, reason: str) -> None:
+        """End the child; another is started after a pause."""
+        self._news.append(f"{reason}; connecting anew")
+        self.close()
+        self._heard = time.monotonic()
+
+    def _frame(self, line: bytes) -> Frame | None:
+        """Build the frame of the robot's objects alone: of the others nothing is looked at."""
         try:
-            number, objects = json.loads(line)
-            placements = {
-                name: Placement(np.array([x, y, z], dtype=np.float64), rotation_from_quaternion(qw, qx, qy, qz))
-                for name, (x, y, z, qw, qx, qy, qz) in objects.items()
-            }
-        except (ValueError, TypeError, AttributeError):
+            message = json.loads(line)
+            if "error" in message:
+                self._news.append(f"DataStream: {message['error']}")
+                return None
+            stamp_ns, objects = int(message["stamp_ns"]), message["objects"]
+            found = {name: _placement(objects[name]) for name in self._wanted & objects.keys()}
+        except (ValueError, TypeError, AttributeError, KeyError):
             self.counts["garbage"] += 1
             return None
-        if not all(np.all(np.isfinite(one.position)) for one in placements.values()):
-            self.counts["not finite"] += 1
+        if time.monotonic_ns() - stamp_ns > STALE_NS:
+            self.counts["stale"] += 1
             return None
-        return Frame(number, placements, stamp_ns)
+        faults = {name: one for name, one in found.items() if isinstance(one, str)}
+        placements = {name: None if isinstance(one, str) else one for name, one in found.items()}
+        return Frame(self.packets, placements, stamp_ns, faults)
 
 
-def main(server: str) -> None:
-    """The child: connect, then a line per frame: its number, and [x, y, z (m), qw, qx, qy, qz] by name."""
-    ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    import motioncapture
-
-    client = motioncapture.connect("vicon", {"hostname": server})
-    number = 0
-    while True:
-        client.waitForNextFrame()
-        objects = {}
-        for name, body in client.rigidBodies.items():
-            q = body.rotation
-            objects[name] = [*map(float, body.position), q.w, q.x, q.y, q.z]
-        print(json.dumps([number, objects]), flush=True)
-        number += 1
+def is_installed() -> bool:
+    """Whether the vendor's package is there."""
+    return importlib.util.find_spec("motioncapture") is not None
 
 
-if __name__ == "__main__":
-    main(sys.argv[1])
+def _placement(numbers: list[float]) -> Placement | str | None:
+    """Placement of an object; none for one that is not tracked, which has no unit quaternion; else what is wrong.
+
+    Raises:
+        ValueError, TypeError: these are not seven numbers.
+    """
+    x, y, z, *q = (float(number) for number in numbers)
+    if not np.all(np.isfinite((x, y, z, *q))):
+        return NOT_FINITE
+    qw, qx, qy, qz = q
+    try:
+        rotation = rotation_from_quaternion(qw, qx, qy, qz)
+    except ValueError:
+        return None
+    return Placement(np.array([x, y, z]), rotation)

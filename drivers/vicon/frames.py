@@ -9,14 +9,28 @@ from tendond.drivers.vicon.geometry import Placement
 LATE_FRAMES = 20
 """Up to so many frames back a packet is late; further back, Tracker has been restarted."""
 
+FRAMES_PER_SECOND_MAX = 2000
+"""Of the fastest of Vicon's cameras: a number that is further ahead than this allows is no gap but a restart."""
+
+NUMBERS = 2**32
+"""After which Tracker's number of the frame, four bytes, begins anew."""
+
 
 @dataclass(frozen=True)
 class Frame:
-    """What was seen at one instant: placements by name; none for an object that was announced but hidden."""
+    """What was seen at one instant.
+
+    Attributes:
+        number: of the frame, below `NUMBERS`.
+        objects: placements by name; none for an object that was announced, but is hidden or cannot be used.
+        stamp_ns: time of arrival, monotonic clock [ns].
+        faults: why one of them cannot be used, by name.
+    """
 
     number: int
     objects: Mapping[str, Placement | None]
     stamp_ns: int
+    faults: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -31,31 +45,38 @@ class Sequencer:
     wanted: frozenset[str]
     counts: Counter[str] = field(default_factory=Counter)
     _newest: int | None = None
+    _newest_ns: int = 0
     _pending: Frame | None = None
 
     def add(self, block: Frame) -> list[Frame]:
         """A block; the frames that it completes, oldest first."""
-        if self._newest is None or block.number > self._newest:
-            gap = 0 if self._newest is None else block.number - self._newest - 1
-            if gap:
-                self.counts["frames lost"] += gap
-        elif block.number == self._newest:
+        ahead = 1 if self._newest is None else _ahead(block.number, self._newest)
+        if ahead == 0:
             if self._pending is None:
                 if self.wanted & block.objects.keys():
                     self.counts["duplicate"] += 1
                 return []
             merged = {**self._pending.objects, **block.objects}
-            return self._take(Frame(block.number, merged, self._pending.stamp_ns))
-        elif self._newest - block.number < LATE_FRAMES:
+            faults = {**self._pending.faults, **block.faults}
+            return self._take(Frame(block.number, merged, self._pending.stamp_ns, faults))
+        if -LATE_FRAMES < ahead < 0:
             self.counts["late"] += 1
             return []
-        else:
+        if 0 < ahead <= LATE_FRAMES + FRAMES_PER_SECOND_MAX * max(0, block.stamp_ns - self._newest_ns) * 1e-9:
+            if ahead > 1:
+                self.counts["frames lost"] += ahead - 1
+        elif self._newest is not None:
             self.counts["restarts"] += 1
         before = [] if self._pending is None else [self._pending]
-        self._newest = block.number
+        self._newest, self._newest_ns = block.number, block.stamp_ns
         return before + self._take(block)
 
     def _take(self, frame: Frame) -> list[Frame]:
         complete = self.wanted <= frame.objects.keys()
         self._pending = None if complete else frame
         return [frame] if complete else []
+
+
+def _ahead(number: int, newest: int) -> int:
+    """By how many frames a number is ahead of another, the short way round."""
+    return (number - newest + NUMBERS // 2) % NUMBERS - NUMBERS // 2

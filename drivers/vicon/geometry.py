@@ -99,9 +99,16 @@ class Alignment:
 
     def gravity_error(self, base: Placement) -> float:
         """Angle between the model's gravity and the measured one [rad]; 0 for a model without gravity."""
+        return self.gravity_angle(self.down(base))
+
+    def down(self, base: Placement) -> Array:
+        """Unit vector along gravity in the rod's base frame, from the base object in the Vicon world, shape (3,)."""
+        return base.after(self._base).rotation.T @ self._down
+
+    def gravity_angle(self, down: Array) -> float:
+        """Angle between the model's gravity and a unit vector [rad]; 0 for a model without gravity."""
         if self._gravity is None:
             return 0.0
-        down = base.after(self._base).rotation.T @ self._down
         return math.acos(float(np.clip(down @ self._gravity, -1.0, 1.0)))
 
     def markers(self, tip: Placement) -> tuple[Placement, Placement]:

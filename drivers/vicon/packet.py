@@ -8,7 +8,7 @@ rotation of three doubles [rad]. What is left of its 256, 512 or 1024 bytes is p
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tendond.schemas.base import Vector3
 
@@ -40,24 +40,40 @@ class Reading:
         return not any(self.translation) and not any(self.rotation)
 
 
+NOT_FINITE = "not finite"
+TWICE = "twice in the frame"
+
+
 @dataclass(frozen=True)
 class Block:
-    """One packet: the frame's number, and objects by name."""
+    """One packet.
+
+    Attributes:
+        frame: number of it.
+        objects: readings by name.
+        faults: why an object that is in the packet has no reading, by name; the others can be used all the same.
+    """
 
     frame: int
     objects: Mapping[str, Reading]
+    faults: Mapping[str, str] = field(default_factory=dict)
 
 
-def parse(payload: bytes) -> Block:
-    """The packet in a payload.
+def parse(payload: bytes, aliases: Mapping[bytes, str] | None = None) -> Block:
+    """Read the packet in a payload; an object that cannot be used costs the others nothing.
+
+    Args:
+        payload: of a datagram.
+        aliases: names by their bytes, for those that Tracker may encode in another way than UTF-8.
 
     Raises:
-        PacketError: wrong size, truncated, garbage, or numbers that are not finite.
+        PacketError: wrong size, truncated, or items that are none of Tracker's.
     """
     if len(payload) not in SIZES:
         raise PacketError("wrong size")
     frame, count = HEADER.unpack_from(payload)
     objects: dict[str, Reading] = {}
+    faults: dict[str, str] = {}
     at = HEADER.size
     for _ in range(count):
         if at + ITEM.size > len(payload):
@@ -69,26 +85,27 @@ def parse(payload: bytes) -> Block:
         if kind == OBJECT_KIND:
             if size != OBJECT.size:
                 raise PacketError("wrong item size")
-            name, reading = _object(payload, at)
-            if name in objects:
-                raise PacketError("same object twice")
-            objects[name] = reading
+            raw, *numbers = OBJECT.unpack_from(payload, at)
+            _add(objects, faults, _name(raw, aliases or {}), numbers)
         at += size
-    return Block(frame, objects)
+    return Block(frame, objects, faults)
 
 
-def _object(payload: bytes, at: int) -> tuple[str, Reading]:
-    raw, *numbers = OBJECT.unpack_from(payload, at)
-    try:
-        name = raw.split(b"\0", 1)[0].decode()
-    except UnicodeDecodeError:
-        raise PacketError("garbage") from None
-    if not name.isprintable():
-        raise PacketError("garbage")
-    if not all(math.isfinite(number) for number in numbers):
-        raise PacketError("not finite")
+def _name(raw: bytes, aliases: Mapping[bytes, str]) -> str:
+    text = raw.split(b"\0", 1)[0]
+    return aliases.get(text) or text.decode(errors="replace")
+
+
+def _add(objects: dict[str, Reading], faults: dict[str, str], name: str, numbers: list[float]) -> None:
     x, y, z, a, b, c = numbers
-    return name, Reading((x, y, z), (a, b, c))
+    reading = Reading((x, y, z), (a, b, c))
+    if not all(map(math.isfinite, numbers)):
+        faults[name] = NOT_FINITE
+    elif objects.get(name, reading) != reading:
+        faults[name] = TWICE
+    objects[name] = reading
+    if name in faults:
+        del objects[name]
 
 
 def build(block: Block, size: int = 1024) -> bytes:

@@ -4,6 +4,7 @@ from collections import Counter
 
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import WORLD, Alignment, continued
+from tendond.drivers.vicon.level import Level
 from tendond.schemas.base import Vector3
 from tendond.schemas.config_vicon import ViconSection
 from tendond.schemas.messages import TipPose
@@ -23,11 +24,13 @@ class PoseBuilder:
     Attributes:
         objections: why the last frame gave no valid pose; empty when it did.
         counts: frames without a valid pose, by reason.
+        level: of the base, as far as it was seen.
     """
 
     def __init__(self, section: ViconSection, gravity: Vector3) -> None:
         self._section = section
         self._alignment = Alignment(section, gravity)
+        self.level = Level(self._alignment, gravity)
         self._last: TipPose | None = None
         self._seq = 0
         self.objections: tuple[str, ...] = ()
@@ -46,6 +49,7 @@ class PoseBuilder:
                 objections.append(self._absent(frame, self._section.base))
             else:
                 base = found
+                self.level.see(base)
         if not objections and self._alignment.gravity_error(base) > self._section.gravity_tolerance:
             objections.append(TURNED)
         if tip is not None and not objections:
@@ -70,4 +74,4 @@ class PoseBuilder:
         return pose
 
     def _absent(self, frame: Frame, name: str) -> str:
-        return f"'{name}' {HIDDEN if name in frame.objects else MISSING}"
+        return f"'{name}' {frame.faults.get(name) or (HIDDEN if name in frame.objects else MISSING)}"

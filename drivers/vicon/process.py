@@ -21,6 +21,38 @@ CONNECT_SECONDS = 120.0
 REPORT_SECONDS = 10.0
 """Between two reports of what was odd; there is none when nothing was."""
 
+LINES_AT_ONCE, LINE_SECONDS = 12, 5.0
+"""Lines that may come together, and the time after which one more may: a flickering tip must not fill the journal."""
+
+
+class Voice:
+    """Say lines, but no more than a bounded number; the rest are counted.
+
+    Args:
+        say: a line for people.
+
+    Attributes:
+        withheld: lines that were not said.
+    """
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._left = float(LINES_AT_ONCE)
+        self._at = time.monotonic()
+        self.withheld = 0
+
+    def __call__(self, line: str) -> bool:
+        """Say it, and whether it was said."""
+        now = time.monotonic()
+        self._left = min(self._left + (now - self._at) / LINE_SECONDS, LINES_AT_ONCE)
+        self._at = now
+        if self._left < 1.0:
+            self.withheld += 1
+            return False
+        self._left -= 1.0
+        self._say(line)
+        return True
+
 
 class Source(Protocol):
     """Where frames come from."""
@@ -30,6 +62,9 @@ class Source(Protocol):
 
     def receive(self) -> Frame | None:
         """The next frame; none when none came for a moment."""
+
+    def news(self) -> list[str]:
+        """Lines for people since the last call."""
 
     def close(self) -> None:
         """Let go of it."""
@@ -58,6 +93,7 @@ class ViconDriver:
         self._section = section
         self._stopped = stopped
         self._say = say
+        self._voice = Voice(say)
         self._supervisor = supervisor or Supervisor({})
         self._builder = PoseBuilder(section, config.rod.gravity)
         wanted = {section.tip, section.base} - {""}
@@ -65,6 +101,8 @@ class ViconDriver:
         self._heard = time.monotonic()
         self._silent = False
         self._objections: tuple[str, ...] = ("no frame yet",)
+        self._tilted = False
+        self._unheard: Counter[str] = Counter()
         self._reported: Counter[str] = Counter()
 
     def run(self) -> None:
@@ -86,6 +124,8 @@ class ViconDriver:
                 while not self._stopped():
                     self._supervisor.alive()
                     block = source.receive()
+                    for line in source.news():
+                        self._voice(line)
                     self._listen(block is not None, source)
                     for frame in [] if block is None else self._sequencer.add(block):
                         pose = self._builder.build(frame)
@@ -107,30 +147,31 @@ class ViconDriver:
         now = time.monotonic()
         if heard:
             self._heard = now
+            if source.counts != self._unheard:
+                self._unheard = source.counts.copy()
             if self._silent:
-                self._say("Tracker is heard again")
-                self._silent = False
+                self._silent = not self._voice("Tracker is heard again")
         elif not self._silent and now - self._heard > self._section.silence:
-            self._silent = True
-            cause = ", ".join(f"{count} {reason}" for reason, count in source.counts.items())
-            self._say(
+            cause = ", ".join(f"{count} {reason}" for reason, count in (source.counts - self._unheard).items())
+            self._silent = self._voice(
                 f"nothing from Tracker for {self._section.silence:g} s"
                 + (f"; what came was no packet of its: {cause}" if cause else "")
             )
 
     def _tell(self) -> None:
-        """Say when the poses become invalid, and when they are valid again."""
-        if self._builder.objections == self._objections:
-            return
-        self._objections = self._builder.objections
-        if self._objections:
-            self._say(f"no valid pose: {', '.join(self._objections)}")
-        else:
-            self._say("the tip is seen")
+        """Say when the poses become invalid or valid again, and when the base is seen to be tilted or level."""
+        objections, level = self._builder.objections, self._builder.level
+        if objections != self._objections and self._voice(
+            f"no valid pose: {', '.join(objections)}" if objections else "the tip is seen"
+        ):
+            self._objections = objections
+        if level.tilted != self._tilted and self._voice(level.objection() or "the base is level"):
+            self._tilted = level.tilted
 
     def _report(self, source: Source) -> None:
         """Say what was odd since the last report."""
         total = source.counts + self._sequencer.counts + self._builder.counts
+        total["lines withheld"] = self._voice.withheld
         new = total - self._reported
         if new:
             self._say("since the last report: " + ", ".join(f"{count} {reason}" for reason, count in new.items()))

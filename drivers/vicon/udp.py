@@ -1,16 +1,17 @@
 """Frames from Tracker's UDP object stream."""
 
+import select
 import socket
 import struct
 import time
-from collections import Counter
 
 import numpy as np
 
-from tendond import TendondError
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
 from tendond.drivers.vicon.packet import Block, PacketError, Reading, parse
+from tendond.drivers.vicon.senders import Senders
+from tendond.drivers.vicon.sockets import IP_PKTINFO, close, listen
 from tendond.schemas.config_vicon import EulerOrder, ViconSection
 
 MILLIMETRE = 1e-3
@@ -20,12 +21,9 @@ SO_TIMESTAMPNS = 35
 """Of socket(7) on Linux: each packet comes with the time at which the kernel received it; Python has no name for it."""
 
 TIMESPEC = struct.Struct("@qq")
+PKTINFO = struct.Struct("@i4s4s")
 STALE_NS = 100_000_000
 """A packet that has waited for longer is dropped."""
-
-
-class ViconError(TendondError):
-    """The motion capture cannot be heard."""
 
 
 def placed(reading: Reading, order: EulerOrder) -> Placement | None:
@@ -38,48 +36,57 @@ def placed(reading: Reading, order: EulerOrder) -> Placement | None:
     )
 
 
+NEIGHBOURS_MAX = 20
+"""Other objects that are named."""
+
+
 class UdpSource:
-    """A socket on Tracker's port; a taken port is refused, so that one driver alone listens.
+    """Listen on Tracker's port; a taken port is refused, so that one driver alone listens.
 
     Args:
         section: [vicon].
 
     Raises:
-        ViconError: the address cannot be listened on.
+        ViconError: the address cannot be listened on, or the group not be joined.
 
     Attributes:
-        counts: packets that were none of Tracker's, by reason.
+        counts: packets that were none of Tracker's, or none of the kept sender's, by reason.
         packets: all that came.
     """
 
     def __init__(self, section: ViconSection) -> None:
         self._order = section.euler_order
-        self.counts: Counter[str] = Counter()
+        self._wanted = {section.tip, section.base} - {""}
+        self._aliases = {raw: name for name in self._wanted if (raw := _code_page(name))}
+        self._neighbours: set[str] = set()
+        self._senders = Senders(section.sender, section.silence)
+        self.counts = self._senders.counts
         self.packets = 0
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.bind((section.address, section.port))
-        except OSError as error:
-            self._socket.close()
-            raise ViconError(
-                f"cannot listen on UDP {section.address}:{section.port}: {error.strerror}; is another driver running"
-                " there? Else mend vicon.address or vicon.port"
-            ) from error
-        self._socket.settimeout(POLL_SECONDS)
-        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
+        self._sockets = listen(section)
+        self._cards = dict(self._sockets)
+        for one in self._cards:
+            one.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
 
     def close(self) -> None:
         """Free the port."""
-        self._socket.close()
+        close(self._sockets)
+
+    def news(self) -> list[str]:
+        """Lines for people since the last call."""
+        lines, self._senders.news = self._senders.news, []
+        return lines
 
     def receive(self) -> Frame | None:
-        """The next packet's frame; none when none came for a moment, one that is no packet, or one that has waited.
+        """Return the next packet's frame; none when none came for a moment, or one that is of no use.
 
         Stamps are the kernel's: packets that have waited here while this process could not run are old, and say so.
         """
-        try:
-            payload, ancillary, _, _ = self._socket.recvmsg(LARGEST, socket.CMSG_SPACE(TIMESPEC.size))
-        except TimeoutError:
+        ready, _, _ = select.select(list(self._cards), [], [], POLL_SECONDS)
+        if not ready:
+            return None
+        space = socket.CMSG_SPACE(TIMESPEC.size) + socket.CMSG_SPACE(PKTINFO.size)
+        payload, ancillary, _, sender = ready[0].recvmsg(LARGEST, space)
+        if self._cards[ready[0]] not in (0, _card(ancillary)):
             return None
         waited_ns = _waited(ancillary)
         stamp_ns = time.monotonic_ns() - waited_ns
@@ -87,16 +94,47 @@ class UdpSource:
         if waited_ns > STALE_NS:
             self.counts["stale"] += 1
             return None
+        if not self._senders.admit(sender, stamp_ns * 1e-9):
+            return None
         try:
-            block = parse(payload)
+            block = parse(payload, self._aliases)
         except PacketError as error:
             self.counts[error.reason] += 1
             return None
+        if self._wanted & (block.objects.keys() | block.faults.keys()):
+            self._senders.keep(sender, stamp_ns * 1e-9)
+        self._name_neighbours(block)
         return self._frame(block, stamp_ns)
 
     def _frame(self, block: Block, stamp_ns: int) -> Frame:
-        objects = {name: placed(reading, self._order) for name, reading in block.objects.items()}
-        return Frame(block.frame, objects, stamp_ns)
+        """Build the frame of the robot's objects alone."""
+        objects = {name: placed(block.objects[name], self._order) for name in self._wanted & block.objects.keys()}
+        faults = {name: block.faults[name] for name in self._wanted & block.faults.keys()}
+        return Frame(block.frame, {**objects, **dict.fromkeys(faults)}, stamp_ns, faults)
+
+    def _name_neighbours(self, block: Block) -> None:
+        """Say once of another object that something is wrong with it: it may be meant to be one of the robot's."""
+        for name in (*block.faults, *(name for name in block.objects if "\ufffd" in name or not name.isprintable())):
+            if name not in self._wanted | self._neighbours and len(self._neighbours) < NEIGHBOURS_MAX:
+                self._neighbours.add(name)
+                why = block.faults.get(name, "its name is no printable UTF-8")
+                self._senders.news.append(f"another object, {name!a}, is passed over: {why}")
+
+
+def _code_page(name: str) -> bytes:
+    """The name as Windows may encode it, where Tracker runs; empty where it cannot."""
+    try:
+        return name.encode("cp1252")
+    except UnicodeEncodeError:
+        return b""
+
+
+def _card(ancillary: list[tuple[int, int, bytes]]) -> int:
+    """Index of the network card on which a packet came."""
+    for level, kind, data in ancillary:
+        if level == socket.IPPROTO_IP and kind == IP_PKTINFO and len(data) == PKTINFO.size:
+            return int(PKTINFO.unpack(data)[0])
+    return 0
 
 
 def _waited(ancillary: list[tuple[int, int, bytes]]) -> int:

@@ -19,11 +19,15 @@ def free_port(kind: socket.SocketKind) -> int:
 
 
 class Tracker:
-    """Sends frames to a port."""
+    """Sends frames to a port, of this computer, of everyone or of a group."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, address: str = "127.0.0.1") -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._address = ("127.0.0.1", port)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        self._socket.bind(("127.0.0.1", 0))
+        self.sender = "{}:{}".format(*self._socket.getsockname())
+        self._address = (address, port)
         self.frame = 1000
 
     def __enter__(self) -> "Tracker":

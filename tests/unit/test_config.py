@@ -2,7 +2,7 @@
 
 import pytest
 
-from tendond.schemas.config import ConfigError, RigConfig, parse_config
+from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 
 
 def refused(text: str) -> str:
@@ -63,3 +63,28 @@ def test_an_endpoint_must_have_its_form(endpoint: str) -> None:
 @pytest.mark.parametrize("name", ["", "a/b", "A", "a*", "x" * 33])
 def test_a_rig_name_must_fit_a_key(name: str) -> None:
     assert "rig.name" in refused(f'[rig]\nname = "{name}"')
+
+
+def test_a_name_may_be_as_long_as_its_source_can_carry() -> None:
+    vicon = {"tip": "continuum_robot_tip_rigid_body"}
+    with pytest.raises(ConfigError, match=r"vicon: tip: .*24 bytes for a name, this has 30"):
+        check_config({"vicon": vicon}, "test")
+    found = check_config({"vicon": {"source": "datastream", **vicon}}, "test").vicon
+    assert found is not None
+    assert found.tip == vicon["tip"]
+
+
+@pytest.mark.parametrize(
+    "vicon",
+    [
+        {"address": "239.255.1.1"},
+        {"address": "localhost"},
+        {"address": ""},
+        {"multicast": "192.168.1.1"},
+        {"sender": "tracker.lab"},
+        {"server": "192.168.1.1"},
+    ],
+)
+def test_addresses_that_nothing_can_be_heard_on_are_refused(vicon: dict[str, str]) -> None:
+    with pytest.raises(ConfigError, match=f"vicon.{next(iter(vicon))} = "):
+        check_config({"vicon": vicon}, "test")

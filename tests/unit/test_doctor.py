@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tendond.daemon.cli.doctor import bus, files, machine, servos
+from tendond.daemon.cli.doctor import bus, camera, files, machine, servos
 from tendond.daemon.cli.doctor.check import Check, Machine, Outcome, Rig
 from tendond.daemon.cli.doctor.listen import Heard
 from tendond.daemon.cli.doctor.report import CHECKS, made
@@ -234,3 +234,18 @@ def test_kernels_are_missed_only_where_they_are_not_compiled(
     result = files.kernels(computer.rig)
     assert result.outcome is Outcome.WARN
     assert compiling._KERNELS[0].py_func.__name__ in result.finding
+
+
+def test_who_may_send_poses(computer: Computer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tracker's stream goes round the bus's access list, so an open port beside a guarded bus is worth a line."""
+    assert computer.outcome(camera.sender) is None
+    monkeypatch.delenv("ZENOH_CONFIG", raising=False)
+    computer.sections = {"vicon": {}}
+    assert computer.outcome(camera.sender) is Outcome.PASS
+    monkeypatch.setenv("ZENOH_CONFIG", "/etc/tendond/bus/vicon.json5")
+    assert computer.outcome(camera.sender) is Outcome.WARN
+    computer.sections = {"vicon": {"sender": "192.168.10.1"}}
+    assert computer.outcome(camera.sender) is Outcome.PASS
+    monkeypatch.setattr(camera, "is_installed", lambda: False)
+    computer.sections = {"vicon": {"source": "datastream"}}
+    assert computer.outcome(camera.sender) is Outcome.FAIL

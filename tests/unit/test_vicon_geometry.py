@@ -18,7 +18,9 @@ from tendond.drivers.vicon.geometry import (
     rotation_from_euler,
     rotation_from_quaternion,
 )
+from tendond.drivers.vicon.level import Level
 from tendond.drivers.vicon.poses import PoseBuilder
+from tendond.drivers.vicon.senders import Senders
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config_vicon import Axes, EulerOrder, ViconSection
 from tendond.schemas.ranges import Axis
@@ -113,8 +115,8 @@ def test_the_quaternions_sign_does_not_jump_through_half_a_turn() -> None:
     assert max(np.linalg.norm(b - a) for a, b in itertools.pairwise(quaternions)) < 0.05
 
 
-def frame(number: int, **objects: Placement | None) -> Frame:
-    return Frame(number, objects, number)
+def frame(number: int, seconds: float = 0.0, **objects: Placement | None) -> Frame:
+    return Frame(number, objects, number + round(seconds * 1e9))
 
 
 PLACE = Placement(np.zeros(3), np.eye(3))
@@ -142,6 +144,89 @@ def test_gaps_duplicates_late_frames_and_restarts_are_counted() -> None:
     given = [one.add(frame(number, tip=PLACE)) for number in (500, 501, 501, 505, 504, 3, 4)]
     assert [[f.number for f in frames] for frames in given] == [[500], [501], [], [505], [], [3], [4]]
     assert one.counts == {"frames lost": 3, "duplicate": 1, "late": 1, "restarts": 1}
+
+
+def test_no_number_of_a_frame_makes_more_lost_frames_than_the_time_had_room_for() -> None:
+    """A stray packet with a wild number, and back: neither is a gap of milliards of frames."""
+    one = Sequencer(frozenset({"tip"}))
+    for count, number in enumerate((500, 501, 2**32 - 5, 503, 3_000_000_000, 505)):
+        assert [f.number for f in one.add(frame(number, seconds=0.01 * count, tip=PLACE))] == [number]
+    assert one.counts == {"restarts": 4}
+
+
+def test_frames_that_were_lost_in_a_long_silence_are_counted_as_such() -> None:
+    one = Sequencer(frozenset({"tip"}))
+    one.add(frame(500, tip=PLACE))
+    one.add(frame(6500, seconds=60.0, tip=PLACE))
+    assert one.counts == {"frames lost": 5999}
+
+
+def test_the_number_of_a_frame_begins_anew_after_four_bytes() -> None:
+    one = Sequencer(frozenset({"tip"}))
+    given = [one.add(frame(number, tip=PLACE)) for number in (2**32 - 2, 2**32 - 1, 0, 1)]
+    assert [[f.number for f in frames] for frames in given] == [[2**32 - 2], [2**32 - 1], [0], [1]]
+    assert not one.counts
+
+
+def rolled(degrees: float) -> Placement:
+    """The base of a rod that lies, with its +x up, turned about the rod's own axis (the world's x)."""
+    return Placement(np.zeros(3), Rotation.from_euler("x", degrees, degrees=True).as_matrix())
+
+
+@pytest.mark.parametrize(("degrees", "said"), [(1.5, False), (-1.5, False), (2.5, True), (-9.0, True)])
+def test_a_base_that_is_rolled_by_more_than_two_degrees_is_said_with_the_gravity_that_fits(
+    degrees: float, said: bool
+) -> None:
+    alignment = Alignment(ViconSection(base_axes=("+z", "+y", "-x")), GRAVITY)
+    level = Level(alignment, GRAVITY)
+    for _ in range(5):
+        level.see(rolled(degrees))
+    assert level.tilted is said
+    assert math.degrees(level.tilt) == pytest.approx(abs(degrees), abs=1e-6)
+    if said:
+        fits = [float(text) for text in level.objection().rpartition("[")[2].rstrip("]").split(",")]
+        assert Alignment(ViconSection(base_axes=("+z", "+y", "-x")), (fits[0], fits[1], fits[2])).gravity_error(
+            rolled(degrees)
+        ) == pytest.approx(0.0, abs=math.radians(0.05))
+        assert f"turned by {abs(degrees):.1f} degrees" in level.objection()
+    else:
+        assert level.objection() == ""
+
+
+def test_noise_about_the_limit_does_not_make_a_base_tilted_and_level_in_turn() -> None:
+    generator = np.random.default_rng(1)
+    level = Level(Alignment(ViconSection(base_axes=("+z", "+y", "-x")), GRAVITY), GRAVITY)
+    changes = 0
+    for angle in 2.0 + generator.normal(scale=0.5, size=2000):
+        before = level.tilted
+        level.see(rolled(float(angle)))
+        changes += level.tilted != before
+    assert changes <= 1
+
+
+def test_the_first_sender_is_kept_until_it_falls_silent_and_others_are_named() -> None:
+    senders = Senders("", patience=1.0)
+    first, second = ("10.0.0.1", 4000), ("10.0.0.2", 5000)
+    assert senders.admit(second, 0.0)  # nobody has shown the robot's objects yet
+    assert senders.admit(first, 0.0)
+    senders.keep(first, 0.0)
+    assert not any(senders.admit(second, 0.1 * i) for i in range(10))
+    assert senders.counts == {"of another sender": 10}
+    assert senders.news == [
+        "the robot's objects come from 10.0.0.1:4000",
+        "packets of 10.0.0.2:5000 are passed over: 10.0.0.1:4000 sends the robot's objects, and was first",
+    ]
+    assert senders.admit(second, 1.5)
+    senders.keep(second, 1.5)
+    assert not senders.admit(first, 1.6)
+
+
+def test_with_a_configured_sender_no_other_is_heard_whatever_it_does() -> None:
+    senders = Senders("10.0.0.9", patience=1.0)
+    for i in range(1000):
+        assert not senders.admit((f"10.0.{i % 200}.2", 5000), float(i))
+    assert len(senders.news) <= 8
+    assert senders.admit(("10.0.0.9", 5000), 1000.0)
 
 
 def test_a_hidden_tip_repeats_the_last_pose_as_invalid_and_names_the_object() -> None:

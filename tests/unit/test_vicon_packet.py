@@ -71,15 +71,54 @@ def test_zeros_mean_that_the_object_is_hidden() -> None:
         (by_hand(1, 4, *[item(b"tip%d" % i, 1, 2, 3, 0, 0, 0) for i in range(3)]), "wrong item size"),
         (by_hand(1, 1, (0, 300, bytes(100))), "truncated"),
         (by_hand(1, 1, (0, 71, bytes(71))), "wrong item size"),
-        (by_hand(1, 1, item(b"\xff\xfe", 1, 2, 3, 0, 0, 0)), "garbage"),
-        (by_hand(1, 1, item(b"\x01\x02", 1, 2, 3, 0, 0, 0)), "garbage"),
-        (by_hand(1, 1, item(b"tip", math.nan, 2, 3, 0, 0, 0)), "not finite"),
-        (by_hand(1, 1, item(b"tip", 1, 2, 3, 0, 0, math.inf)), "not finite"),
-        (by_hand(1, 2, item(b"tip", 1, 2, 3, 0, 0, 0), item(b"tip", 1, 2, 3, 0, 0, 0)), "same object twice"),
     ],
 )
 def test_what_is_no_packet_is_refused_with_its_reason(payload: bytes, expected: str) -> None:
     assert reason(payload) == expected
+
+
+NEIGHBOURS = {
+    "a name in Latin-1": [item("Körper".encode("latin-1"), 1, 2, 3, 0, 0, 0)],
+    "a name cut inside a letter": [item("Prüfkörper-Nr-12-größer".encode()[:24], 1, 2, 3, 0, 0, 0)],
+    "a name with a tab": [item(b"Paket2\t", 1, 2, 3, 0, 0, 0)],
+    "a number that is none": [item(b"wand", math.nan, 2, 3, 0, 0, math.inf)],
+    "two of one name": [item(b"wand", 1, 2, 3, 0, 0, 0), item(b"wand", 2, 2, 3, 0, 0, 0)],
+}
+
+
+@pytest.mark.parametrize("others", NEIGHBOURS.values(), ids=NEIGHBOURS.keys())
+@pytest.mark.parametrize("first", [True, False])
+def test_another_groups_object_costs_the_robots_own_nothing(others: list[tuple[int, int, bytes]], first: bool) -> None:
+    own = [item(b"tip", 1, 2, 3, 0.1, 0.2, 0.3)]
+    items = [*own, *others] if first else [*others, *own]
+    assert parse(by_hand(1, len(items), *items)).objects["tip"] == Reading((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("items", "fault"),
+    [
+        ([item(b"tip", math.nan, 2, 3, 0, 0, 0)], "not finite"),
+        ([item(b"tip", 1, 2, 3, 0, 0, math.inf)], "not finite"),
+        ([item(b"tip", 1, 2, 3, 0, 0, 0), item(b"tip", 1, 2, 4, 0, 0, 0)], "twice in the frame"),
+        ([item(b"tip", 1, 2, 3, 0, 0, 0), item(b"tip", math.nan, 2, 3, 0, 0, 0)], "not finite"),
+    ],
+)
+def test_an_object_that_cannot_be_used_has_no_reading_and_a_reason(
+    items: list[tuple[int, int, bytes]], fault: str
+) -> None:
+    block = parse(by_hand(1, len(items), *items))
+    assert "tip" not in block.objects
+    assert block.faults == {"tip": fault}
+
+
+def test_an_object_that_is_sent_twice_alike_is_one_object() -> None:
+    block = parse(by_hand(1, 2, *2 * [item(b"tip", 1, 2, 3, 0, 0, 0)]))
+    assert (set(block.objects), block.faults) == ({"tip"}, {})
+
+
+def test_a_name_may_come_in_another_encoding_where_it_is_known() -> None:
+    payload = by_hand(1, 1, item("Körper".encode("cp1252"), 1, 2, 3, 0, 0, 0))
+    assert set(parse(payload, {"Körper".encode("cp1252"): "Körper"}).objects) == {"Körper"}
 
 
 @given(st.one_of(st.binary(max_size=300), st.binary(min_size=256, max_size=256)))

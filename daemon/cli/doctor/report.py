@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tendond import TendondError, __version__
 from tendond.daemon.cli.common import load_config
-from tendond.daemon.cli.doctor import bus, files, machine, servos
+from tendond.daemon.cli.doctor import bus, camera, files, machine, servos
 from tendond.daemon.cli.doctor.check import Check, Outcome, Result, Rig, bad, good
 from tendond.daemon.errors import LawError, UsageError
 from tendond.daemon.laws import select_law
@@ -29,6 +29,7 @@ CHECKS: dict[str, Check] = {
     "log speed": files.log_speed,
     "controller": bus.controller,
     "poses": bus.poses,
+    "pose sender": camera.sender,
     "servo driver": bus.driver,
     "servo port": servos.port,
     "latency": servos.latency,

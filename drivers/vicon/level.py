@@ -1,0 +1,63 @@
+"""How the base stands against gravity: a few degrees are no fault, but put the tip elsewhere. Pure.
+
+What can be known is the direction of gravity in the base frame, two angles of the three: a turn about gravity itself
+changes nothing in it.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.drivers.vicon.geometry import Alignment, Placement
+from tendond.schemas.base import Vector3
+
+TILT_MAX = math.radians(2.0)
+"""A base frame that is off by an angle puts the tip of a rod of length L off by L sin(angle): of 0.5 m 17 mm at this
+angle, 78 mm at nine degrees."""
+
+TILT_GOOD = 0.75 * TILT_MAX
+"""Below which it is level again."""
+
+SHARE = 0.02
+"""Of a frame in the mean, so that the noise of single markers does not count."""
+
+
+class Level:
+    """Mean direction of gravity in the base frame.
+
+    Args:
+        alignment: of the objects.
+        gravity: of the model, in the base frame [m/s^2].
+
+    Attributes:
+        tilted: by more than `TILT_MAX`, and since then not below `TILT_GOOD`.
+    """
+
+    def __init__(self, alignment: Alignment, gravity: Vector3) -> None:
+        self._alignment = alignment
+        self._gravity = gravity
+        self._down: NDArray[np.float64] | None = None
+        self.tilted = False
+
+    def see(self, base: Placement) -> None:
+        """Take a frame's base into the mean."""
+        down = self._alignment.down(base)
+        mean = down if self._down is None else self._down + SHARE * (down - self._down)
+        self._down = mean / np.linalg.norm(mean)
+        self.tilted = self.tilt > (TILT_GOOD if self.tilted else TILT_MAX)
+
+    @property
+    def tilt(self) -> float:
+        """Angle between rod.gravity and the measured direction [rad]; 0 before the first frame."""
+        return 0.0 if self._down is None else self._alignment.gravity_angle(self._down)
+
+    def objection(self) -> str:
+        """What is to be said of a base that is tilted, with the gravity that would fit; empty for one that is not."""
+        if not self.tilted or self._down is None:
+            return ""
+        fits = ", ".join(f"{value + 0.0:.2f}" for value in (math.hypot(*self._gravity) * self._down).tolist())
+        return (
+            f"the base is turned by {math.degrees(self.tilt):.1f} degrees against gravity as rod.gravity has it: level"
+            f" it, or mend vicon.base_axes; if it is mounted so, set rod.gravity = [{fits}]"
+        )

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.daemon.sources import hear, with_unnamed
 from tendond.daemon.state import CycleSetup, CycleState, changed
-from tendond.schemas.messages import TendonState, TipPose
+from tendond.schemas.keys import TENDON_STATE, TIP_POSE
+from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 
 REACH = 1.5
@@ -14,6 +16,11 @@ REACH = 1.5
 
 
 OCCLUDED = "occluded"
+ANOTHER_SOURCE = "another source"
+OUT_OF_ORDER = "out of order"
+ANEW = "count starts anew"
+REORDERED = 64
+"""Counts by which a pose may be late and still be of the same run: as many as are kept between two cycles."""
 
 REMARKS = {
     "out of reach": " (are they in mm? metres are expected)",
@@ -35,7 +42,12 @@ class Admission:
 
 def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admission:
     """Take over the inputs that can be trusted and age the rest."""
-    pose, tendons, missed, runs = inputs.pose, inputs.tendon_state, inputs.missed_ticks, state.runs
+    missed, runs, allowed = inputs.missed_ticks, state.runs, setup.thresholds
+    alive = {TIP_POSE: allowed.pose_timeout, TENDON_STATE: allowed.tendon_timeout}
+    pulling = state.mode not in (Mode.STARTING, Mode.IDLE, Mode.FAULT)
+    heard = hear(state.sources, state.tick, inputs, alive, allowed.source_time, pulling=pulling)
+    pose = None if heard.pose_refused else inputs.pose
+    tendons = None if heard.tendons_refused else inputs.tendon_state
     rejected = [reason for reason, count in sorted(inputs.unreadable.items()) for _ in range(count)]
     objection = None if pose is None else _objection(setup, state, pose)
     if objection is not None:
@@ -47,9 +59,15 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     teleports = 0 if fresh else lengthened(runs.teleports, since_pose) if objection == "teleport" else runs.teleports
     if pose is not None or rejected:
         since_pose = 0
+    sources = heard.sources
+    disorder, since_disorder = _disorder(setup, state, inputs, objection, pose if fresh else None)
+    if fresh and disorder >= allowed.pose_timeout:
+        sources = with_unnamed(sources, TIP_POSE, state.tick)
     late = None if tendons is None else _late(setup, state, tendons)
     if late is not None:
         rejected.append(late)
+    foreign = heard.pose_refused + heard.tendons_refused + len(inputs.others)
+    rejected += [ANOTHER_SOURCE] * foreign
     counts = state.rejected
     if rejected:
         counts = dict(counts)
@@ -74,7 +92,10 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         missed_ticks=runs.missed_ticks + missed if missed else 0,
         equal_poses=equal,
         occluded=0 if fresh else runs.occluded + hidden,
+        objection=(objection or runs.objection) if bad else "",
         since_pose=since_pose,
+        disorder=disorder,
+        since_disorder=since_disorder,
     )
     state = changed(
         state,
@@ -87,10 +108,27 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         tendon_age=tendon_age,
         tendon_interval=tendon_interval,
         runs=runs,
+        sources=sources,
         rejected=counts,
         unreadable=state.unreadable or inputs.unreadable_detail,
     )
     return Admission(state, fresh, tuple(rejected))
+
+
+def _disorder(
+    setup: CycleSetup, state: CycleState, inputs: CycleInputs, objection: str | None, fresh: TipPose | None
+) -> tuple[int, int]:
+    """For how many cycles poses have come out of order again and again, and how long ago the last one did.
+
+    One publisher's poses do not: where others are used meanwhile, two publishers without names count each for itself.
+    """
+    runs, missed = state.runs, inputs.missed_ticks
+    since = runs.since_disorder + 1 + missed
+    if fresh is not None and state.pose is not None and fresh.seq <= state.pose.seq:  # a count that started anew
+        return 0, 0
+    if objection in (OUT_OF_ORDER, ANEW) or OUT_OF_ORDER in inputs.unreadable:
+        return (runs.disorder + since if runs.disorder else 1), 0
+    return (0 if since > setup.thresholds.pose_timeout else runs.disorder), since
 
 
 def lengthened(run: int, cycles: int) -> int:
@@ -141,7 +179,7 @@ def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | Non
     if state.pose is None or state.pose_age is None or state.pose_age > setup.thresholds.pose_timeout:
         return None
     if pose.seq <= state.pose.seq:
-        return "out of order"
+        return ANEW if pose.seq < state.pose.seq - REORDERED else OUT_OF_ORDER
     # A tip may have gone further in cycles without a pose, but not in those that have already shown it elsewhere:
     # a jump that lasts would else be believed as soon as enough of them had been refused.
     faults, unseen = setup.config.faults, state.pose_age + 1 - state.runs.teleports

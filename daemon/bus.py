@@ -10,6 +10,7 @@ from typing import TypeVar
 import zenoh
 
 from tendond.daemon.errors import DaemonError
+from tendond.identity import new_source
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import (
     ALIVE,
@@ -47,6 +48,7 @@ class Arrivals:
     """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
 
     Attributes:
+        others: further publishers, by key: their newest identity.
         inputs: payloads of poses and tendon states that have come in, readable or not.
         detail: which field of the first unreadable one was wrong, and how.
         truth: of the simulator; no input, and so undecoded until the command is out.
@@ -56,6 +58,7 @@ class Arrivals:
     tendon_state: TendonState | None = None
     inputs: int = 0
     unreadable: dict[str, int] = field(default_factory=dict)
+    others: dict[str, str] = field(default_factory=dict)
     detail: str = ""
     truth: zenoh.Sample | None = None
 
@@ -86,12 +89,17 @@ class Hub:
 
     Args:
         config: of the rig.
+        source: identity of this controller.
+
+    Attributes:
+        followed: identity of the publisher that the cycle follows, by key: of several that are heard, its messages
+            are kept.
 
     Raises:
         DaemonError: the endpoint is taken or cannot be listened on.
     """
 
-    def __init__(self, config: RigConfig) -> None:
+    def __init__(self, config: RigConfig, source: str = "") -> None:
         zenoh.init_log_from_env_or("off")
         settings = hub_settings(config)
         settings.insert_json5("mode", '"peer"')
@@ -113,7 +121,14 @@ class Hub:
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
-        self._token = self._session.liveliness().declare_token(key(name, ALIVE))
+        self.source = source or new_source("controller")
+        self.followed: dict[str, str] = {}
+        self._alive = key(name, ALIVE)
+        self._tokens = [self._session.liveliness().declare_token(self._alive)]
+        self._controllers = self._session.liveliness().declare_subscriber(
+            f"{self._alive}/*", zenoh.handlers.RingChannel(QUEUE), history=True
+        )
+        self._others: dict[str, None] = {}  # identities of other controllers
         self.last_command: TendonCommand | None = None
 
     def __enter__(self) -> "Hub":
@@ -135,14 +150,19 @@ class Hub:
             repeating: the sender says the same again until it is answered; that is no message out of order.
         """
         arrivals = arrivals or Arrivals()
-        arrivals.pose = self._newest(TipPose, self._poses, arrivals.pose, arrivals, repeating)
-        arrivals.tendon_state = self._newest(TendonState, self._states, arrivals.tendon_state, arrivals, repeating)
+        arrivals.pose = self._newest(TipPose, TIP_POSE, self._poses, arrivals.pose, arrivals, repeating)
+        arrivals.tendon_state = self._newest(
+            TendonState, TENDON_STATE, self._states, arrivals.tendon_state, arrivals, repeating
+        )
+        if others := self.other_controllers():
+            arrivals.others[ALIVE] = others[-1]
         arrivals.truth = self._truths.try_recv() or arrivals.truth
         return arrivals
 
     def _newest(
-        self, kind: type[M], subscriber: Subscriber, newest: M | None, arrivals: Arrivals, repeating: bool
+        self, kind: type[M], topic: str, subscriber: Subscriber, newest: M | None, arrivals: Arrivals, repeating: bool
     ) -> M | None:
+        """The newest message of the followed publisher, or of the first that is heard; others are named."""
         for _ in range(QUEUE):  # no flood keeps the loop here
             if (sample := subscriber.try_recv()) is None:
                 break
@@ -151,7 +171,12 @@ class Hub:
                 message = decode(kind, _payload(sample))
                 if repeating and message == newest:
                     continue
-                if newest is not None and message.seq <= newest.seq:
+                if newest is not None and message.source != newest.source:
+                    if message.source != self.followed.get(topic):
+                        arrivals.others[topic] = message.source
+                        continue
+                    arrivals.others[topic] = newest.source
+                elif newest is not None and message.seq <= newest.seq:
                     raise UnreadableError("out of order")
                 newest = message
             except UnreadableError as error:
@@ -175,8 +200,34 @@ class Hub:
             _answer(query, ControlReply(done=False, message="the request does not fit its key"))
         return None
 
+    def claim(self) -> None:
+        """Be the rig's controller, as which others know this one from now on.
+
+        Raises:
+            DaemonError: another one is, on another endpoint of the same bus.
+        """
+        if others := self.other_controllers():
+            raise DaemonError(
+                f"'{self._alive.partition('/')[0]}' has a controller already, '{others[-1]}', on another endpoint of "
+                "this bus: stop it, or give one of the rigs another name ([rig] name)"
+            )
+        self._tokens.append(self._session.liveliness().declare_token(f"{self._alive}/{self.source}"))
+
+    def other_controllers(self) -> list[str]:
+        """Identities of other controllers of this rig that are on the bus now."""
+        for _ in range(QUEUE):
+            if (sample := self._controllers.try_recv()) is None:
+                break
+            name = str(sample.key_expr).rsplit("/", 1)[-1]
+            if sample.kind == zenoh.SampleKind.PUT and name != self.source:
+                self._others[name] = None
+            else:
+                self._others.pop(name, None)
+        return list(self._others)
+
     def publish_command(self, command: TendonCommand) -> None:
         """To the servos or the simulator."""
+        command = command.named(self.source)
         self.last_command = command
         self._commands.put(encode(command))
 
@@ -187,6 +238,7 @@ class Hub:
 
     def publish_last(self, command: TendonCommand) -> None:
         """A command that must not be lost: waits for the network, which the loop never does."""
+        command = command.named(self.source)
         self._session.put(
             self._commands.key_expr,
             encode(command),
@@ -196,7 +248,7 @@ class Hub:
 
     def publish_status(self, status: Status) -> None:
         """To whoever watches."""
-        self._status.put(encode(status))
+        self._status.put(encode(status.named(self.source)))
 
 
 def hub_settings(config: RigConfig) -> zenoh.Config:

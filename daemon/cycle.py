@@ -132,6 +132,7 @@ def _command(state: CycleState) -> TendonCommand:
         version=SCHEMA_VERSION,
         seq=state.tick - 1,
         stamp_ns=0,
+        source="",
         pose_seq=None if state.pose is None else state.pose.seq,
         displacement=tuple(displacement),
         tension=tuple(state.commanded.tolist()),

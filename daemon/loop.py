@@ -17,6 +17,7 @@ from tendond.daemon.journal import Journal
 from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
 from tendond.daemon.practice import practise
+from tendond.daemon.sources import Sources
 from tendond.daemon.state import CycleSetup, CycleState
 from tendond.daemon.write_record import Response, write_record
 from tendond.notify import Supervisor
@@ -59,6 +60,7 @@ class Loop:
         self._health = Health()
         self._status_seq = 0
         self._malformed_said = False
+        self._crowded = False  # two publishers of a key, or two controllers
         self._rehearsed: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
@@ -162,6 +164,7 @@ class Loop:
                 inputs = _inputs(wake.arrivals, requested, asked, wake.missed_ticks)
                 response = respond(self._setup, self._state, inputs)
             self._state, self._rehearsed = response.state, None
+            self._hub.followed = {topic: source.name for topic, source in self._state.sources.followed.items()}
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
             # The command is out: all else can wait.
@@ -185,13 +188,17 @@ class Loop:
             if self._state.unreadable and not self._malformed_said:
                 self._malformed_said = True
                 self._journal.warning(f"malformed: {self._state.unreadable}")
-            now = (record.mode, record.law, record.reference.target, self._journal.error)
+            crowded = self._state.sources.in_words()
+            if crowded and not self._crowded:
+                self._journal.warning(crowded)
+            self._crowded = bool(crowded)
+            now = (record.mode, record.law, record.reference.target, self._journal.error, crowded)
             if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
                 self._journal.status(status, changed=now != seen)
                 if now != seen:
-                    self._supervisor.status("; ".join(filter(None, (_in_words(record), self._journal.error))))
+                    self._supervisor.status("; ".join(filter(None, (_in_words(record), crowded, self._journal.error))))
                 seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
@@ -220,6 +227,7 @@ class Loop:
             tension=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,
+            sources=_names(self._state.sources),
             refused=describe_refusals(self._state),
             loop=self._health.report(self._journal.dropped, self._journal.error),
         )
@@ -237,8 +245,17 @@ def _inputs(
         reference=None if request is None else request.reference,
         unreadable=dict(arrivals.unreadable),
         unreadable_detail=arrivals.detail,
+        others=dict(arrivals.others),
         missed_ticks=missed,
     )
+
+
+def _names(sources: Sources) -> dict[str, tuple[str, ...]]:
+    """Identities by key: the followed publisher's first, then that of another one."""
+    names: dict[str, tuple[str, ...]] = {topic: (one.name,) for topic, one in sources.followed.items()}
+    for topic, other in sources.others.items():
+        names[topic] = (*names.get(topic, ()), other.name)
+    return names
 
 
 def _in_words(record: CycleRecord) -> str:

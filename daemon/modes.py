@@ -99,6 +99,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"in fault ({state.reason}); reset first"
     if state.mode is not Mode.IDLE:
         return f"already {state.mode.value}"
+    if crowded := state.sources.in_words():
+        return crowded
     if state.pose_age is None:
         return describe_refusals(state) or "no pose of the tip has arrived yet"
     if state.pose_age > setup.thresholds.pose_timeout:
@@ -117,6 +119,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
     """What must end pretension or tracking now, in words; empty if nothing."""
     limits, runs, allowed = setup.config.faults, state.runs, setup.thresholds
+    if crowded := state.sources.in_words():
+        return crowded
     if runs.missed_ticks >= allowed.overrun_time:
         return f"overrun: {runs.missed_ticks} deadlines missed in a row"
     if state.pose_age is None or state.pose_age > allowed.pose_timeout:
@@ -127,7 +131,7 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
     if runs.teleports >= allowed.teleport_time:
         return f"teleport: poses beyond what the tip can do for {_seconds(setup, runs.teleports)}"
     if runs.rejected >= allowed.rejected_time:
-        return f"bad poses: all rejected for {_seconds(setup, runs.rejected)}"
+        return f"bad poses: {runs.objection or 'unreadable'} for {_seconds(setup, runs.rejected)}"
     if runs.solver_failures > allowed.solver_timeout:
         return f"model: no solution for {_seconds(setup, runs.solver_failures)}"
     if runs.limited >= allowed.limit_time:

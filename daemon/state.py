@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.actuation import lag_share
 from tendond.daemon.choice import Choice
+from tendond.daemon.sources import Sources
 from tendond.daemon.thresholds import Thresholds
 from tendond.model.observer import ObserverGains, ObserverState, start_observer
 from tendond.model.parameters import RodParameters
@@ -108,6 +109,8 @@ class Runs:
     report to the newest one, the first for one: a slow camera is judged by the same time as a fast one.
 
     Attributes:
+        disorder: cycles through which poses have come out of order, beside others that are used.
+        objection: to the newest rejected pose.
         since_pose: cycles since a pose came, used or not.
     """
 
@@ -120,7 +123,10 @@ class Runs:
     occluded: int = 0
     mismatches: int = 0
     slack: int = 0
+    objection: str = ""
     since_pose: int = 0
+    disorder: int = 0
+    since_disorder: int = 0
 
 
 @dataclass(frozen=True)
@@ -143,6 +149,7 @@ class CycleState:
         wound: displacement that they are estimated to hold [m]; displacement: told to them [m]; shapes (n,).
         slip: of the reference along the straight rod [m], where that is not part of the target.
         lagging: the displacement is still on its way, held back by its rate.
+        sources: who is listened to.
         runs: of bad cycles.
         rejected: inputs dropped since the start, by reason.
         unreadable: which field of the first malformed message was wrong, and how; empty without one.
@@ -170,6 +177,7 @@ class CycleState:
     tendon_age: int = 0
     tendon_interval: int = 1
     lagging: bool = False
+    sources: Sources = field(default_factory=lambda: Sources({}, {}))
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)
     unreadable: str = ""

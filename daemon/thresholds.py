@@ -15,6 +15,7 @@ class Thresholds:
         solver_timeout: without a solution of the model. overrun_time: of missed deadlines in a row.
         tendon_timeout: since the newest tendon state. mismatch_time: of a model far from the measurement.
         limit_time: at a limit.
+        source_time: since another publisher was heard.
     """
 
     pose_timeout: int
@@ -27,6 +28,7 @@ class Thresholds:
     mismatch_time: int
     slack_time: int
     limit_time: int
+    source_time: int
 
     @staticmethod
     def from_config(config: RigConfig) -> "Thresholds":
@@ -43,6 +45,7 @@ class Thresholds:
             mismatch_time=cycles(faults.mismatch_time, period),
             slack_time=cycles(faults.slack_time, period),
             limit_time=cycles(config.limits.limit_time, period),
+            source_time=cycles(faults.source_time, period),
         )
 
 

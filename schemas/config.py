@@ -215,6 +215,9 @@ class FaultsSection(Schema):
         float, Field(gt=0.0, le=60.0, description="[s]; without a tendon state, once there has been one")
     ] = 0.5
     frozen_time: Positive = Field(0.2, description="[s]; of new poses that are all equal to the last bit")
+    source_time: Positive = Field(
+        1.0, description="[s]; another publisher or controller that is silent for longer is gone"
+    )
     equal_way: Positive = Field(0.01, description="that the model's tip goes meanwhile, for them to be a fault [m]")
     mismatch: Annotated[
         float, Field(gt=0.0, description="distance of model and measured tip, as a part of the rod's length [-]")

@@ -16,7 +16,7 @@ CONTROL = "control"
 SERVO_RESET = "servo/reset"
 SIMULATOR_INJECT = "sim/inject"
 ALIVE = "controller"
-"""Liveliness token: there while the controller is."""
+"""Liveliness token: there while the controller is; with its identity behind it as well, `controller/<identity>`."""
 
 
 def key(rig: str, name: str) -> str:

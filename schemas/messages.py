@@ -35,6 +35,8 @@ class Message(Schema):
         version: of the schema; another one is refused.
         seq: counts up by one per message of a publisher.
         stamp_ns: capture time [ns] on the publisher's monotonic clock; ages are taken on the receiver's.
+        source: identity of the publisher for its run, for instance "vicon-3f9c2a"; empty: none. Two publishers of one
+            key are told apart by it.
     """
 
     REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
@@ -42,10 +44,15 @@ class Message(Schema):
     version: Literal[1] = SCHEMA_VERSION
     seq: Annotated[int, Field(ge=0)]
     stamp_ns: Annotated[int, Field(ge=0)]
+    source: Annotated[str, Field(max_length=64, pattern=r"^[\w.:+-]*$")] = ""
 
     def stamped(self, stamp_ns: int) -> Self:
         """The same with another capture time [ns]."""
         return self.trusted(**{**self.__dict__, "stamp_ns": stamp_ns})
+
+    def named(self, source: str) -> Self:
+        """The same with an identity of its publisher."""
+        return self.trusted(**{**self.__dict__, "source": source})
 
 
 class TipPose(Message):
@@ -154,6 +161,7 @@ class Status(Message):
         tension: commanded [N].
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
+        sources: publishers that are followed, by key, and others that were heard just now.
         refused: why no pose or message is used, in one line with the first malformed field; empty where all is used.
         loop: timing and log.
     """
@@ -169,6 +177,7 @@ class Status(Message):
     tension: PerTendon
     displacement: PerTendon
     rejected: dict[str, int]
+    sources: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     refused: str = ""
     loop: LoopHealth
 

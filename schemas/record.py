@@ -18,6 +18,8 @@ class CycleInputs(Schema):
         request: of the operator, if there is one; law, reference: what it is about.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         unreadable_detail: which field of the first of those was wrong, and how.
+        others: further publishers that were heard since the last cycle, by key: their newest identity. "controller" is
+            another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
     """
 
@@ -28,6 +30,7 @@ class CycleInputs(Schema):
     reference: ReferenceSection | None = None
     unreadable: dict[str, int] = Field(default_factory=dict)
     unreadable_detail: str = ""
+    others: dict[str, str] = Field(default_factory=dict)
     missed_ticks: Annotated[int, Field(ge=0)] = 0
 
 

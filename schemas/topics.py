@@ -77,4 +77,8 @@ TOPICS = (
         keys.SIMULATOR_INJECT, "request", FaultRequest, ControlReply, "inject", "simulate", "cause a fault, or mend it"
     ),
     Topic(keys.ALIVE, "token", None, None, "run", "whoever asks for liveliness", "there while the controller is"),
+    Topic(
+        f"{keys.ALIVE}/*", "token", None, None, "run", "run, whoever asks for liveliness",
+        "the controller's identity, once it is ready: a second controller of the rig ends",
+    ),
 )  # fmt: skip

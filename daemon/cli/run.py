@@ -52,6 +52,7 @@ def run_controller(
             state = loop.warm()
         except ModelError as error:
             raise _refusal(source, error) from error
+        hub.claim()
         stopped = stop_on_signals()  # until here a signal just ends the process: nothing has been commanded
         if lockstep:
             be_prompt()

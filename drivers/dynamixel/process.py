@@ -11,7 +11,9 @@ from tendond.drivers.dynamixel.adapter import latency_warning
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.followed import Followed
 from tendond.drivers.session import BusError, StoppedError, open_client
+from tendond.identity import new_source
 from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_servo import ServoSection
@@ -55,6 +57,8 @@ class ServoProcess:
         self._say = say
         self._supervisor = supervisor or Supervisor({})
         self._seq = 0
+        self._source = new_source("servo")
+        self._followed = Followed()
 
     def run(self) -> None:
         """Drive until stopped; the tendons are let out and the torque is off afterwards.
@@ -104,8 +108,8 @@ class ServoProcess:
                 self._supervisor.alive()
             before = now
             self._answer(resets, driver)
-            if driver.report != reported:
-                reported = driver.report
+            if (report := self._report(driver)) != reported:
+                reported = report
                 self._say(f"fault: {reported}" if reported else "no fault any more")
             if driver.phase is not phase:
                 phase = driver.phase
@@ -123,7 +127,11 @@ class ServoProcess:
             try:
                 if sample.kind != zenoh.SampleKind.PUT:
                     raise UnreadableError("deleted")
-                newest = decode(TendonCommand, sample.payload.to_bytes())
+                command = decode(TendonCommand, sample.payload.to_bytes())
+                if self._followed.admits(command, time.monotonic()):
+                    newest = command
+                else:
+                    driver.counts["commands of another controller"] += 1
             except UnreadableError as error:
                 driver.counts[error.reason] += 1
         return newest
@@ -133,10 +141,15 @@ class ServoProcess:
         return TendonState(
             seq=self._seq,
             stamp_ns=time.monotonic_ns(),
+            source=self._source,
             displacement=driver.displacement,
             tension=driver.tension,
-            fault=driver.report,
+            fault=self._report(driver),
         )
+
+    def _report(self, driver: ServoDriver) -> str:
+        """What the driver objects to, and a second controller."""
+        return "; ".join(filter(None, (driver.report, self._followed.objection(time.monotonic()))))
 
     def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
         if (query := resets.try_recv()) is None:

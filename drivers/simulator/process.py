@@ -6,9 +6,11 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
+from tendond.drivers.followed import Followed
 from tendond.drivers.session import StoppedError, open_client
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
+from tendond.identity import new_source
 from tendond.schemas.config import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
@@ -48,6 +50,8 @@ class Simulator:
         self._config = config
         self._plant = plant
         self._stopped = stopped
+        self._source = new_source("simulator")
+        self._followed = Followed()
         self.unreadable = 0
 
     def run(self, *, lockstep: bool, cycles: int | None = None) -> None:
@@ -67,6 +71,8 @@ class Simulator:
             session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
         except StoppedError:
             return
+        if lockstep:
+            self._source = "simulator-lockstep"  # a run repeats to the last byte
         with session:
             commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(8))
             publishers = [
@@ -113,9 +119,11 @@ class Simulator:
     def _send(self, publishers: list[zenoh.Publisher], seen: Seen) -> None:
         """Truth and tendons first: a controller that waits for the pose then finds them there."""
         pose, state, truth = seen
+        if two := self._followed.objection(time.monotonic()):
+            state = state.model_copy(update={"fault": "; ".join(filter(None, (two, state.fault)))})
         for publisher, message in zip(publishers, (truth, state, pose), strict=True):
             if message is not None:
-                publisher.put(encode(message))
+                publisher.put(encode(message.named(self._source)))
 
     def _received(self, commands: Subscriber) -> list[TendonCommand]:
         """Commands since the last call, oldest first."""
@@ -128,7 +136,8 @@ class Simulator:
                     self.unreadable += 1
                     continue
                 if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
-                    received.append(command)
+                    if self._followed.admits(command, time.monotonic()):
+                        received.append(command)
                 else:
                     self.unreadable += 1
         return received

@@ -10,6 +10,7 @@ from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
+from tendond.identity import new_source
 from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_vicon import ViconSection
@@ -118,6 +119,7 @@ class ViconDriver:
             with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
                 expression = key(self._config.rig.name, TIP_POSE)
                 publisher = session.declare_publisher(expression, encoding=ENCODING, express=True)
+                identity = new_source("vicon")
                 report = time.monotonic() + REPORT_SECONDS
                 self._heard = time.monotonic()
                 self._supervisor.ready("connected; no frame yet")
@@ -131,7 +133,7 @@ class ViconDriver:
                         pose = self._builder.build(frame)
                         self._tell()
                         if pose is not None:
-                            publisher.put(encode(pose))
+                            publisher.put(encode(pose.named(identity)))
                     if time.monotonic() > report:
                         self._report(source)
                         report = time.monotonic() + REPORT_SECONDS

@@ -19,6 +19,7 @@ from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rota
 from tendond.drivers.vicon.packet import Block, Reading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
+from tendond.identity import new_source
 from tendond.schemas.config import ConfigError, RigConfig
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.config_simulator import SimulatedServos
@@ -98,6 +99,7 @@ class WiredRig:
         self._config = config
         self._vicon = vicon
         self._plant = plant
+        self._source = new_source("simulator")
         self._stopped = stopped
         self._alignment = Alignment(vicon, config.rod.gravity)
         self._tendons = [Spooled(tendon, servo.baudrate) for tendon in calibration.tendons]
@@ -146,7 +148,7 @@ class WiredRig:
             tendon.tension = tension
         if self._plant.faults.now(Fault.SILENCE) is not None:
             return
-        truths.put(encode(truth))
+        truths.put(encode(truth.named(self._source)))
         if pose is not None:
             tracker.sendto(self._packet(pose), ("127.0.0.1", self._vicon.port))
 

@@ -152,7 +152,7 @@ def test_only_the_servo_driver_hears_commands_and_nobody_else_may_give_them(
             return len(got) > 20
 
         until(real_one_arrives)
-        assert set(got) == {encode(command)}
+        assert set(got) == {encode(command.named(hub.source))}
         own = []  # a session hears what it publishes itself
         while (sample := overhears.try_recv()) is not None:
             own.append(sample.payload.to_bytes())

@@ -22,7 +22,7 @@ class Health:
         self.missed_ticks += missed_ticks
         self._work_ms.append(work_us / 1000.0)
 
-    def report(self, log_dropped: int, log_error: str) -> LoopHealth:
+    def report(self, log_dropped: int, log_error: str, log_days_left: float | None = None) -> LoopHealth:
         """As it goes into the status."""
         work = sorted(self._work_ms) or [0.0]
         return LoopHealth(
@@ -32,4 +32,5 @@ class Health:
             cycle_ms_p99=work[min(len(work) - 1, int(0.99 * len(work)))],
             log_dropped=log_dropped,
             log_error=log_error,
+            log_days_left=log_days_left,
         )

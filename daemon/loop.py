@@ -229,7 +229,7 @@ class Loop:
             rejected=self._state.rejected,
             sources=_names(self._state.sources),
             refused=describe_refusals(self._state),
-            loop=self._health.report(self._journal.dropped, self._journal.error),
+            loop=self._health.report(self._journal.dropped, self._journal.error, self._journal.days_left),
         )
 
 

@@ -64,8 +64,8 @@ class RecorderError(DaemonError):
     """A log that cannot be begun: file, reason, remedy."""
 
 
-Message = tuple[Channel[Any], BaseModel | Callable[[], BaseModel]]
-"""On which channel, and what; or what makes it, called in the recorder's thread."""
+Message = tuple[Channel[Any], BaseModel | Callable[[], BaseModel], int]
+"""On which channel; what, or what makes it, called in the recorder's thread; log time [ns]."""
 
 
 _Batch = tuple[int, int, Callable[..., list[Message]], tuple[Any, ...]]
@@ -100,10 +100,12 @@ class Recorder:
         queue_size: int,
         split_bytes: float = math.inf,
         split_seconds: float = math.inf,
+        before_file: Callable[[Path], None] | None = None,
     ) -> None:
         self.path = path
         self._split_bytes = split_bytes
         self._split_seconds = split_seconds
+        self._before_file = before_file
         self._part = 0
         self._metadata = metadata
         self._attachments = attachments
@@ -143,6 +145,8 @@ class Recorder:
 
     def _next_file(self) -> "_File":
         path = self.path if self._part == 0 else part_path(self.path, self._part)
+        if self._before_file is not None:
+            self._before_file(path)
         return _File(path, {**self._metadata, PART: str(self._part)}, self._attachments)
 
     def put(self, channel: Channel[M], log_time_ns: int, message: M | Callable[[], M]) -> bool:
@@ -157,13 +161,14 @@ class Recorder:
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
         """
-        return self.put_all(log_time_ns, 1, _single, channel, message)
+        return self.put_all(log_time_ns, 1, _single, channel, message, log_time_ns)
 
     def put_all(self, log_time_ns: int, count: int, make: Callable[..., list[Message]], *arguments: Any) -> bool:
         """Queue `count` messages of one time, as `put` does: all or none.
 
         The recorder's thread makes them, by `make(*arguments)`, and is woken when a few calls have come together: the
-        caller comes here with cold caches, and each line costs it microseconds.
+        caller comes here with cold caches, and each line costs it microseconds. `make` may leave messages out, or bring
+        some that an earlier one has left out: those that never come are neither written nor dropped.
         """
         with self._lock:
             if not self._accepting or self._queued - self._taken + count > self._queue_size:
@@ -230,17 +235,19 @@ class Recorder:
                     self._bell.get(timeout=max(0.0, min(LOOK_SECONDS, left)))
             accepting = self._accepting
             if self._queue:
-                log_time_ns, count, make, arguments = self._queue.popleft()
+                _, count, make, arguments = self._queue.popleft()
                 messages = make(*arguments)
-                if messages[0][0] is BEGINNING and self._is_full():
+                if len(messages) != count:
+                    self._count_left_out(count - len(messages))
+                if messages and messages[0][0] is BEGINNING and self._is_full():
                     self._split(unflushed)
                     unflushed = 0
                 if not unflushed:
                     flush_at = time.monotonic() + FLUSH_SECONDS
-                self._taken += count
-                for channel, message in messages:
+                self._taken += len(messages)
+                for channel, message, time_ns in messages:
                     self._rest()
-                    unflushed += self._write(channel, log_time_ns, message)
+                    unflushed += self._write(channel, time_ns, message)
             if unflushed and time.monotonic() >= flush_at:
                 self._flush(unflushed)
                 unflushed, flush_at = 0, math.inf
@@ -269,6 +276,11 @@ class Recorder:
         with self._lock:
             self._written += written
 
+    def _count_left_out(self, messages: int) -> None:
+        """Take messages that were put off the count of those that were queued; negative: they come after all."""
+        with self._lock:
+            self._queued -= messages
+
     def _split(self, unflushed: int) -> None:
         """End the file and go on in the next one."""
         self._file.finish()
@@ -293,8 +305,8 @@ class Recorder:
             self._error = self._error or f"{self.path}: the log ended after {self._written} messages: {reason}"
 
 
-def _single(channel: Channel[Any], message: BaseModel | Callable[[], BaseModel]) -> list[Message]:
-    return [(channel, message)]
+def _single(channel: Channel[Any], message: BaseModel | Callable[[], BaseModel], time_ns: int) -> list[Message]:
+    return [(channel, message, time_ns)]
 
 
 class _File:

@@ -49,11 +49,13 @@ class StateSnapshot(Schema):
     Attributes:
         version: of the schema.
         tick: of the cycle that follows.
+        left_out: cycles before it that were left out of the log on purpose, while the arm was idle.
         state: see `encode_state`; a function that gives it is called when the message is written, in the recorder.
     """
 
     version: Literal[1] = SCHEMA_VERSION
     tick: int
+    left_out: int = 0
     state: Annotated[
         str | Callable[[], str], PlainSerializer(lambda value: value() if callable(value) else value, return_type=str)
     ]

@@ -257,6 +257,17 @@ class LogSection(Schema):
         float, Field(ge=0.1, le=1e6, description="of a file, from which on the run goes on in another one [MB]")
     ] = 1000.0
     split_time: Annotated[float, Field(ge=1.0, le=1e7, description="the same, by the file's age [s]")] = 3600.0
+    idle_period: Annotated[
+        float, Field(ge=0.0, le=3600.0, description="[s]; while idle, a tenth of a second in so many is logged; 0: all")
+    ] = 60.0
+    keep_size: Annotated[float, Field(ge=0.0, le=1e6)] | None = Field(
+        None,
+        description="[GB] of logs of this rig, the oldest are removed; 0: no bound; left out: 20 or a tenth of the disk"
+        " for a service, no bound by hand",
+    )
+    keep_days: Annotated[float, Field(ge=0.0, le=1e5)] | None = Field(
+        None, description="[days] that they are kept; 0: no bound; left out: 90 for a service, no bound by hand"
+    )
 
 
 class RigConfig(Schema):

@@ -137,6 +137,8 @@ class LoopHealth(Schema):
             deadline is not in it.
         log_dropped: log entries that did not fit the recorder's queue.
         log_error: what ended the log, if anything did.
+        log_days_left: until there is no room for logs, or the oldest are removed, as they have grown in the last days;
+            none while that is not known.
     """
 
     cycles: int
@@ -145,6 +147,7 @@ class LoopHealth(Schema):
     cycle_ms_p99: float
     log_dropped: int
     log_error: str = ""
+    log_days_left: float | None = None
 
 
 class Status(Message):

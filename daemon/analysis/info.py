@@ -9,7 +9,8 @@ from mcap.records import Channel, Footer, Message
 
 from tendond.daemon.analysis.container import Damage, records
 from tendond.daemon.analysis.log import Run, no_cycles, open_run
-from tendond.daemon.channels import CYCLE, TIMING
+from tendond.daemon.analysis.ticks import left_out_before
+from tendond.daemon.channels import CYCLE, STATE, TIMING
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord, LoopTiming
 
@@ -18,8 +19,9 @@ def info(path: Path) -> dict[str, Any]:
     """The contents and health of a log, damaged or not; JSON types.
 
     Keys: files, bytes, complete, damage (texts), metadata, calibration (of the servos; null without), started (UTC),
-    duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), missed_deadlines (of the
-    loop), modes (tick, mode, reason at each change), faults (tick, reason), rejected (inputs, by reason), snapshots.
+    duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), left_out (of the log on
+    purpose, while the arm was idle), missed_deadlines (of the loop), modes (tick, mode, reason at each change), faults
+    (tick, reason), rejected (inputs, by reason), snapshots.
 
     Raises:
         LogError: not one of ours, without configuration, without one cycle that can be read, or of another version.
@@ -31,7 +33,7 @@ def info(path: Path) -> dict[str, Any]:
     damage: list[str] = []
     ticks: list[int] = []
     times: list[int] = []
-    missed, complete = 0, False
+    missed, left_out, complete = 0, 0, False
     for file in run.paths:
         topics: dict[int, str] = {}
         complete = False
@@ -54,6 +56,8 @@ def info(path: Path) -> dict[str, Any]:
                         rejected.update(cycle.rejected)
                         if not modes or modes[-1]["mode"] != cycle.mode.value:
                             modes.append({"tick": cycle.tick, "mode": cycle.mode.value, "reason": cycle.reason})
+                    elif topic == STATE.topic and ticks and (stretch := left_out_before(record.data)) is not None:
+                        left_out += stretch[1] - stretch[0] + 1
                     elif topic == TIMING.topic:
                         missed += run.decode(topic, LoopTiming, record.data).missed_ticks
     if not ticks:
@@ -71,7 +75,8 @@ def info(path: Path) -> dict[str, Any]:
         "cycles": len(ticks),
         "first_tick": ticks[0],
         "last_tick": ticks[-1],
-        "missing_ticks": ticks[-1] - ticks[0] + 1 - len(ticks),
+        "missing_ticks": ticks[-1] - ticks[0] + 1 - len(ticks) - left_out,
+        "left_out": left_out,
         "missed_deadlines": missed,
         "modes": modes,
         "faults": [change for change in modes if change["mode"] == Mode.FAULT.value],

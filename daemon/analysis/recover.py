@@ -8,8 +8,8 @@ from mcap.writer import CompressionType, Writer
 
 from tendond import __version__
 from tendond.daemon.analysis.container import Damage, LogError, records
-from tendond.daemon.analysis.ticks import ranges, tick_of
-from tendond.daemon.channels import CYCLE
+from tendond.daemon.analysis.ticks import left_out_before, ranges, tick_of
+from tendond.daemon.channels import CYCLE, STATE
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recorder import CHUNK_BYTES
 
@@ -45,6 +45,7 @@ def recover(path: Path, out: Path) -> Recovered:
     """
     found = Recovered()
     ticks: list[int] = []
+    left_out: list[tuple[int, int]] = []
     try:
         with out.open("xb") as stream:
             writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
@@ -80,8 +81,11 @@ def recover(path: Path, out: Path) -> Recovered:
                             record.sequence,
                         )
                         found.messages += 1
-                        if topics[record.channel_id] == CYCLE.topic and (tick := tick_of(record.data)) is not None:
+                        topic = topics[record.channel_id]
+                        if topic == CYCLE.topic and (tick := tick_of(record.data)) is not None:
                             ticks.append(tick)
+                        elif topic == STATE.topic and (stretch := left_out_before(record.data)) is not None:
+                            left_out.append(stretch)
             writer.finish()
     except FileExistsError as error:
         raise UsageError(f"{out}: is there already; choose another file with --out") from error
@@ -96,5 +100,5 @@ def recover(path: Path, out: Path) -> Recovered:
     found.cycles = len(ticks)
     if ticks:
         found.first, found.last = ticks[0], ticks[-1]
-        found.missing = ranges(ticks)
+        found.missing = [stretch for stretch in ranges(ticks) if stretch not in left_out]
     return found

@@ -27,7 +27,8 @@ def run_info(file: Path, *, as_json: bool) -> None:
         print(f"servos   calibrated {calibration['date']}: {spools}")
     print(
         f"cycles   {found['cycles']}, ticks {found['first_tick']} to {found['last_tick']}, "
-        f"{found['missing_ticks']} not in the log, {found['missed_deadlines']} deadlines missed, "
+        f"{found['left_out']} left out while idle, {found['missing_ticks']} not in the log, "
+        f"{found['missed_deadlines']} deadlines missed, "
         f"{found['snapshots']} states to replay from"
     )
     for change in found["modes"]:

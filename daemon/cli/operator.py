@@ -107,11 +107,15 @@ def _table(status: Status) -> Table:
         "wake-up to command": f"median {status.loop.cycle_ms_median:.2f} ms, p99 {status.loop.cycle_ms_p99:.2f} ms",
         "rejected": ", ".join(f"{count} {reason}" for reason, count in status.rejected.items()) or "nothing",
         **({"refused": status.refused} if status.refused else {}),
-        "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped",
+        "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped{_days(status.loop.log_days_left)}",
     }
     for name, value in rows.items():
         table.add_row(name, value)
     return table
+
+
+def _days(left: float | None) -> str:
+    return "" if left is None else f", room for {left:.1f} days more"
 
 
 def _millimetres(values: tuple[float, ...]) -> str:

@@ -86,6 +86,8 @@ _closed_loop = closed_loop
 def _print_gaps(outcome: Outcome) -> None:
     for a, b in outcome.gaps.missing:
         print(f"missing: {shown((a, b))}, not in the log")
+    if outcome.gaps.left_out:
+        print(f"left out while idle: {outcome.gaps.left_out} cycles (log.idle_period)")
     if outcome.gaps.passed_over:
         print(f"not compared: {outcome.gaps.passed_over} cycles before the next state in the log")
     if not outcome.complete:

@@ -12,6 +12,7 @@ from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
 from tendond.daemon.realtime import be_prompt, become_punctual
+from tendond.daemon.retention import retention
 from tendond.daemon.state import CycleSetup
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
@@ -38,14 +39,17 @@ def run_controller(
     """
     config, source = chosen_config(config_file, profile)
     announce_compilation(say)
+    kept = None
     if log_file is None:
         log_file = log_folder() / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
+        kept = retention(config.log, log_file.parent, config.rig.name, service="LOGS_DIRECTORY" in os.environ)
     try:
         setup = CycleSetup.from_config(config)
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
-    with Hub(config) as hub, Journal(log_file, config, setup.rod, calibration=calibration, notes=notes) as journal:
+    written = Journal(log_file, config, setup.rod, calibration=calibration, notes=notes, retention=kept)
+    with Hub(config) as hub, written as journal:
         supervisor = Supervisor()
         loop = Loop(setup, hub, journal, arm_at, supervisor)
         try:

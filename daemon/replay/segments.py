@@ -33,10 +33,17 @@ class Segment:
 
 @dataclass
 class Gaps:
-    """What could not be run again: ticks that are missing, and ticks after them that have no state to start from."""
+    """What could not be run again: ticks that are missing, and ticks after them that have no state to start from.
+
+    Attributes:
+        missing: first and last of each stretch.
+        passed_over: cycles without a state before them.
+        left_out: cycles that were left out of the log on purpose, while the arm was idle.
+    """
 
     missing: list[tuple[int, int]] = field(default_factory=list)
     passed_over: int = 0
+    left_out: int = 0
 
 
 def segments(run: Run, gaps: Gaps, first: int = 0, last: int | None = None) -> Iterator[Segment]:
@@ -54,11 +61,14 @@ def segments(run: Run, gaps: Gaps, first: int = 0, last: int | None = None) -> I
     expected: int | None = None
     for topic, message in run.messages((CYCLE.topic, STATE.topic)):
         if topic == STATE.topic:
-            tick, state = _snapshot(run, message.data)
-            if segment is not None and segment.cycles and tick == expected:
-                segment.end = state
-                yield from _wanted(segment, first)
+            tick, state, left_out = _snapshot(run, message.data)
             if expected is None or tick >= expected:
+                if segment is not None and segment.cycles:
+                    segment.end = state if tick == expected else None
+                    yield from _wanted(segment, first)
+                if expected is not None and left_out and tick - expected == left_out:
+                    gaps.left_out += left_out
+                    expected = tick
                 segment = Segment(tick, state)
             continue
         tick = _tick(run, message.data)
@@ -96,7 +106,7 @@ def _tick(run: Run, data: bytes) -> int:
     return run.decode(CYCLE.topic, CycleRecord, data).tick if tick is None else tick  # names what is wrong with it
 
 
-def _snapshot(run: Run, data: bytes) -> tuple[int, str]:
+def _snapshot(run: Run, data: bytes) -> tuple[int, str, int]:
     snapshot = run.decode(STATE.topic, StateSnapshot, data)
     assert isinstance(snapshot.state, str)
-    return snapshot.tick, snapshot.state
+    return snapshot.tick, snapshot.state, snapshot.left_out

@@ -1,6 +1,6 @@
 """Another law, another parameter: on the recorded inputs, or in the closed loop with the simulator. Both make a log."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,8 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
         journal.at = start_ns
         journal.state(state)
         for old in recorded.records:
+            if state.tick != old.tick:  # cycles were left out while the arm was idle: it stays as it is
+                state = replace(state, tick=old.tick)
             state, _, record = step(setup, state, old.inputs)
             journal.at = start_ns + old.tick * period_ns
             journal.cycle(record, None, state.rod, None)

@@ -200,7 +200,8 @@ def _stream(stream: Stream, now: float) -> Text:
 def _health(status: Status) -> list[Text]:
     loop = status.loop
     rejected = ", ".join(f"{count} {reason}" for reason, count in sorted(status.rejected.items(), key=_most))
-    log = loop.log_error or f"{loop.log_dropped} entries dropped"
+    days = "" if loop.log_days_left is None else f", room for {loop.log_days_left:.1f} days"
+    log = loop.log_error or f"{loop.log_dropped} entries dropped{days}"
     return [
         _row("cycle", Text(f"{loop.cycle_ms_median:.2f} ms, p99 {loop.cycle_ms_p99:.2f} ms")),
         _row("cycles", Text(f"{loop.cycles}, {loop.missed_ticks} missed", style=WARN if loop.missed_ticks else "")),

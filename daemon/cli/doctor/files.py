@@ -1,14 +1,15 @@
 """Checks of what lies on the disk: logs, kernels, the calibration."""
 
 import os
-import shutil
 import tempfile
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tendond.daemon.cli.doctor.check import Result, Rig, bad, doubtful, good
 from tendond.daemon.recorder import FLUSH_SECONDS
+from tendond.daemon.retention import GIGABYTE, MEGABYTE, existing, retention
 from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibration
 
 TRIAL_BYTES, BLOCK_BYTES = 8_000_000, 128_000
@@ -19,24 +20,39 @@ FILES_LEFT = 10
 """Files of log.split_size, below which the disk is nearly full."""
 
 CALIBRATION_DAYS = 30.0
+SYSTEM_LOGS = Path("/var/log/tendond")
+"""Of services, whose logs are bounded by default."""
+
+
+FEW_DAYS = 7.0
+"""Of room, from which on somebody should think about it where nothing is removed by itself."""
 
 
 def log_space(rig: Rig) -> Result:
-    """Room for logs."""
-    folder = _existing(rig.log_folder)
-    free = shutil.disk_usage(folder).free / 1e6
-    finding = f"{free / 1e3:.1f} GB free for {rig.log_folder}"
-    size = rig.config.log.split_size
-    if free < size:
-        return bad(f"{finding}, less than one file of log.split_size", "remove old logs, or log to another disk")
-    if free < FILES_LEFT * size:
-        return doubtful(f"{finding}, fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
+    """Room for logs, and how long it lasts at the rate of the last days."""
+    folder = existing(rig.log_folder)
+    name, section = rig.config.rig.name, rig.config.log
+    kept = retention(section, rig.log_folder, name, service=rig.log_folder.resolve().is_relative_to(SYSTEM_LOGS))
+    room = replace(kept, folder=folder).outlook()
+    finding = f"{room.free / GIGABYTE:.1f} GB free for {rig.log_folder}, {room.used / GIGABYTE:.1f} GB of logs"
+    if room.size is not None:
+        finding += f" of {room.size / GIGABYTE:.1f} GB that may be kept"
+    if room.rate is not None and room.days is not None:
+        then = "the oldest are removed" if kept.size is not None else "the disk is full"
+        finding += f"; at {room.rate / GIGABYTE:.2f} GB a day {then} in {room.days:.1f} days"
+    size = kept.split_bytes(section.split_size * MEGABYTE)
+    if room.free < size:
+        return bad(f"{finding}; less than one file of log.split_size", "remove old logs, or log to another disk")
+    if room.free < FILES_LEFT * size:
+        return doubtful(f"{finding}; fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
+    if kept.size is None and room.days is not None and room.days < FEW_DAYS:
+        return doubtful(finding, "set log.keep_size, or remove old logs soon")
     return good(finding)
 
 
 def log_speed(rig: Rig) -> Result:
     """Whether the disk keeps up with the recorder: some megabytes are written, handed to the disk, and removed."""
-    folder = _existing(rig.log_folder)
+    folder = existing(rig.log_folder)
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
             started = time.monotonic()
@@ -92,11 +108,3 @@ def calibration(rig: Rig) -> Result | None:
     if days > CALIBRATION_DAYS:
         return doubtful(f"{finding}; tendons stretch with time", "tendond servo pretension --store")
     return good(finding)
-
-
-def _existing(folder: Path) -> Path:
-    """It, or the nearest folder above it that is there."""
-    folder = folder.absolute()
-    while not folder.exists():
-        folder = folder.parent
-    return folder

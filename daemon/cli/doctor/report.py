@@ -39,7 +39,7 @@ CHECKS: dict[str, Check] = {
 """In the order in which they are made and shown; the configuration's comes before them."""
 
 COLOURS = {Outcome.PASS: "32", Outcome.WARN: "33", Outcome.FAIL: "1;31"}
-SYSTEM_LOGS, SYSTEM_CONFIG = Path("/var/log/tendond"), Path("/etc/tendond")
+SYSTEM_CONFIG = Path("/etc/tendond")
 
 
 class SickError(TendondError):
@@ -102,7 +102,7 @@ def _configuration(file: Path | None) -> tuple[RigConfig | None, Result]:
 def _logs(config_file: Path | None) -> Path:
     """Where the controller with this configuration logs."""
     if config_file is not None and config_file.resolve().parent.parent == SYSTEM_CONFIG:
-        return SYSTEM_LOGS / config_file.resolve().parent.name
+        return files.SYSTEM_LOGS / config_file.resolve().parent.name
     return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 

@@ -1,0 +1,152 @@
+"""Mutate what decides about tension and see whether a test notices: `python -m tests.mutation [TARGET ...]`.
+
+mutmut (https://mutmut.readthedocs.io) makes the mutants and picks, for each, the tests that reach it. It cannot follow
+the links of `tendond/` to the folders, so it works on a copy in which they are folders. It is no requirement of the
+tests: `.venv/bin/pip install mutmut` where it is wanted.
+
+A mutant that no test kills is printed with its difference; the exit status is 1 where fewer than 90 % of a module's are
+killed. What compiled kernels do is not mutated: mutmut leaves decorated functions alone.
+"""
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+GOAL = 0.9
+
+CYCLE_TESTS = (
+    "test_actuation",
+    "test_cycle",
+    "test_cycle_direct",
+    "test_cycle_faults",
+    "test_cycle_properties",
+    "test_laws",
+    "test_limits",
+    "test_mirrored",
+    "test_missed_ticks",
+    "test_observer",
+    "test_observer_bounds",
+    "test_refusals",
+    "test_safe_command",
+    "test_thresholds",
+)
+DRIVER_TESTS = ("test_servo_limits",)
+
+
+@dataclass(frozen=True)
+class Target:
+    """Modules, as paths in the package, and the tests that are asked about them."""
+
+    modules: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+def _cycle(*modules: str) -> Target:
+    return Target(modules, tuple(f"tests/unit/{name}.py" for name in CYCLE_TESTS))
+
+
+TARGETS = {
+    "actuation": _cycle("daemon/actuation.py"),
+    "admission": _cycle("daemon/admission.py"),
+    "modes": _cycle("daemon/modes.py"),
+    "cycle": _cycle("daemon/cycle.py"),
+    "observer": _cycle("model/observer.py", "daemon/outlook.py"),
+    "guard": Target(
+        ("drivers/dynamixel/guard.py",),
+        (
+            *(f"tests/unit/{name}.py" for name in DRIVER_TESTS),
+            "tests/rig/test_servo_driver.py",
+            "tests/rig/test_servo_faults.py",
+            "tests/rig/test_servo_rearming.py",
+        ),
+    ),
+}
+
+SETTINGS = """\
+[tool.pytest.ini_options]
+markers = ["rig: real wires", "sil: real processes"]
+
+[tool.mutmut]
+source_paths = ["tendond"]
+only_mutate = {modules}
+pytest_add_cli_args_test_selection = {tests}
+pytest_add_cli_args = ["-p", "no:cacheprovider", "-p", "no:xdist"]
+also_copy = ["deploy", "docs", "examples", "README.md"]
+track_dependencies = false
+use_git_change_detection = false
+"""
+
+
+def prepare(folder: Path, target: Target) -> None:
+    """Copy the project to `folder`, links as what they point to, with mutmut's settings for a target."""
+    for name in ("tendond", "tests", "deploy", "docs", "examples"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("out"))
+    shutil.copy(ROOT / "README.md", folder)
+    modules = [f"tendond/{path}" for path in target.modules]
+    (folder / "pyproject.toml").write_text(SETTINGS.format(modules=modules, tests=list(target.tests)))
+
+
+def mutmut(folder: Path, *arguments: str) -> str:
+    """Run mutmut in a prepared folder; what it says.
+
+    Raises:
+        SystemExit: it failed, with the end of what it said.
+    """
+    done = subprocess.run([sys.executable, "-m", "mutmut", *arguments], cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit("\n".join((done.stdout + done.stderr).replace("\r", "\n").splitlines()[-15:]))
+    return done.stdout
+
+
+def verdicts(folder: Path) -> dict[str, str]:
+    """Of each mutant, by its name: killed, survived, timeout, no tests and so on."""
+    lines = (line.strip().rpartition(": ") for line in mutmut(folder, "results", "--all", "true").splitlines())
+    return {name: verdict for name, colon, verdict in lines if colon}
+
+
+def difference(folder: Path, name: str) -> str:
+    """The changed lines of a mutant."""
+    lines = mutmut(folder, "show", name).splitlines()
+    return "\n".join(f"    {line}" for line in lines if re.match(r"[-+](?!--|\+\+)", line))
+
+
+def examine(name: str, target: Target, jobs: int) -> bool:
+    """Run a target and print what became of it; whether the goal is met."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        prepare(folder, target)
+        mutmut(folder, "run", "--max-children", str(jobs))
+        found = verdicts(folder)
+        counts = Counter(found.values())
+        killed = counts["killed"] + counts["timeout"]
+        print(f"{name}: {killed} of {len(found)} killed, {killed / len(found):.1%}", flush=True)
+        for mutant, verdict in found.items():
+            if verdict not in ("killed", "timeout"):
+                print(f"  {verdict}: {mutant}\n{difference(folder, mutant)}")
+    return killed >= GOAL * len(found)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the targets that are named, or all; the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(TARGETS)} (default: all)")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants at once (default: 1)")
+    options = parser.parse_args(arguments)
+    if unknown := set(options.targets) - set(TARGETS):
+        parser.error(f"no target is called {', '.join(sorted(unknown))}; choose of {', '.join(TARGETS)}")
+    if find_spec("mutmut") is None:
+        parser.error("mutmut is not installed: run '.venv/bin/pip install mutmut'")
+    met = [examine(name, TARGETS[name], options.jobs) for name in options.targets or TARGETS]
+    return 0 if all(met) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

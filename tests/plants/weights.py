@@ -11,7 +11,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, fields
 
@@ -226,6 +226,20 @@ def line(case: Case, outcome: Outcome) -> str:
     )
 
 
+def summary(outcomes: Sequence[tuple[Case, Outcome]]) -> Iterator[str]:
+    """A table of what became of the runs of each law and rate, as Markdown."""
+    yield "| law | loop [Hz] | runs | settled, ripple <= 0.2 mm | largest ripple [mm] | slowest [s] |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    for law, rate in dict.fromkeys((case.law, case.rate) for case, _ in outcomes):
+        some = [outcome for case, outcome in outcomes if (case.law, case.rate) == (law, rate)]
+        ripples = [outcome.ripple for outcome in some if outcome.ripple is not None]
+        times = [outcome.settling for outcome in some if outcome.settling is not None]
+        yield (
+            f"| {law} | {rate} | {len(some)} | {sum(outcome.passed for outcome in some)} "
+            f"| {max(ripples, default=math.nan):.3f} | {max(times, default=math.nan):.2f} |"
+        )
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the grid, or the part of it that the options name; the exit status."""
     parser = argparse.ArgumentParser(prog="python -m tests.plants.weights", description=__doc__)
@@ -249,15 +263,15 @@ def main(arguments: list[str] | None = None) -> int:
             )
     if not options.json:
         print(HEADING, flush=True)
-    short = 0
+    outcomes: list[tuple[Case, Outcome]] = []
     with ProcessPoolExecutor(options.jobs) as pool:
         for case, outcome in zip(cases, pool.map(run, cases, itertools.repeat(options.tracking)), strict=True):
-            short += not outcome.passed
+            outcomes.append((case, outcome))
             text = json.dumps({**asdict(case), **asdict(outcome)}) if options.json else line(case, outcome)
             print(text, flush=True)
     if not options.json:
-        print(f"{len(cases) - short} of {len(cases)} settled with at most {RIPPLE_MAX * 1e3:g} mm of ripple")
-    return 1 if short else 0
+        print("", *summary(outcomes), sep="\n")
+    return 0 if all(outcome.passed for _, outcome in outcomes) else 1
 
 
 if __name__ == "__main__":

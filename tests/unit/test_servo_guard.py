@@ -1,6 +1,7 @@
 """The servo driver's own limits and faults by the number: pure functions of readings, goals and time."""
 
 import dataclasses
+from typing import Any
 
 import pytest
 
@@ -107,5 +108,5 @@ def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
         ({"voltage": 126}, "servo 2: 12.6 V, allowed are 10 to 12.5 V"),
     ],
 )
-def test_what_is_wrong_with_a_servo_as_it_stands_is_named(changes: dict[str, int], fault: str) -> None:
+def test_what_is_wrong_with_a_servo_as_it_stands_is_named(changes: dict[str, Any], fault: str) -> None:
     assert standing_fault(SECTION, SPOOLS, [WELL, dataclasses.replace(WELL, **changes)]) == fault

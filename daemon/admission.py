@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendond.daemon.sources import hear, with_unnamed
+from tendond.daemon.sources import Sources, hear, with_unnamed
 from tendond.daemon.state import CycleSetup, CycleState, changed
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import Mode, TendonState, TipPose
@@ -109,10 +109,20 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         tendon_interval=tendon_interval,
         runs=runs,
         sources=sources,
+        commissioned=state.commissioned and not _renewed(state, sources, pose if fresh else None, tendon_state),
         rejected=counts,
         unreadable=state.unreadable or inputs.unreadable_detail,
     )
     return Admission(state, fresh, tuple(rejected))
+
+
+def _renewed(state: CycleState, sources: Sources, pose: TipPose | None, tendons: TendonState | None) -> bool:
+    """Whether camera or servo driver are others than before, or have started anew: what was probed may have changed."""
+    before = state.sources.followed
+    if any(topic in before and before[topic].name != one.name for topic, one in sources.followed.items()):
+        return True
+    counted_anew = tendons is not None and state.tendon_state is not None and tendons.seq < state.tendon_state.seq
+    return counted_anew or (pose is not None and state.pose is not None and pose.seq <= state.pose.seq)
 
 
 def _disorder(

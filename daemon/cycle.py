@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit, lengthened
+from tendond.daemon.commissioning.probe import Phase, advance_probe, probe_tension
 from tendond.daemon.laws.law import Observation
-from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon
+from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon, watch_rest
 from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
@@ -59,9 +60,11 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     """A cycle as far as its command; arguments as in `step`."""
     config, period = setup.config, setup.config.loop.period
     admission = admit(setup, state, inputs)
-    state, answer = _advance_mode(setup, admission.state, inputs)
+    state = watch_rest(setup, admission.state, admission.fresh)
+    state, answer = _advance_mode(setup, state, inputs)
     fresh = np.array(state.pose.position) if admission.fresh and state.pose is not None else None
     state = _observe(setup, state, fresh)
+    state = _probe(setup, state, admission.fresh)
     tip, choice = state.tip, state.choice
     elapsed = (state.tick - state.since) * period if state.mode is Mode.TRACKING else 0.0
     reference = choice.reference.at(elapsed, state.slip)
@@ -80,8 +83,11 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
     if state.mode is Mode.PRETENSION:
         wanted = _pretension(setup, state)
+    if state.mode is Mode.PROBE and state.probe is not None:
+        wanted = probe_tension(setup.probe, state.probe)
     if state.mode in ACTIVE:
-        command, met = limit_tension(config.limits, period, lead(wanted, state.tension, setup.lagging), state.commanded)
+        limits = setup.probe_limits if state.mode is Mode.PROBE else config.limits
+        command, met = limit_tension(limits, period, lead(wanted, state.tension, setup.lagging), state.commanded)
     else:
         command, met = np.maximum(state.commanded - config.limits.release_rate * period, 0.0), ()
 
@@ -152,6 +158,9 @@ def _advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> 
 
 def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> CycleState:
     """The observer's cycle, and what tells a frozen pose or another robot than the model from all is well."""
+    probing = state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is not Phase.REST
+    if probing:  # the model runs freely, to be compared with
+        fresh = None
     observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, fresh)
     way = state.way + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
     runs = state.runs
@@ -165,6 +174,16 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         if slack or runs.slack:
             runs = changed(runs, slack=lengthened(runs.slack, state.tendon_interval) if slack else 0)
     return changed(state, observer=observer, way=way, runs=runs)
+
+
+def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
+    """The probe of the tendons, where one runs."""
+    if state.mode is not Mode.PROBE or state.probe is None:
+        return state
+    pose = state.pose if fresh else None
+    tendons = state.tendon_state if state.tendon_age == 0 else None
+    tip, before = state.tip.position, state.displacement
+    return changed(state, probe=advance_probe(setup.probe, state.probe, pose, tip, state.rest, tendons, before))
 
 
 def _observation(
@@ -257,9 +276,14 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
         wanted = np.where(state.wound > 0.0, left * state.wound, state.wound)
     else:
         wanted = setup.rod.displacements(after.rod, elastic=config.rod.tendon_stiffness is not None)
-        if config.limits.slack:
-            wanted = np.where(tension > 0.0, wanted, wanted - config.limits.slack)
-    asked = lead(wanted, state.wound, setup.lagging)
+    let_out = max(config.limits.slack, setup.probe.slack) if state.mode is Mode.PROBE else config.limits.slack
+    slack = np.where(tension > 0.0, 0.0, 0.0 if error else let_out)
+    asked = lead(wanted - slack, state.wound, setup.lagging)
+    if state.mode is Mode.PROBE:  # a tendon that is let go holds up no other
+        taut = lead(wanted, state.wound, setup.lagging)
+        asked = np.maximum(
+            asked, np.minimum(taut, state.displacement - config.limits.displacement_rate * config.loop.period)
+        )
     displacement, met = limit_displacement(config.limits, config.loop.period, asked, state.displacement)
     after = changed(after, tension=tension, commanded=command, wound=follow(displacement, state.wound, setup.lagging))
     return _Wound(after, asked, displacement, met, error)

@@ -53,13 +53,18 @@ def watched_loop(
     requests: Mapping[int, ControlAction | CycleInputs],
     points: int = 0,
     see_state: Callable[[CycleState], None] | None = None,
+    *,
+    probe: bool = False,
 ) -> Iterator[Watched]:
     """As `closed_loop`, with the plant beside each record; `points` of its shape, none without.
 
     A request may be given as the inputs of a recorded cycle, with all that the operator said.
 
-    `see_state` is called with the controller's state before the first cycle and after each.
+    `see_state` is called with the controller's state before the first cycle and after each. `probe`: the tendons are
+    probed at the first arming, if the configuration asks for it; experiments begin without.
     """
+    if not probe:
+        config = without_probe(config)
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
     if see_state is not None:
@@ -80,6 +85,12 @@ def watched_loop(
         plant.step(command)
         for _ in range(steps - 1):
             plant.step(None)
+
+
+def without_probe(config: RigConfig) -> RigConfig:
+    """Return the same rig, whose tendons are not probed: for experiments that begin with the first cycle."""
+    section = config.commissioning.model_copy(update={"probe": False})
+    return config.model_copy(update={"commissioning": section})
 
 
 def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[tuple[TendonState, SimulatorTruth]]:

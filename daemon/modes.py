@@ -1,6 +1,6 @@
 """The mode machine: what an operator may ask for when, and what ends tracking.
 
-idle -> (arm) -> pretension -> tracking -> (stop) -> releasing -> idle
+idle -> (arm) -> probe, the first time -> pretension -> tracking -> (stop) -> releasing -> idle
 any but idle and releasing -> fault, until reset
 """
 
@@ -9,6 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendond.daemon.admission import describe_refusals
+from tendond.daemon.commissioning.averages import RestWatch
+from tendond.daemon.commissioning.probe import Phase, Probe
+from tendond.daemon.commissioning.rest_check import rest_objection
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.haste import haste
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
@@ -17,7 +20,10 @@ from tendond.model.observer import start_observer
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs
 
-ACTIVE = (Mode.PRETENSION, Mode.TRACKING)
+ACTIVE = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING)
+
+
+ARMED, PROBING = "armed by the operator", "probing the tendons"
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,21 @@ def is_taut(state: CycleState) -> bool:
     return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)) or state.lagging
 
 
+def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
+    """Average the poses of a tip that no tendon pulls; `fresh`: the pose is new."""
+    resting = state.probe is not None and state.probe.phase is Phase.REST
+    if (state.mode in (Mode.STARTING, Mode.IDLE) or (state.mode is Mode.PROBE and resting)) and not is_taut(state):
+        pose = state.pose if fresh else None
+        block = setup.thresholds.rest_block
+        watch = (
+            state.rest.add(None, None, block)
+            if pose is None
+            else state.rest.add(pose.position, pose.orientation, block)
+        )
+        return changed(state, rest=watch)
+    return state if state.rest.cycles == 0 else changed(state, rest=RestWatch())
+
+
 def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     """With the model solved anew, slack and at rest, where it had no solution any more."""
     rod = setup.rod.solve_static(np.zeros_like(state.tension))
@@ -50,11 +71,12 @@ def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) ->
     action = inputs.request
     if action in (ControlAction.LAW, ControlAction.REFERENCE):
         return _choose(setup, state, inputs)
-    if action is ControlAction.ARM:
+    if action in (ControlAction.ARM, ControlAction.PROBE):
         refusal = _arming_refused(setup, state)
         if refusal:
-            return state, Answer(False, f"not armed: {refusal}")
-        return enter(changed(state, runs=Runs()), Mode.PRETENSION, "armed by the operator"), Answer(True, "armed")
+            done = "armed" if action is ControlAction.ARM else "probed"
+            return state, Answer(False, f"not {done}: {refusal}")
+        return _arm(setup, state, probe_only=action is ControlAction.PROBE)
     if action is ControlAction.STOP:
         if state.mode in ACTIVE:
             return enter(state, Mode.RELEASING, "asked to stop"), Answer(True, "stopped: releasing the tendons")
@@ -68,8 +90,30 @@ def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) ->
             return state, Answer(False, "not reset: the tendons are still being released")
         if state.runs.solver_failures:
             state = _with_model_at_rest(setup, state)
-        return enter(changed(state, runs=Runs()), Mode.IDLE, "reset by the operator"), Answer(True, "reset")
+        state = changed(state, runs=Runs(), commissioned=False)
+        return enter(state, Mode.IDLE, "reset by the operator"), Answer(True, "reset")
     return state, Answer(True, state.mode.value)
+
+
+def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[CycleState, Answer]:
+    """Pretension, after the probe of the tendons where one is due, or asked for by itself."""
+    state = changed(state, runs=Runs())
+    due = setup.config.commissioning.probe and not state.commissioned
+    if not (due or probe_only):
+        return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
+    state = enter(changed(state, probe=Probe(only=probe_only)), Mode.PROBE, PROBING if probe_only else ARMED)
+    return state, Answer(True, PROBING if probe_only else f"armed: {PROBING}")
+
+
+def _end_probe(state: CycleState, probe: Probe) -> CycleState:
+    """On to pretension if all tendons passed; let go where only the probe was asked for; else a fault."""
+    if probe.verdict:
+        return enter(changed(state, commissioned=False), Mode.FAULT, f"wiring: {probe.verdict}")
+    state = changed(state, commissioned=True)
+    if not probe.only:
+        return enter(state, Mode.PRETENSION, ARMED)
+    gains = ", ".join(f"{motion.gain:.2f}" for motion in probe.motions)
+    return enter(state, Mode.RELEASING, f"probed: every tendon moves the tip as the model says (times {gains})")
 
 
 def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
@@ -113,7 +157,7 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
     if state.runs.solver_failures:
         return "the model has no solution"
-    return ""
+    return "" if setup.rests is None else rest_objection(setup.rests, state.rest)
 
 
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
@@ -187,6 +231,8 @@ def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
         fault = find_fault(setup, state)
         if fault:
             return enter(state, Mode.FAULT, fault)
+    if state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is Phase.DONE:
+        return _end_probe(state, state.probe)
     if state.mode is Mode.PRETENSION:
         duration = setup.config.pretension.duration / setup.config.loop.period
         if state.tick - state.since >= duration:

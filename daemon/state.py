@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from tendond.daemon.actuation import lag_share
 from tendond.daemon.choice import Choice
+from tendond.daemon.commissioning.averages import RESTLESS, RestWatch
+from tendond.daemon.commissioning.probe import Probe, ProbePlan
+from tendond.daemon.commissioning.rests import RestFamily, configured_rests
 from tendond.daemon.sources import Sources
 from tendond.daemon.thresholds import Thresholds
 from tendond.model.observer import ObserverGains, ObserverState, start_observer
@@ -15,7 +18,7 @@ from tendond.model.parameters import RodParameters
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
 from tendond.model.tip import Tip
-from tendond.schemas.config import RigConfig, RodSection
+from tendond.schemas.config import LimitsSection, RigConfig, RodSection
 from tendond.schemas.messages import Mode, TendonState, TipPose
 
 Array = NDArray[np.float64]
@@ -57,6 +60,8 @@ class CycleSetup:
         observer: its gains.
         lagging: part of a step that the actuators lack after a cycle [-].
         thresholds: of faults, in cycles.
+        rests: that a right rig may have; none: they are not compared.
+        probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
     """
 
     config: RigConfig
@@ -65,6 +70,9 @@ class CycleSetup:
     observer: ObserverGains
     lagging: float
     thresholds: Thresholds
+    rests: RestFamily | None
+    probe: ProbePlan
+    probe_limits: LimitsSection
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":
@@ -78,6 +86,7 @@ class CycleSetup:
         """
         rod = rod_from_section(config.rod, config.loop.period)
         section, period = config.observer, config.loop.period
+        rests = configured_rests(config, rod.parameters)
         return CycleSetup(
             config=config,
             rod=rod,
@@ -98,6 +107,14 @@ class CycleSetup:
             ),
             lagging=lag_share(section.lag, period),
             thresholds=Thresholds.from_config(config),
+            rests=rests,
+            probe=ProbePlan.from_config(config, rod.parameters, rests),
+            probe_limits=config.limits.model_copy(
+                update={
+                    "tension_min": 0.0,
+                    "tension_max": config.commissioning.tension_part * config.limits.tension_max,
+                }
+            ),
         )
 
 
@@ -152,6 +169,8 @@ class CycleState:
         sources: who is listened to.
         runs: of bad cycles.
         rejected: inputs dropped since the start, by reason.
+        rest: the tip while no tendon pulls.
+        probe: that runs, or ran last; commissioned: one has passed, and nothing has changed since.
         unreadable: which field of the first malformed message was wrong, and how; empty without one.
     """
 
@@ -181,6 +200,9 @@ class CycleState:
     runs: Runs = Runs()
     rejected: dict[str, int] = field(default_factory=dict)
     unreadable: str = ""
+    rest: RestWatch = RESTLESS
+    probe: Probe | None = None
+    commissioned: bool = False
 
 
 def initial_state(setup: CycleSetup) -> CycleState:

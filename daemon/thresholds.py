@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from tendond.daemon.commissioning.averages import BLOCK_SECONDS
 from tendond.schemas.config import RigConfig
 
 
@@ -16,6 +17,7 @@ class Thresholds:
         tendon_timeout: since the newest tendon state. mismatch_time: of a model far from the measurement.
         limit_time: at a limit.
         source_time: since another publisher was heard.
+        rest_block: of the poses whose mean is a rest.
     """
 
     pose_timeout: int
@@ -29,6 +31,7 @@ class Thresholds:
     slack_time: int
     limit_time: int
     source_time: int
+    rest_block: int
 
     @staticmethod
     def from_config(config: RigConfig) -> "Thresholds":
@@ -46,6 +49,7 @@ class Thresholds:
             slack_time=cycles(faults.slack_time, period),
             limit_time=cycles(config.limits.limit_time, period),
             source_time=cycles(faults.source_time, period),
+            rest_block=cycles(BLOCK_SECONDS, period),
         )
 
 

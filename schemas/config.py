@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from tendond import TendondError
 from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.config_commissioning import CommissioningSection
 from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.config_servo import ServoSection, servo_objections
 from tendond.schemas.config_simulator import Impact, SimulatedMocap, SimulatedServos, Weight
@@ -283,6 +284,7 @@ class RigConfig(Schema):
     limits: LimitsSection = LimitsSection()
     pretension: PretensionSection = PretensionSection()
     faults: FaultsSection = FaultsSection()
+    commissioning: CommissioningSection = CommissioningSection()
     simulator: SimulatorSection = SimulatorSection()
     log: LogSection = LogSection()
     vicon: ViconSection | None = None

@@ -22,6 +22,7 @@ class Mode(StrEnum):
 
     STARTING = "starting"
     IDLE = "idle"
+    PROBE = "probe"
     PRETENSION = "pretension"
     TRACKING = "tracking"
     RELEASING = "releasing"
@@ -189,6 +190,7 @@ class ControlAction(StrEnum):
     """What an operator can ask for; each is a queryable of its own, `<rig>/control/<action>`."""
 
     ARM = "arm"
+    PROBE = "probe"
     STOP = "stop"
     RESET = "reset"
     STATUS = "status"

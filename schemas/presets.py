@@ -16,6 +16,9 @@ nodes = 200
 [control]
 sampled = false  # the laws as they are written
 
+[commissioning]
+probe = false  # the experiment begins when it is armed
+
 [reference]
 kind = "exponential"
 position = [0.34, 0.0, 0.0398]

@@ -44,6 +44,7 @@ _DRIVERS = "simulate, servo"
 _VIEWERS = "watch, view"
 _REQUESTS = {
     ControlAction.ARM: "pretension, then track the reference",
+    ControlAction.PROBE: "pull each tendon a little, compare the tip's motion with the model's, let go",
     ControlAction.STOP: "stop tracking and release the tendons",
     ControlAction.RESET: "leave the fault mode",
     ControlAction.STATUS: "tell the status",

@@ -13,6 +13,7 @@ from tendond.schemas.messages import Mode
 MODE_COLOURS = {
     Mode.STARTING: "#e6e6e6",
     Mode.IDLE: "#e6e6e6",
+    Mode.PROBE: "#ffe3ad",
     Mode.PRETENSION: "#ffe3ad",
     Mode.TRACKING: "#cfe6cf",
     Mode.RELEASING: "#d8dcf2",

@@ -12,7 +12,13 @@ from tendond.daemon.analysis.way import Array, Shape, Way
 from tendond.daemon.errors import UsageError
 from tendond.schemas.messages import Mode
 
-BANDS = {Mode.PRETENSION: "#ffe3ad", Mode.TRACKING: "#cfe6cf", Mode.RELEASING: "#d8dcf2", Mode.FAULT: "#f5c6c1"}
+BANDS = {
+    Mode.PROBE: "#ffe3ad",
+    Mode.PRETENSION: "#ffe3ad",
+    Mode.TRACKING: "#cfe6cf",
+    Mode.RELEASING: "#d8dcf2",
+    Mode.FAULT: "#f5c6c1",
+}
 MOST_SHAPES = 80
 AIR_MM = 25.0
 """Round all that is to be seen; a plane has some depth [mm]."""

@@ -67,7 +67,7 @@ def record_lockstep(
     newest: list[CycleState] = []
     records = []
     with OfflineJournal(path, setup, notes, calibration) as journal:
-        for watched in watched_loop(setup.config, cycles, requests, see_state=newest.append):
+        for watched in watched_loop(setup.config, cycles, requests, see_state=newest.append, probe=True):
             if len(newest) == 2:  # the one before the first cycle, too
                 journal.state(newest[0])
             state = newest[-1]

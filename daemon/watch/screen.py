@@ -15,6 +15,7 @@ from tendond.schemas.messages import Mode, Status
 MODE_STYLES = {
     Mode.STARTING: "black on white",
     Mode.IDLE: "black on white",
+    Mode.PROBE: "black on yellow",
     Mode.PRETENSION: "black on yellow",
     Mode.TRACKING: "black on green",
     Mode.RELEASING: "black on yellow",

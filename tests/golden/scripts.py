@@ -31,6 +31,8 @@ antagonist = 2
 antagonist = 0.5
 [limits]
 release_rate = 200.0
+[commissioning]
+probe = false
 [log]
 shape_period = 20
 """
@@ -47,7 +49,7 @@ def as_it_comes(tick: int, inputs: CycleInputs) -> CycleInputs:
 def with_faults(tick: int, inputs: CycleInputs) -> CycleInputs:
     """Bad poses of every kind, a gap that the observer bridges, one that it does not; reset; a servo's fault."""
     update: dict[str, object] = {"request": {5: ControlAction.ARM, 70: ControlAction.ARM, 125: ControlAction.RESET,
-                                             130: ControlAction.ARM}.get(tick)}  # fmt: skip
+                                             160: ControlAction.ARM}.get(tick)}  # fmt: skip
     pose, tendons = inputs.pose, inputs.tendon_state
     if pose is not None:
         if tick in (2, 40):
@@ -64,7 +66,7 @@ def with_faults(tick: int, inputs: CycleInputs) -> CycleInputs:
         update["unreadable"] = {"malformed": 2, "not finite": 1}
     if tick == 64:
         update["missed_ticks"] = 2
-    if tendons is not None and tick >= 165:
+    if tendons is not None and tick >= 182:
         tendons = tendons.model_copy(update={"fault": "servo 2: overload"})
     return inputs.model_copy(update={**update, "pose": pose, "tendon_state": tendons})
 

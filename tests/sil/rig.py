@@ -42,6 +42,9 @@ class Rig:
         self.name = "sil"
         self.config = folder / "rig.toml"
         self.config.write_text(f'[rig]\nname = "{self.name}"\n[bus]\nendpoint = "{self.endpoint}"\n{extra}')
+        if "[commissioning]" not in extra:  # two seconds in each test, that has tests of its own
+            with self.config.open("a") as file:
+                file.write("\n[commissioning]\nprobe = false\n")
         if "[faults]" not in extra:
             with self.config.open("a") as file:
                 file.write(PATIENT)

@@ -1,20 +1,27 @@
 """A setup of the pure cycle with a real rod, and ways to drive it."""
 
 from tendond.daemon.cycle import step
+from tendond.daemon.lockstep import without_probe
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.model.rotation import quaternion
+from tendond.schemas.base import Quaternion
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, Mode, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
 
-CONFIG = RigConfig()
+CONFIG = without_probe(RigConfig())
 SETUP = CycleSetup.from_config(CONFIG)
 START = initial_state(SETUP)
 REST = tuple(SETUP.rod.tip(START.rod).position.tolist())
+UPRIGHT = quaternion(SETUP.rod.tip(START.rod).rotation)
+"""The tip at rest: position [m] and orientation."""
 
 
-def pose(seq: int, position: tuple[float, ...] = REST, *, valid: bool = True) -> TipPose:
+def pose(
+    seq: int, position: tuple[float, ...] = REST, orientation: Quaternion = UPRIGHT, *, valid: bool = True
+) -> TipPose:
     x, y, z = position
-    return TipPose(seq=seq, stamp_ns=0, position=(x, y, z), orientation=(1.0, 0.0, 0.0, 0.0), valid=valid)
+    return TipPose(seq=seq, stamp_ns=0, position=(x, y, z), orientation=orientation, valid=valid)
 
 
 def go(state: CycleState, *inputs: CycleInputs) -> tuple[CycleState, CycleRecord]:
@@ -35,4 +42,5 @@ def armed(cycles: int = 22) -> CycleState:
 
 def follow(state: CycleState) -> TipPose:
     assert state.pose is not None
-    return pose(state.pose.seq + 1, tuple(SETUP.rod.tip(state.rod).position.tolist()))
+    tip = SETUP.rod.tip(state.rod)
+    return pose(state.pose.seq + 1, tuple(tip.position.tolist()), quaternion(tip.rotation))

@@ -154,7 +154,9 @@ def test_a_driver_with_another_number_of_tendons_keeps_the_arm_disarmed() -> Non
 
 def test_velocity_from_differences_knows_how_far_the_poses_are_apart() -> None:
     """Poses every second cycle of a direct controller: the same motion, so the same velocity, not half of it."""
-    setup = CycleSetup.from_config(parse_config('[control]\nfeedback = "direct"\n', "test"))
+    setup = CycleSetup.from_config(
+        parse_config('[control]\nfeedback = "direct"\n[commissioning]\nrest = false\nprobe = false\n', "test")
+    )
     state, seq = initial_state(setup), 0
 
     def move(state: CycleState, x: float, request: ControlAction | None = None) -> tuple[CycleState, CycleRecord]:

@@ -9,7 +9,7 @@ from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tests.unit.cycles import pose
 
-SETUP = CycleSetup.from_config(parse_config('[control]\nfeedback = "direct"\n', "test"))
+SETUP = CycleSetup.from_config(parse_config('[control]\nfeedback = "direct"\n[commissioning]\nprobe = false\n', "test"))
 
 
 def go(state: CycleState, *inputs: CycleInputs) -> tuple[CycleState, list[CycleRecord]]:

@@ -156,7 +156,11 @@ def sick(seq: int, fault: str = "") -> TendonState:
 def test_a_servo_error_releases_all_tendons_together() -> None:
     """Two tendons pull; the servo of one of them reports an error bit: both are let go in the same cycle."""
     setup = CycleSetup.from_config(
-        parse_config("[control]\nantagonist = 2\n[pretension]\nantagonist = 1.0\n[limits]\nrelease_rate = 10", "test")
+        parse_config(
+            "[control]\nantagonist = 2\n[pretension]\nantagonist = 1.0\n[limits]\nrelease_rate = 10\n"
+            "[commissioning]\nprobe = false\n",
+            "test",
+        )
     )
     state = initial_state(setup)
     inputs = [CycleInputs(pose=pose(k), request=ControlAction.ARM if k == 1 else None) for k in range(20)]
@@ -247,7 +251,8 @@ def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() 
         parse_config(
             "[limits]\ntension_max = 500.0\ndisplacement_max = 1.0\ndisplacement_min = -1.0\n"
             "displacement_rate = 1000.0\n[pretension]\ntension = 200.0\nduration = 1.0\n"
-            "[reference]\nunreachable = 'track'\n[faults]\nmismatch = 100.0\nequal_way = 1000.0\n",
+            "[reference]\nunreachable = 'track'\n[faults]\nmismatch = 100.0\nequal_way = 1000.0\n"
+            "[commissioning]\nprobe = false\n",
             "test",
         )
     )

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, CycleState, initial_state
+from tendond.model.rotation import quaternion
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.config_reference import ReferenceSection
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
@@ -26,9 +27,9 @@ CONFIGS = [
     for extra in (
         "",
         "[control]\nfeedback = 'direct'\nantagonist = 2\n[limits]\ntension_max = 12.0\ntension_rate = 300.0\n"
-        "[reference]\nacross = 0.1\n",
+        "[reference]\nacross = 0.1\n[commissioning]\nprobe = false\nrest = false\n",
         "[control]\nlaw = 'sliding_mode'\n[limits]\ndisplacement_max = 0.02\ndisplacement_rate = 0.2\nslack = 0.002\n"
-        "[observer]\nlag = 0.03\ndelay = 0.025\n",
+        "[observer]\nlag = 0.03\ndelay = 0.025\n[commissioning]\nprobe = false\n",
     )
 ]
 STARTS = [(setup, initial_state(setup)) for setup in map(CycleSetup.from_config, CONFIGS)]
@@ -56,7 +57,7 @@ events = st.tuples(
 def poses(state: CycleState, setup: CycleSetup, source: str, drawn: Any) -> TipPose | None:
     """The pose that an event brings: where the model is, or anything else."""
     seq = 0 if state.pose is None else state.pose.seq + 1
-    position = tuple(state.tip.position.tolist())
+    position, orientation = tuple(state.tip.position.tolist()), quaternion(state.tip.rotation)
     if source == "none" or (source == "drawn" and drawn is None):
         return None
     if source == "drawn":
@@ -67,7 +68,7 @@ def poses(state: CycleState, setup: CycleSetup, source: str, drawn: Any) -> TipP
         seq=0 if source == "old" else seq,
         stamp_ns=0,
         position=position,
-        orientation=(1.0, 0.0, 0.0, 0.0),
+        orientation=orientation,
         valid=source != "hidden",
     )
 

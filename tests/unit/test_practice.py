@@ -8,6 +8,7 @@ from tendond.daemon.cycle import step
 from tendond.daemon.practice import practise
 from tendond.daemon.state import CycleSetup
 from tendond.model import compile as compiling
+from tendond.model.rotation import quaternion
 from tendond.model.warm import warm_up
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import ControlAction, TipPose
@@ -40,9 +41,11 @@ def test_after_practice_a_run_from_the_first_pose_to_tracking_loads_nothing_more
 setup = CycleSetup.from_config(RigConfig())
 state = practise(setup)
 before = loaded()
-for seq in range(60):
-    tip = tuple(setup.rod.tip(state.rod).position.tolist())
-    pose = TipPose(seq=seq, stamp_ns=0, position=tip, orientation=(1.0, 0.0, 0.0, 0.0))
+for seq in range(300):
+    tip = setup.rod.tip(state.rod)
+    pose = TipPose(
+        seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=quaternion(tip.rotation)
+    )
     request = ControlAction.ARM if seq == 5 else None
     state, _, record = step(setup, state, CycleInputs(pose=pose, request=request))
 print(record.mode.value, {name: count for name, count in loaded().items() if count != before[name]})

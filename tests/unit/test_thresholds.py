@@ -19,7 +19,7 @@ from tests.unit.commands import tendond
 
 @pytest.mark.parametrize(("period", "factor"), [(0.01, 1), (0.002, 5), (0.001, 10)])
 def test_the_defaults_are_the_same_times_at_every_rate(period: float, factor: int) -> None:
-    base = (20, 20, 5, 5, 10, 50, 20, 100, 20, 100, 100)
+    base = (20, 20, 5, 5, 10, 50, 20, 100, 20, 100, 100, 25)
     config = parse_config(f"[loop]\nperiod = {period}\n", "t")
     assert astuple(Thresholds.from_config(config)) == tuple(factor * count for count in base)
 
@@ -40,7 +40,11 @@ def test_nothing_trips_at_1_khz_with_a_camera_of_100_or_30_hz(frame: float) -> N
 @pytest.mark.parametrize("kind", ["teleport", "bad poses"])
 def test_bad_poses_are_a_fault_after_the_same_time_whatever_the_camera(spacing: int, kind: str) -> None:
     setup = CycleSetup.from_config(
-        parse_config("[faults]\npose_timeout = 5.0\nteleport_time = 0.2\ntip_speed_max = 0.5\n", "t")
+        parse_config(
+            "[faults]\npose_timeout = 5.0\nteleport_time = 0.2\ntip_speed_max = 0.5\n[commissioning]\nrest = false\n"
+            "probe = false\n",
+            "t",
+        )
     )
     state = initial_state(setup)
     x, y, z = setup.rod.tip(state.rod).position.tolist()

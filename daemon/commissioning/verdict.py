@@ -1,0 +1,174 @@
+"""What the motions of the tip under each tendon say: all is right, or which tendons are swapped, dead, too strong."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.schemas.base import Vector3
+
+Array = NDArray[np.float64]
+
+DEAD = 0.25
+"""Of the expected motion, below which a tendon counts as one that does not move the tip."""
+
+FOLLOWING = 0.5, 0.001
+"""Part of a commanded displacement, and length [m], by which the reported one may differ from it."""
+
+TOLD = 3
+"""Tendons that a verdict names at most."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Of a motion that passes: angle to the expected one [rad], size against it [-]."""
+
+    angle: float
+    gain_min: float
+    gain_max: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Of the tip under one tendon.
+
+    Attributes:
+        measured, expected: from the rest [m].
+        commanded, reported: displacement of the tendon [m]; none where the driver reports none.
+    """
+
+    measured: Vector3
+    expected: Vector3
+    commanded: float = 0.0
+    reported: float | None = None
+
+    @property
+    def gain(self) -> float:
+        """Measured against expected size [-]."""
+        return math.hypot(*self.measured) / max(math.hypot(*self.expected), 1e-12)
+
+    @property
+    def angle(self) -> float:
+        """Between measured and expected motion [rad]."""
+        return _angle(self.measured, self.expected)
+
+    @property
+    def follows(self) -> bool:
+        """Whether the servo reports about the displacement that it is told."""
+        part, length = FOLLOWING
+        return self.reported is None or abs(self.reported - self.commanded) <= part * abs(self.commanded) + length
+
+
+def agrees(motion: Motion, bounds: Bounds) -> bool:
+    """Whether a tendon moves the tip as the model says, and its servo reports what it is told."""
+    return (
+        motion.follows
+        and bounds.gain_min <= motion.gain <= bounds.gain_max
+        and motion.gain > 0.0
+        and motion.angle <= bounds.angle
+    )
+
+
+def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (), *, finished: bool = True) -> str:
+    """What is wrong, in words for people; empty if nothing is.
+
+    Args:
+        motions: of the tendons, in order. bounds: of what passes.
+        arms: of all tendons in the cross-section, shape (3,) each: the directions of those not pulled yet.
+        finished: all tendons have been pulled; else the last motion is one that was broken off, too large.
+    """
+    wrong = [index for index, motion in enumerate(motions) if not agrees(motion, bounds)]
+    if not wrong:
+        return ""
+    whole = len(motions) if finished else len(motions) - 1
+    expected = [one.expected for one in motions[:whole]] + [tuple(arm.tolist()) for arm in arms[whole:]]
+    moves = {index: _moves_as(index, motions, expected, bounds) for index in wrong}
+    if not finished and all(moves[index] is None for index in wrong):
+        return ""
+    lines = [_describe(index, motions, moves[index]) for index in wrong[:TOLD]]
+    if len(wrong) > TOLD:
+        lines.append(f"and {len(wrong) - TOLD} more tendons")
+    return "; ".join([*lines, *_hints(motions, wrong, moves, bounds)])
+
+
+def _moves_as(
+    index: int, motions: Sequence[Motion], expected: Sequence[tuple[float, ...]], bounds: Bounds
+) -> int | None:
+    """The other tendon as which this one moves the tip, if there is one; `expected` of all tendons."""
+    measured = motions[index].measured
+    if motions[index].gain < DEAD:
+        return None
+    angles = [math.inf if other == index else _angle(measured, one) for other, one in enumerate(expected)]
+    if not angles:
+        return None
+    nearest = min(range(len(angles)), key=angles.__getitem__)
+    return nearest if angles[nearest] <= min(bounds.angle, motions[index].angle) else None
+
+
+def _describe(index: int, motions: Sequence[Motion], moves_as: int | None) -> str:
+    motion = motions[index]
+    if not motion.follows and motion.reported is not None:
+        return (
+            f"tendon {index} reports {motion.reported * 1e3:.1f} mm where {motion.commanded * 1e3:.1f} mm are "
+            "commanded: does its servo turn?"
+        )
+    if motion.gain < DEAD:
+        return (
+            f"tendon {index} does not move the tip ({math.hypot(*motion.measured) * 1e3:.1f} of "
+            f"{math.hypot(*motion.expected) * 1e3:.1f} mm): wound the wrong way round, cut, slack, or not connected?"
+        )
+    if moves_as is not None:
+        return f"tendon {index} moves the tip as tendon {moves_as} should"
+    degrees = math.degrees(motion.angle)
+    if degrees > 20.0:
+        return f"tendon {index} moves the tip {degrees:.0f} degrees off its direction"
+    return (
+        f"tendon {index} moves the tip {motion.gain:.1f} times as far as it should: is its spool's radius, or the "
+        "rod's stiffness, right?"
+    )
+
+
+def _hints(motions: Sequence[Motion], wrong: Sequence[int], moves: dict[int, int | None], bounds: Bounds) -> list[str]:
+    """Which single mistake would explain it all."""
+    hints = []
+    taken = {i: moves[i] if motions[i].gain >= DEAD else None for i in wrong}
+    pairs = [
+        (i, j)
+        for i, j in itertools.combinations(wrong, 2)
+        if (taken[i] == j and taken[j] in (i, None)) or (taken[j] == i and taken[i] is None)
+    ]
+    hints += [f"are tendons {i} and {j} swapped?" for i, j in pairs]
+    if not pairs and len(wrong) > 1 and all(moves[index] is not None for index in wrong):
+        hints.append("are the tendons connected in another order?")
+    if all(motion.gain >= DEAD for motion in motions):
+        hints += [f"or is the camera's frame {name}?" for name in _frames(motions, bounds)][:1]
+    if len(wrong) == len(motions) and all(moves[index] is None for index in wrong):
+        gains = [motion.gain for motion in motions]
+        if max(gains) < DEAD:
+            hints.append("is the power of the servos on, and the arm free?")
+    return hints
+
+
+def _frames(motions: Sequence[Motion], bounds: Bounds) -> list[str]:
+    """Mistakes of the camera's frame that explain all motions at once."""
+    frames = {
+        "mirrored in x": np.diag([-1.0, 1.0, 1.0]),
+        "mirrored in y": np.diag([1.0, -1.0, 1.0]),
+        "rotated by 180 degrees about z": np.diag([-1.0, -1.0, 1.0]),
+        "rotated by 90 degrees about z": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+        "rotated by -90 degrees about z": np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+        "one with x and y swapped": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    }
+    return [
+        name
+        for name, matrix in frames.items()
+        if all(_angle(one.measured, matrix @ np.array(one.expected)) <= bounds.angle for one in motions)
+    ]
+
+
+def _angle(one: Sequence[float] | Array, other: Sequence[float] | Array) -> float:
+    """Between two vectors [rad]."""
+    return math.atan2(float(np.linalg.norm(np.cross(one, other))), float(np.dot(one, other)))

@@ -8,12 +8,15 @@ from pydantic import Field, field_validator, model_validator
 from tendond.schemas.base import Schema
 from tendond.schemas.ranges import NotNegative, Positive
 
-BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
 STALL_TORQUE = 1.4
 """[N m] of the XL430-W250-T at 11.1 V, by its manual."""
 
 NO_LOAD_SPEED = 57.0 * 2.0 * math.pi / 60.0
 """[rad/s] of the XL430-W250-T at 11.1 V, by its manual."""
+
+VELOCITY_LIMIT = 265 * 0.229 * 2.0 * math.pi / 60.0
+"""[rad/s] Velocity Limit of the XL430-W250-T as in the factory, by its manual; 'tendond servo setup' leaves it so."""
 
 WATCHDOG_UNIT = 0.02
 """[s] per unit of the servo's Bus Watchdog."""
@@ -23,7 +26,9 @@ class ServoSection(Schema):
     """[servo]"""
 
     port: str = Field("/dev/ttyUSB0", description="serial port of the bus")
-    baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000] = Field(1_000_000, description="[bit/s]")
+    baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = Field(
+        1_000_000, description="[bit/s]"
+    )
     ids: tuple[Annotated[int, Field(ge=0, le=252)], ...] = Field(
         (), description="of the servos, in the order of the tendons; left out: 1, 2, 3 and so on"
     )
@@ -46,6 +51,15 @@ class ServoSection(Schema):
     displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="[m/s]")] = 0.085
     load_max: Annotated[float, Field(gt=0.0, le=1.0, description="of the stall torque [-]")] = 0.7
     load_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; for which it may be exceeded")] = 0.3
+    tension_margin: Annotated[
+        float,
+        Field(
+            ge=1.0,
+            le=5.0,
+            description="so many times limits.tension_max may a servo's load be, if load_max is not less: it is"
+            " inferred from the motor's output, and gears and friction are in it [-]",
+        ),
+    ] = 1.5
     following_error: Annotated[
         float, Field(gt=0.0, le=0.1, description="[m]; that a tendon may be behind its goal")
     ] = 0.01
@@ -91,9 +105,37 @@ class ServoSection(Schema):
             raise ValueError("watchdog must be at least two periods, or the servos stop between two cycles")
         if self.home_window > self.displacement_max:
             raise ValueError("home_window is above displacement_max")
-        if self.home_window >= math.pi * self.spool_radius:
-            raise ValueError("home_window is half a turn of the spool or more: after power-up a servo knows no turns")
+        if objection := self.turn_objection(self.spool_radius, "spool_radius"):
+            raise ValueError(objection)
+        if self.profile_velocity > VELOCITY_LIMIT:
+            raise ValueError(
+                f"profile_velocity = {self.profile_velocity:g} rad/s is above the servos' Velocity Limit as 'tendond"
+                f" servo setup' leaves it: {VELOCITY_LIMIT:.4g} rad/s"
+            )
         return self
+
+    def turn_objection(self, spool_radius: float, name: str) -> str:
+        """Why a servo that is rebooted would not know where its tendon is; empty where it would.
+
+        Args:
+            spool_radius: of the spool [m].
+            name: of that radius, for the message.
+        """
+        turn = 2.0 * math.pi * spool_radius
+        if self.home_window >= 0.5 * turn:
+            return "home_window is half a turn of the spool or more: after power-up a servo knows no turns"
+        for name_of, travel in (
+            ("displacement_max", self.displacement_max),
+            ("displacement_min", -self.displacement_min),
+        ):
+            if travel + self.home_window >= turn:
+                sign = "-" if name_of.endswith("min") else ""
+                return (
+                    f"{name_of} = {sign}{travel:g} m and home_window = {self.home_window:g} m together are more than a"
+                    f" turn of the spool, {turn:.4g} m at {name} = {spool_radius:g} m: a servo that is rebooted would"
+                    " not know its turn; take a larger spool or a shorter travel"
+                )
+        return ""
 
     def servo_ids(self, tendons: int) -> tuple[int, ...]:
         """Id of each tendon's servo."""

@@ -26,21 +26,42 @@ def servo_run(context: typer.Context, config: Config = None) -> None:
 
 
 @servo.command("reset")
-def servo_reset(config: Config = None) -> None:
+def servo_reset(
+    config: Config = None,
+    reboot: Annotated[bool, typer.Option("--reboot", help="Reboot servos that report a hardware error.")] = False,
+) -> None:
     """Let the driver leave its fault, or open its port again.
 
     Example: tendond servo reset --config rig.toml
     """
     from tendond.daemon.cli.servo import reset_servos
 
-    reset_servos(config)
+    reset_servos(config, reboot)
+
+
+@servo.command("reboot")
+def servo_reboot(
+    servo_ids: Annotated[list[int], typer.Argument(metavar="ID...", min=0, max=252, help="Of the servos.")],
+    config: Config = None,
+    yes: Yes = False,
+) -> None:
+    """Reboot servos while no driver runs.
+
+    Their torque goes off. Clears hardware errors; where the tendons are is remembered.
+
+    Example: tendond servo reboot 2 --config rig.toml
+    """
+    from tendond.daemon.cli.servo import reboot_servos
+    from tendond.daemon.cli.servo_rig import ask_terminal
+
+    reboot_servos(config, servo_ids, yes, ask_terminal)
 
 
 @servo.command("scan")
 def servo_scan(
     config: Config = None,
     port: Annotated[str | None, typer.Option("--port", help="Left out: every serial adapter.")] = None,
-    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to ask for.")] = 20,
+    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to list.")] = 252,
 ) -> None:
     """Find servos: every port, every rate, every id.
 
@@ -62,11 +83,12 @@ def servo_setup(
     at: Annotated[int | None, typer.Option("--at", help="Rate that it listens at now. Left out: the rig's.")] = None,
     yes: Yes = False,
 ) -> None:
-    """Set a servo's id, rate and mode.
+    """Set a servo's id, rate, mode and limits.
 
     Example, a new servo: tendond servo setup 1 --new-id 3 --at 57600 --config rig.toml
     """
-    from tendond.daemon.cli.servo import ask_terminal, set_up_servo
+    from tendond.daemon.cli.servo import set_up_servo
+    from tendond.daemon.cli.servo_rig import ask_terminal
 
     set_up_servo(config, servo_id, new_id, at, yes, ask_terminal)
 
@@ -80,20 +102,29 @@ def servo_calibrate(config: Config = None) -> None:
     Example: tendond servo calibrate --config rig.toml
     """
     leave_on_signals(130)
-    from tendond.daemon.cli.servo import ask_terminal, calibrate_servos
+    from tendond.daemon.cli.servo_calibrate import calibrate_servos
+    from tendond.daemon.cli.servo_rig import ask_terminal
 
     calibrate_servos(config, ask_terminal)
 
 
 @servo.command("home")
-def servo_home(config: Config = None, yes: Yes = False) -> None:
+def servo_home(
+    config: Config = None,
+    yes: Yes = False,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="TENDON=MM", help="Where a tendon stands whose servo has lost its turns."),
+    ] = None,
+) -> None:
     """Bring every tendon slowly to its zero.
 
     Example: tendond servo home --config rig.toml
     """
-    from tendond.daemon.cli.servo import ask_terminal, home_servos
+    from tendond.daemon.cli.servo_rig import ask_terminal
+    from tendond.daemon.cli.servo_tendons import home_servos
 
-    home_servos(config, yes, ask_terminal)
+    home_servos(config, yes, ask_terminal, at)
 
 
 @servo.command("pretension")
@@ -106,7 +137,8 @@ def servo_pretension(
 
     Example: tendond servo pretension --config rig.toml --store
     """
-    from tendond.daemon.cli.servo import ask_terminal, pretension_servos
+    from tendond.daemon.cli.servo_rig import ask_terminal
+    from tendond.daemon.cli.servo_tendons import pretension_servos
 
     pretension_servos(config, store, yes, ask_terminal)
 

@@ -2,126 +2,43 @@
 
 What it mends (SDK 4.1): packet timeouts are on the wall clock, and reckon with an adapter latency of 16 ms; waiting for
 an answer spins; a port that fails stays marked as in use; a noisy line can keep a read for ever; `getData` gives 0 for
-what never came; values that hold FF FF FD are sent unstuffed, and a servo that gets them loses step; a second process
-may open the same port.
+what never came; an answer to the question before is taken for one to this; values that hold FF FF FD are sent
+unstuffed, and a servo that gets them loses step; a second process may open the same port.
 """
 
-import os
 import struct
-import termios
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
-import serial
-from dynamixel_sdk import COMM_SUCCESS, COMM_TX_FAIL, PortHandler, Protocol2PacketHandler
+from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, Protocol2PacketHandler
+from dynamixel_sdk.robotis_def import BROADCAST_ID, INST_PING, INST_READ, INST_REBOOT, INST_WRITE
 
-from tendond import TendondError
-from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.port import WIRE_ERRORS, Port, open_failure
+from tendond.drivers.dynamixel.port import NoAnswerError as NoAnswerError
+from tendond.drivers.dynamixel.port import PortLostError as PortLostError
+from tendond.drivers.dynamixel.port import RefusedError as RefusedError
+from tendond.drivers.dynamixel.port import ServoError as ServoError
+from tendond.drivers.dynamixel.reading import ALERT, QUESTIONS, Reading, reading_from
 from tendond.drivers.dynamixel.table import Register
 
-READ_SLICE_SECONDS = 0.001
-TRIES = 3
-"""For a single register: an answer may get lost, and writing the same value again does no harm."""
+TRIES = 8
+"""For a single register: writing the same value again does no harm. Of answers of which a fifth is lost, 3 in a million
+pairs of question and answer fail so often."""
 
-GIVE_UP = 3.0
-"""Timeouts after which even a line that never falls silent is no longer listened to."""
+LATE_SECONDS = 0.02
+"""For which a line must be silent after an answer has failed to come, before the next question: an FTDI adapter as it
+is shipped keeps answers for 16 ms. A read of all servos does without: its answers are told apart by their length."""
+
+PING_SLOT_SECONDS = 0.003
+"""For each id after a ping to all: the SDK reckons with so much."""
 
 HEADER = b"\xff\xff\xfd"
-ALERT = 0x80
-BLOCK_FIRST = table.TORQUE_ENABLE
-BLOCK_LAST = table.PRESENT_TEMPERATURE
-BLOCK_BYTES = BLOCK_LAST.address + BLOCK_LAST.size - BLOCK_FIRST.address
 AT_ONCE = 8
 """Servos in one read: the SDK takes packets of 1024 bytes."""
 
-_WIRE_ERRORS = (OSError, termios.error, TypeError, ValueError)
-"""What pyserial raises when a port goes away under it: not all of it is a SerialException."""
-
-
-class ServoError(TendondError):
-    """Something is wrong with the servos or their bus."""
-
-
-class PortLostError(ServoError):
-    """The port cannot be opened, or has gone away."""
-
-
-class NoAnswerError(ServoError):
-    """A servo does not answer, or not intelligibly."""
-
-
-class RefusedError(ServoError):
-    """A servo answered that it will not."""
-
-
-class _Port(PortHandler):  # type: ignore[misc]
-    """The SDK's port, with its own timeouts, on the monotonic clock, and for one process alone."""
-
-    def __init__(self, name: str, answer_timeout: float) -> None:
-        super().__init__(name)
-        self.is_open: bool
-        self._answer_ms = answer_timeout * 1e3
-
-    def setupPort(self, cflag_baud: int) -> bool:  # noqa: N802
-        if self.is_open:
-            self.closePort()
-        self.ser = serial.Serial(
-            port=self.port_name,
-            baudrate=self.baudrate,
-            timeout=READ_SLICE_SECONDS,
-            write_timeout=1.0,
-            exclusive=True,
-        )
-        self.is_open = True
-        self.ser.reset_input_buffer()
-        self.tx_time_per_byte = 1e4 / self.baudrate
-        return True
-
-    def readPort(self, length: int) -> bytes:  # noqa: N802
-        if self.getTimeSinceStart() > GIVE_UP * self.packet_timeout + self._answer_ms:
-            return b""
-        return bytes(self.ser.read(length))
-
-    def setPacketTimeout(self, packet_length: int) -> None:  # noqa: N802
-        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + self._answer_ms)
-
-    def getCurrentTime(self) -> float:  # noqa: N802
-        return time.monotonic() * 1e3
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What a servo said of itself, in units of its registers; `alert`: it has a hardware error."""
-
-    torque: int
-    hardware_error: int
-    watchdog: int
-    goal: int
-    load: int
-    position: int
-    voltage: int
-    temperature: int
-    alert: bool
-
-
-def _reading(data: bytes, error: int) -> Reading:
-    def value(register: Register) -> int:
-        start = register.address - BLOCK_FIRST.address
-        return register.from_bytes(data[start : start + register.size])
-
-    return Reading(
-        torque=value(table.TORQUE_ENABLE),
-        hardware_error=value(table.HARDWARE_ERROR_STATUS),
-        watchdog=value(table.BUS_WATCHDOG),
-        goal=value(table.GOAL_POSITION),
-        load=value(table.PRESENT_LOAD),
-        position=value(table.PRESENT_POSITION),
-        voltage=value(table.PRESENT_INPUT_VOLTAGE),
-        temperature=value(table.PRESENT_TEMPERATURE),
-        alert=bool(error & ALERT),
-    )
+STATUS_BYTES = 11
+PING_BYTES = 14
 
 
 class ServoBus:
@@ -134,12 +51,21 @@ class ServoBus:
 
     Raises:
         PortLostError: it cannot be opened.
+
+    Attributes:
+        late: answers that came after their question was given up, so far.
+        late_by: the latest of them, after its question [s].
     """
 
     def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
         self.port = port
-        self._port = _Port(port, answer_timeout)
+        self.late = 0
+        self.late_by = 0.0
+        self._port = Port(port, answer_timeout)
         self._packets = Protocol2PacketHandler()
+        self._owed = False
+        self._asked = 0.0
+        self._question = 0
         self.set_baudrate(baudrate)
 
     def __enter__(self) -> "ServoBus":
@@ -154,34 +80,63 @@ class ServoBus:
         Raises:
             PortLostError: it cannot be opened.
         """
+        self._owed = False
         try:
-            opened = self._port.setBaudRate(baudrate)
-        except _WIRE_ERRORS as error:
+            self._port.setBaudRate(baudrate)
+        except WIRE_ERRORS as error:
             self.close()
-            number = getattr(error, "errno", None)
-            cause = f"{os.strerror(number) if number else error}; is the adapter plugged in, and servo.port right?"
-            if "lock" in str(error):
-                cause = "another process has it open"
-            raise PortLostError(f"{self.port}: cannot be opened: {cause}") from error
-        if not opened:
-            raise PortLostError(f"{self.port}: {baudrate} bit/s is no rate that the SDK knows")
+            raise open_failure(self.port, error) from error
+
+    def set_answer_timeout(self, seconds: float) -> None:
+        """Wait so long for an answer from now on, beside its time on the wire [s]."""
+        self._port.answer_timeout = seconds
 
     def close(self) -> None:
         """Let go of the port; once is enough."""
         if self._port.is_open:
             self._port.is_open = False
-            with suppress(*_WIRE_ERRORS):
+            with suppress(*WIRE_ERRORS):
                 self._port.ser.close()
 
     def ping(self, identifier: int) -> int | None:
-        """Model number of a servo; none where none answers.
+        """Model number of a servo; none where none answers intelligibly.
 
         Raises:
             PortLostError: the port has gone away.
         """
         with _Wire(self):
-            model, result, _ = self._packets.ping(self._port, identifier)
-        return int(model) if result == COMM_SUCCESS else None
+            data, result, _ = self._transact(identifier, INST_PING, (), 3)
+        return int.from_bytes(data[:2], "little") if result == COMM_SUCCESS else None
+
+    def ping_all(self, patience: float = PING_SLOT_SECONDS * BROADCAST_ID) -> tuple[dict[int, int], bool]:
+        """Ask every id at once.
+
+        Args:
+            patience: for which the line must be silent before it is taken that all have answered [s].
+
+        Returns:
+            Model number by id; and whether something came that is no answer: noise, or two servos of one id.
+
+        Raises:
+            PortLostError: the port has gone away.
+        """
+        heard = b""
+        with _Wire(self):
+            self._send(BROADCAST_ID, INST_PING, ())
+            wire = 1e-3 * self._port.tx_time_per_byte * PING_BYTES
+            silent_since = time.monotonic()
+            while time.monotonic() - silent_since < patience + wire:
+                if more := bytes(self._port.ser.read(1024)):
+                    heard += more
+                    silent_since = time.monotonic()
+        found = {}
+        rest = heard
+        while (start := rest.find(HEADER + b"\0")) >= 0 and len(rest) >= start + PING_BYTES:
+            packet = rest[start : start + PING_BYTES]
+            if self._packets.updateCRC(0, packet, PING_BYTES - 2) == int.from_bytes(packet[-2:], "little"):
+                found[packet[4]] = int.from_bytes(packet[9:11], "little")
+            rest = rest[start + PING_BYTES :]
+        return found, len(heard) != PING_BYTES * len(found)
 
     def read(self, identifier: int, register: Register) -> int:
         """A register's value.
@@ -189,15 +144,20 @@ class ServoBus:
         Raises:
             PortLostError, NoAnswerError, RefusedError: see there.
         """
-        result, tries = COMM_TX_FAIL, TRIES
-        while result != COMM_SUCCESS and tries > 0:
-            tries -= 1
-            with _Wire(self):
-                data, result, error = self._packets.readTxRx(self._port, identifier, register.address, register.size)
-        self._check(identifier, f"read {register.name}", result, error)
-        if len(data) != register.size:
-            raise NoAnswerError(f"servo {identifier}: read {register.name}: {len(data)} bytes, not {register.size}")
-        return register.from_bytes(bytes(data))
+        parameters = struct.pack("<HH", register.address, register.size)
+        data = self._insist(identifier, f"read {register.name}", INST_READ, parameters, register.size)
+        return register.from_bytes(data)
+
+    def read_many(self, identifier: int, registers: Sequence[Register]) -> dict[Register, int]:
+        """Values of several registers of one servo, in one read from the first to the last.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        first = min(register.address for register in registers)
+        length = max(register.address + register.size for register in registers) - first
+        data = self._insist(identifier, "read", INST_READ, struct.pack("<HH", first, length), length)
+        return {one: one.from_bytes(data[one.address - first : one.address - first + one.size]) for one in registers}
 
     def write(self, identifier: int, register: Register, value: int) -> None:
         """Set a register, and have it confirmed.
@@ -208,20 +168,88 @@ class ServoBus:
         data = register.to_bytes(value)
         if HEADER in data:
             raise RefusedError(f"servo {identifier}: {register.name} = {value} cannot be sent: it looks like a header")
-        result, tries = COMM_TX_FAIL, TRIES
-        while result != COMM_SUCCESS and tries > 0:
-            tries -= 1
-            with _Wire(self):
-                result, error = self._packets.writeTxRx(
-                    self._port, identifier, register.address, register.size, list(data)
-                )
-        self._check(identifier, f"write {register.name} = {value}", result, error)
+        parameters = struct.pack("<H", register.address) + data
+        self._insist(identifier, f"write {register.name} = {value}", INST_WRITE, parameters, 0)
 
-    def _check(self, identifier: int, what: str, result: int, error: int) -> None:
+    def reboot(self, identifier: int) -> None:
+        """Start a servo anew: its torque is off then, its hardware errors and whole turns are gone.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        self._insist(identifier, "reboot", INST_REBOOT, b"", 0)
+
+    def _insist(self, identifier: int, what: str, instruction: int, parameters: bytes, length: int) -> bytes:
+        """Ask until an answer comes, `TRIES` times at most."""
+        result, error, data = COMM_RX_TIMEOUT, 0, b""
+        for _ in range(TRIES):
+            with _Wire(self):
+                self._settle()
+                data, result, error = self._transact(identifier, instruction, parameters, length)
+            if result == COMM_SUCCESS:
+                break
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"servo {identifier}: {what}: {_plain(self._packets.getTxRxResult(result))}")
         if error & ~ALERT:
             raise RefusedError(f"servo {identifier}: {what}: {_plain(self._packets.getRxPacketError(error & ~ALERT))}")
+        return data
+
+    def _settle(self) -> None:
+        """Let answers that are still owed come, and drop them."""
+        if not self._owed:
+            return
+        deadline = time.monotonic() + 3.0 * LATE_SECONDS
+        silent_since = time.monotonic()
+        while (now := time.monotonic()) < deadline and now - silent_since < LATE_SECONDS:
+            if self._port.ser.read(1024):
+                silent_since = time.monotonic()
+                self._note_late()
+        self._owed = False
+
+    def _note_late(self) -> None:
+        self.late += 1
+        self.late_by = max(self.late_by, time.monotonic() - self._asked)
+
+    def _send(self, identifier: int, instruction: int, parameters: Sequence[int] | bytes) -> None:
+        """Send an instruction packet, whatever has come before it dropped.
+
+        Raises:
+            NoAnswerError: it did not go out.
+        """
+        if self._owed and self._port.ser.in_waiting:
+            self._note_late()
+        self._owed = False
+        length = (len(parameters) + 3).to_bytes(2, "little")
+        packet = [0, 0, 0, 0, identifier, *length, instruction, *parameters, 0, 0]
+        result = self._packets.txPacket(self._port, packet)
+        self._port.is_using = False
+        if result != COMM_SUCCESS:
+            raise NoAnswerError(f"{self.port}: {_plain(self._packets.getTxRxResult(result))}")
+
+    def _transact(
+        self, identifier: int, instruction: int, parameters: Sequence[int] | bytes, length: int
+    ) -> tuple[bytes, int, int]:
+        """One question and its answer: data of that length or an error's none, the SDK's result, the error."""
+        self._send(identifier, instruction, parameters)
+        self._asked = time.monotonic()
+        self._port.setPacketTimeout(STATUS_BYTES + length)
+        return self._answer(identifier, (length,), fast=False)
+
+    def _answer(self, identifier: int, lengths: Iterable[int], *, fast: bool) -> tuple[bytes, int, int]:
+        """The next answer of that id and length; others belong to questions before, and are counted."""
+        while True:
+            packet, result = self._packets.rxPacket(self._port, fast)
+            if result != COMM_SUCCESS:
+                self._owed = True
+                return b"", result, 0
+            data = bytes(packet[9 : 5 + int.from_bytes(bytes(packet[5:7]), "little")])
+            error = packet[8]
+            if packet[4] == identifier and (len(data) in lengths or (error & ~ALERT and not data)):
+                return data, result, error
+            self._note_late()
+            if self._port.isPacketTimeout():
+                self._owed = True
+                return b"", COMM_RX_TIMEOUT, 0
 
     def write_all(self, register: Register, values: Mapping[int, int]) -> None:
         """Set a register of several servos in one packet; nobody confirms it.
@@ -239,15 +267,20 @@ class ServoBus:
             parameters += bytes([identifier]) + data
         if HEADER in parameters:
             raise RefusedError(f"write {register.name}: cannot be sent: it looks like a header")
+        owed = self._owed
         with _Wire(self):
             result = self._packets.syncWriteTxOnly(
                 self._port, register.address, register.size, list(parameters), len(parameters)
             )
+        self._owed = owed
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"write {register.name}: {_plain(self._packets.getTxRxResult(result))}")
 
     def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, Reading]:
         """What every servo says of itself: all of them, or an error; never a number that nobody sent.
+
+        After a question without an answer the next one asks for another number of bytes, so that an answer which comes
+        late is not taken for one to it.
 
         Args:
             identifiers: of the servos.
@@ -260,50 +293,61 @@ class ServoBus:
         readings: dict[int, Reading] = {}
         for start in range(0, len(identifiers), AT_ONCE):
             some = identifiers[start : start + AT_ONCE]
+            if self._owed:
+                self._question = (self._question + 1) % len(QUESTIONS)
             with _Wire(self):
                 readings |= self._read_fast(some) if fast else self._read_plain(some)
         return readings
 
-    def _ask(self, identifiers: Sequence[int], *, fast: bool) -> None:
+    def _ask(self, identifiers: Sequence[int], length: int, *, fast: bool) -> None:
+        if self._owed and self._port.ser.in_waiting:
+            self._note_late()
         result = self._packets.syncReadTx(
-            self._port, BLOCK_FIRST.address, BLOCK_BYTES, list(identifiers), len(identifiers), fast
+            self._port, QUESTIONS[self._question].address, length, list(identifiers), len(identifiers), fast
         )
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"read of all servos: {_plain(self._packets.getTxRxResult(result))}")
-        self._port.setPacketTimeout(len(identifiers) * (BLOCK_BYTES + 11))  # the SDK reckons with far more
+        self._asked = time.monotonic()
+        self._owed = False
+        self._port.setPacketTimeout(len(identifiers) * (length + STATUS_BYTES))  # the SDK reckons with far more
 
     def _read_fast(self, identifiers: Sequence[int]) -> dict[int, Reading]:
-        self._ask(identifiers, fast=True)
-        stride = BLOCK_BYTES + 4  # error, id, data, CRC
-        data, result, _ = self._packets.fastSyncReadRx(self._port, 0xFE, stride * len(identifiers))
-        if result != COMM_SUCCESS:
+        first = QUESTIONS[self._question]
+        length = first.length
+        self._ask(identifiers, length, fast=True)
+        stride = length + 4  # error, id, data, CRC
+        whole = stride * len(identifiers)
+        # the last CRC is the packet's own; the first error stands where a plain answer has its error
+        data, result, error = self._answer(BROADCAST_ID, (whole - 3,), fast=True)
+        if result != COMM_SUCCESS or len(data) != whole - 3:
             raise NoAnswerError(f"fast read of all servos: {_plain(self._packets.getTxRxResult(result))}")
-        raw = bytes(data)
+        raw = bytes([error]) + data
         found = {}
         for index, identifier in enumerate(identifiers):
             block = raw[index * stride : (index + 1) * stride]
-            if len(block) < BLOCK_BYTES + 2 or block[1] != identifier:
+            if block[1] != identifier:
                 raise NoAnswerError(f"fast read of all servos: servo {identifier} is not in the answer")
-            found[identifier] = _reading(block[2 : 2 + BLOCK_BYTES], block[0])
+            found[identifier] = reading_from(first, block[2 : 2 + length], block[0])
         return found
 
     def _read_plain(self, identifiers: Sequence[int]) -> dict[int, Reading]:
-        self._ask(identifiers, fast=False)
+        first = QUESTIONS[self._question]
+        self._ask(identifiers, first.length, fast=False)
         found = {}
         for identifier in identifiers:
-            data, result, error = self._packets.readRx(self._port, identifier, BLOCK_BYTES)
-            if result != COMM_SUCCESS or len(data) != BLOCK_BYTES:
+            data, result, error = self._answer(identifier, (first.length,), fast=False)
+            if result != COMM_SUCCESS or len(data) != first.length:
                 raise NoAnswerError(f"servo {identifier}: read: {_plain(self._packets.getTxRxResult(result))}")
-            found[identifier] = _reading(bytes(data), error)
+            found[identifier] = reading_from(first, data, error)
         return found
 
-    def absent(self, identifiers: Iterable[int]) -> list[int]:
-        """Which of the servos do not answer, after two tries each.
+    def absent(self, identifiers: Iterable[int], tries: int = 2) -> list[int]:
+        """Which of the servos do not answer, after so many tries each.
 
         Raises:
             PortLostError: the port has gone away.
         """
-        return [one for one in identifiers if self.ping(one) is None and self.ping(one) is None]
+        return [one for one in identifiers if all(self.ping(one) is None for _ in range(tries))]
 
 
 class _Wire:
@@ -320,7 +364,7 @@ class _Wire:
         self._bus._port.is_using = False
         if isinstance(error, struct.error | IndexError):
             raise NoAnswerError(f"{self._bus.port}: the SDK stumbled over an answer: {error}") from error
-        if isinstance(error, _WIRE_ERRORS):
+        if isinstance(error, WIRE_ERRORS):
             self._bus.close()
             raise PortLostError(f"{self._bus.port}: the port has gone away: {error}") from error
 

@@ -36,7 +36,9 @@ def read_calibration(path: Path) -> Calibration:
     try:
         return Calibration.model_validate_json(text)
     except ValidationError as error:
-        raise CalibrationError(f"{path}: is no calibration: {explain(error, Calibration)[0]}") from error
+        what = explain(error, Calibration)[0]
+        remedy = "run 'tendond servo calibrate', which sets it aside"
+        raise CalibrationError(f"{path}: is no calibration: {what}: {remedy}") from error
 
 
 def load_calibration(path: Path, rig: str, servos: tuple[int, ...]) -> Calibration:

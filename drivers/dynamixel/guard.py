@@ -4,12 +4,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.bus import Reading
+from tendond.drivers.dynamixel.reading import Reading
 from tendond.drivers.dynamixel.spool import Spool
+from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config_servo import ServoSection
 
 SLIP = 0.002
 """[m] by which a tendon may be outside its range before that is a fault."""
+
+SUDDEN = 0.15
+"""Of the stall torque, beyond the limit, that is no matter of time any more: 14 N on a spool of 15 mm."""
+
+RISE = 0.08
+"""Of the stall torque, by which a load may rise while its tendon is let out: 7.5 N on a spool of 15 mm, some times
+what an inferred load wavers."""
 
 
 def limited(
@@ -85,16 +93,48 @@ def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Seq
     return ""
 
 
-def away_from_zero(section: ServoSection, spools: Sequence[Spool], readings: Sequence[Reading]) -> str:
-    """Which tendon stands too far from its zero to be switched on, in words; empty if none."""
-    for index, (spool, reading) in enumerate(zip(spools, readings, strict=True)):
-        displacement = spool.displacement(reading.position)
+def away_from_zero(section: ServoSection, located: Sequence[Located], readings: Sequence[Reading]) -> str:
+    """Which tendon stands too far from its zero to be switched on, or nobody knows where, in words; empty if none."""
+    for index, (one, reading) in enumerate(zip(located, readings, strict=True)):
+        name = f"tendon {index} (servo {one.spool.calibration.servo})"
+        if one.doubt:
+            return f"{name} {one.doubt}: look, and say it: 'tendond servo home --at {index}=MM'"
+        displacement = one.spool.displacement(reading.position)
         if abs(displacement) > section.home_window:
             return (
-                f"tendon {index} (servo {spool.calibration.servo}) stands {displacement * 1e3:.1f} mm from its zero,"
+                f"{name} stands {displacement * 1e3:.1f} mm from its zero,"
                 f" servo.home_window is {section.home_window * 1e3:g} mm: run 'tendond servo home'"
             )
     return ""
+
+
+@dataclass
+class ReleaseWatch:
+    """Loads while tendons are let out: one that rises is a tendon that is wound up instead, or caught.
+
+    Args:
+        limits: load that each may have [-].
+        sense: load from which on one is believed [-].
+    """
+
+    limits: Sequence[float]
+    sense: float
+    _lowest: dict[int, float] = field(default_factory=dict)
+
+    def rising(self, loads: Sequence[float]) -> dict[int, str]:
+        """Which tendons pull harder than when they began to be let out, and how, in words.
+
+        Args:
+            loads: size of each servo's load [-].
+        """
+        found = {}
+        for index, (load, limit) in enumerate(zip(loads, self.limits, strict=True)):
+            lowest = self._lowest[index] = min(load, self._lowest.get(index, load))
+            if load > max(lowest, self.sense) + RISE:
+                found[index] = f"its load rises from {lowest:.0%} to {load:.0%} while it is let out: is its sign right?"
+            elif load > limit + SUDDEN:
+                found[index] = f"load {load:.0%} while it is let out"
+        return found
 
 
 @dataclass
@@ -104,10 +144,12 @@ class Guard:
     Args:
         section: [servo].
         watchdog: that was armed [units of its register].
+        limits: load that each servo may have [-].
     """
 
     section: ServoSection
     watchdog: int
+    limits: Sequence[float]
     _since: dict[str, float] = field(default_factory=dict)
 
     def fault(self, now: float, spools: Sequence[Spool], readings: Sequence[Reading], goals: Sequence[float]) -> str:
@@ -134,9 +176,14 @@ class Guard:
             place = spool.displacement(reading.position)
             if not section.displacement_min - SLIP <= place <= section.displacement_max + SLIP:
                 return f"tendon {index} (servo {servo}): stands at {place * 1e3:.1f} mm, outside its range"
-            load = abs(reading.load) * table.LOAD_UNIT
-            if self._lasts(f"load {index}", load > section.load_max, now, section.load_time):
-                return f"tendon {index} (servo {servo}): load {load:.0%} for {section.load_time:g} s"
+            load, limit = abs(reading.load) * table.LOAD_UNIT, self.limits[index]
+            if self._lasts(f"sudden {index}", load > limit + SUDDEN, now, 0.0):
+                return f"tendon {index} (servo {servo}): load {load:.0%}, allowed are {limit:.0%}"
+            if self._lasts(f"load {index}", load > limit, now, section.load_time):
+                return (
+                    f"tendon {index} (servo {servo}): load {load:.0%} for {section.load_time:g} s, allowed are"
+                    f" {limit:.0%}"
+                )
             behind = abs(goal - place)
             if self._lasts(f"behind {index}", behind > section.following_error, now, section.following_time):
                 return f"tendon {index} (servo {servo}): {behind * 1e3:.1f} mm from its goal: is it blocked?"

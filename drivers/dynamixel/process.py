@@ -11,6 +11,7 @@ from tendond.drivers.dynamixel.adapter import latency_warning
 from tendond.drivers.dynamixel.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
 from tendond.drivers.followed import Followed
 from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.identity import new_source
@@ -24,6 +25,11 @@ from tendond.schemas.wire import UnreadableError, decode, encode
 CONNECT_SECONDS = 120.0
 ANSWER_SECONDS = 5.0
 QUEUE = 8
+SAY_SECONDS = 10.0
+"""Between two lines about reads that were lost or late."""
+
+REBOOT = b"reboot"
+"""Payload of a query of `servo/reset` that asks for a reboot of servos with a hardware error."""
 
 Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
@@ -79,31 +85,38 @@ class ServoProcess:
             session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
         except StoppedError:
             return
-        with session:
-            driver = ServoDriver(section, calibration, open_bus)
+        file = places_file(self._folder, section)
+        last = read_places(file, calibration)
+        with session, PlaceKeeper(file, calibration, self._say) as keeper:
+            driver = ServoDriver(section, calibration, open_bus, last, self._config.limits.tension_max)
             if warning := latency_warning(section.port):
                 self._say(warning)
             ready = f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
             self._say(ready)
             self._supervisor.ready(ready)
             try:
-                self._run(session, driver)
+                self._run(session, driver, keeper)
             finally:
                 self._supervisor.stopping()
                 driver.close(time.monotonic, time.sleep)
+                keeper.keep(driver.places)
                 self._say(f"ended: {driver.farewell}")
 
-    def _run(self, session: zenoh.Session, driver: ServoDriver) -> None:
+    def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
         name, period = self._config.rig.name, self._section.period
         commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(QUEUE))
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
         deadline = before = time.monotonic()
+        ear = Listener(before)
         while not self._stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
             states.put(encode(self._state(driver)))
+            keeper.keep(driver.places)
             now = time.monotonic()
+            if heard := ear.news(now, driver.counts["reads without an answer"], driver.late):
+                self._say(heard)
             if now - before <= self._section.watchdog:  # a lost port or a fault waits for a person, not for a restart
                 self._supervisor.alive()
             before = now
@@ -155,7 +168,8 @@ class ServoProcess:
         if (query := resets.try_recv()) is None:
             return
         try:
-            reply = ControlReply(done=True, message=driver.reset(time.monotonic()))
+            reboot = query.payload is not None and query.payload.to_bytes() == REBOOT
+            reply = ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=reboot))
         except ServoError as error:
             reply = ControlReply(done=False, message=f"not reset: {error}")
         with suppress(zenoh.ZError):
@@ -163,14 +177,45 @@ class ServoProcess:
         query.drop()
 
 
-def request_reset(config: RigConfig, timeout: float = 1.0) -> ControlReply:
-    """Ask the servo driver to leave its fault.
+class Listener:
+    """Says what the bus loses, at a bounded rate.
+
+    Args:
+        now: [s].
+    """
+
+    def __init__(self, now: float) -> None:
+        self._since = now
+        self._lost = self._late = 0
+
+    def news(self, now: float, lost: int, late: tuple[int, float]) -> str:
+        """A line about reads that were lost or late since the last one; empty if there are none, or it is too soon.
+
+        Args:
+            now: [s].
+            lost: reads without an answer so far.
+            late: answers that came too late so far, and how late the latest was [s].
+        """
+        count, by = late
+        if now - self._since < SAY_SECONDS or (lost, count) == (self._lost, self._late):
+            return ""
+        new, new_late, span = lost - self._lost, count - self._late, now - self._since
+        self._since, self._lost, self._late = now, lost, count
+        said = f"{new} reads without an answer in {span:.0f} s"
+        if new_late > 0:
+            said += f", {new_late} answers late, by up to {by * 1e3:.0f} ms: is the adapter's latency timer 1 ms?"
+        return said
+
+
+def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = False) -> ControlReply:
+    """Ask the servo driver to leave its fault, and to reboot servos with a hardware error if wished.
 
     Raises:
         BusError: there is no controller, or no servo driver.
     """
     with open_client(config.bus.endpoint, timeout) as session:
-        for reply in session.get(key(config.rig.name, SERVO_RESET), timeout=ANSWER_SECONDS):
+        payload = REBOOT if reboot else None
+        for reply in session.get(key(config.rig.name, SERVO_RESET), timeout=ANSWER_SECONDS, payload=payload):
             if reply.ok is not None:
                 try:
                     return decode(ControlReply, reply.ok.payload.to_bytes())

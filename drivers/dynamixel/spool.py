@@ -29,7 +29,3 @@ class Spool:
     def tension(self, load: int) -> float:
         """Tension [N] by the servo's own estimate of its load; gears and friction make it a rough one."""
         return max(0.0, self.calibration.sign * load * LOAD_UNIT * STALL_TORQUE / self.calibration.spool_radius)
-
-    def at_power_up(self, ticks: int) -> "Spool":
-        """The same spool, with the turn chosen that puts `ticks` nearest to zero."""
-        return Spool(self.calibration, round((ticks - self.calibration.zero) / TICKS_PER_TURN))

@@ -12,6 +12,7 @@ from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.requirements import REQUIREMENTS
 from tendond.drivers.session import StoppedError, open_client
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
@@ -51,9 +52,10 @@ class Spooled:
     def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
         self._tendon = tendon
         self.servo = EmulatedServo(tendon.servo, baudrate, tendon.zero)
-        self.servo.write(table.OPERATING_MODE.address, bytes([table.EXTENDED_POSITION]))
+        for one in REQUIREMENTS:  # as `tendond servo setup` leaves it
+            self.servo.write(one.register.address, one.register.to_bytes(one.wanted))
         self.servo.torque = lambda ticks: -tendon.sign * self.tension * tendon.spool_radius
-        self._zero = self.servo.position  # a calibration may count turns, a servo does not at power-up
+        self._zero = self.servo.position
         self.tension = 0.0
 
     @property

@@ -1,7 +1,8 @@
 """The servo driver on emulated servos behind a pseudo-terminal, cycled by the test."""
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tendond.drivers.dynamixel.bus import ServoBus
@@ -34,18 +35,26 @@ def section(**changes: object) -> ServoSection:
 class Bench:
     """A driver on emulated servos with springs, cycled here."""
 
-    def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection) -> None:
+    def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection, tension_max: float = math.inf) -> None:
         self.servos = servos
         self.section = settings
         self.port = str(port)
         self.calibration = calibration()
         hang_springs(servos, self.calibration)
         self.seq = 0
+        self.tension_max = tension_max
         self.driver = self.new_driver()
 
-    def new_driver(self) -> ServoDriver:
+    def new_driver(self, last: Mapping[int, float] | None = None) -> ServoDriver:
+        """A new one, which knows where the last one left the tendons, or what it is told."""
+        if last is None:
+            last = dict(self.driver.places) if hasattr(self, "driver") else {}
         return ServoDriver(
-            self.section, self.calibration, lambda: ServoBus(self.port, BAUDRATE, self.section.answer_timeout)
+            self.section,
+            self.calibration,
+            lambda: ServoBus(self.port, BAUDRATE, self.section.answer_timeout),
+            last,
+            self.tension_max,
         )
 
     def command(self, displacement: tuple[float, ...], armed: bool = True) -> TendonCommand:

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
-from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.requirements import REQUIREMENTS
 from tendond.drivers.dynamixel.spool import Spool
 
 BAUDRATE = 1_000_000
@@ -19,13 +19,19 @@ SHORT_SECONDS = 0.1
 """For tests in which a servo is silent."""
 
 
+def set_up(servo: EmulatedServo) -> None:
+    """As `tendond servo setup` leaves it."""
+    for one in REQUIREMENTS:
+        servo.write(one.register.address, one.register.to_bytes(one.wanted))
+
+
 @contextmanager
 def emulated(folder: Path, count: int = 4, *, position: int = 2048, ready: bool = True) -> Iterator[EmulatedBus]:
     """A bus with servos 1 to `count`, in extended position mode when `ready`."""
     servos = [EmulatedServo(i + 1, BAUDRATE if ready else 57600, position) for i in range(count)]
     if ready:
         for servo in servos:
-            servo.write(table.OPERATING_MODE.address, bytes([table.EXTENDED_POSITION]))
+            set_up(servo)
     with EmulatedBus(folder / "ttyUSB0", servos) as bus:
         yield bus
 

@@ -46,7 +46,7 @@ class Chain(Rig):
         super().__init__(
             folder,
             "[faults]\noverrun_time = 10.0\npose_timeout = 1.0\ntendon_timeout = 2.0\n"
-            + WIRED.replace("duration = 2.5", "duration = 1.5")
+            + WIRED.replace("duration = 2.5", "duration = 2.0")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
             + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',
         )

@@ -11,6 +11,7 @@ from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.bus import ServoError
 from tendond.drivers.dynamixel.driver import Phase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
+from tendond.drivers.dynamixel.process import Listener
 from tests.rig.bench import PULLED, Bench, section
 from tests.rig.servos import SHORT_SECONDS, emulated
 
@@ -104,15 +105,67 @@ def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
     bench.ends_slack_and_off("bad answers")
 
 
-def test_a_hardware_error_is_not_reset_before_it_is_gone_and_no_servo_is_rebooted(bench: Bench) -> None:
+def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: Bench) -> None:
     bench.pull()
     bench.servos.tell(lambda: bench.servos.servos[1].fail(5))
     bench.until(lambda one: one.phase is Phase.OFF, PULLED)
-    with pytest.raises(ServoError, match=r"servo 2: Overload Error \(bit 5\); mend it"):
+    with pytest.raises(ServoError, match=r"servo 2: Overload Error \(bit 5\); mend its cause, then .*reset --reboot"):
         bench.driver.reset(time.monotonic())
-    bench.servos.tell(bench.servos.servos[1].power_up)
+    assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
+    assert bench.driver.reset(time.monotonic(), reboot=True) == "the fault is reset, servo 2 rebooted"
+    assert [packet.id for packet in bench.servos.instructions if packet.instruction == Instruction.REBOOT] == [2]
+    bench.pull()
+
+
+def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(bench: Bench) -> None:
+    bench.pull()
+    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "voltage", 3.0))
+    bench.until(lambda one: bool(one.fault), PULLED)
+    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "voltage", 12.0))
+    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
     assert bench.driver.reset(time.monotonic()) == "the fault is reset"
     bench.pull()
+
+
+def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:
+    """The adapter keeps every answer for 30 ms, and the driver waits for 16: each belongs to the question before."""
+    with emulated(tmp_path) as servos:
+        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
+        bench.until(lambda one: one._disarmed, PULLED, armed=False)
+        servos.tell(lambda: setattr(servos, "late", 0.03))
+        before = bench.driver.displacement
+        servos.tell(lambda: servos.servos[0]._shaft.place(2048.0 + 100.0))
+        bench.until(lambda one: bool(one.fault), PULLED, armed=False)
+        assert bench.driver.displacement == before
+        assert "answers came late, by up to" in bench.driver.fault
+        assert "latency timer" in bench.driver.fault
+        assert bench.driver.late[0] > 0
+        bench.driver._bus.close()
+
+
+def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time() -> None:
+    ear = Listener(0.0)
+    assert ear.news(10.0, 0, (0, 0.0)) == ""
+    assert ear.news(10.1, 21, (0, 0.0)) == "21 reads without an answer in 10 s"
+    assert ear.news(15.0, 30, (0, 0.0)) == ""
+    assert ear.news(20.2, 30, (4, 0.017)) == (
+        "9 reads without an answer in 10 s, 4 answers late, by up to 17 ms: is the adapter's latency timer 1 ms?"
+    )
+    assert ear.news(40.0, 30, (4, 0.017)) == ""
+
+
+def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again(bench: Bench) -> None:
+    bench.pull()
+    wanted = [(one.value(table.PROFILE_VELOCITY), one.value(table.PROFILE_ACCELERATION)) for one in bench.servos.servos]
+    bench.until(lambda one: one.phase is Phase.SILENT)
+    while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
+        time.sleep(0.01)
+    assert all(one.value(table.PROFILE_VELOCITY) == 0 for one in bench.servos.servos)
+    bench.driver.reset(time.monotonic())
+    now = [(one.value(table.PROFILE_VELOCITY), one.value(table.PROFILE_ACCELERATION)) for one in bench.servos.servos]
+    assert now == wanted
+    assert min(velocity for velocity, _ in now) > 0
+    bench.until(lambda one: one.phase is Phase.OFF)
 
 
 def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_lets_out(bench: Bench) -> None:

@@ -22,12 +22,16 @@ def text(limits: str, servo: str = "") -> str:
         # 57 rpm on 15 mm are 89.5 mm/s, whatever else is set
         (
             "displacement_rate = 0.0896\n",
-            "displacement_rate = 0.5\nprofile_velocity = 24.0\n",
+            "displacement_rate = 0.5\nprofile_velocity = 6.35\n",
             r"faster than the servos: 0\.08954 m/s by .*57 rpm",
         ),
         ("tension_max = 49.1\ndisplacement_rate = 0.08\n", "spool_radius = 0.02\n", r"make 49\.0 N"),
         ("displacement_rate = 0.08\n", "displacement_max = 0.05\n", r"displacement_max = 0.08 m is outside"),
         ("displacement_rate = 0.08\n", "ids = [1, 2, 3]\n", "servo.ids has 3 servos"),
+        ("", "profile_velocity = 6.4\n", r"above the servos' Velocity Limit .*: 6\.355 rad/s"),
+        # a turn of 50.3 mm: 20 mm and 70.3 mm would look alike after a reboot
+        ("", "spool_radius = 0.008\n", r"more than a turn of the spool, 0\.05027 m at spool_radius = 0\.008 m"),
+        ("", "displacement_min = -0.09\n", r"displacement_min = -0\.09 m and home_window = 0\.01 m together are more"),
     ],
 )
 def test_what_the_servos_cannot_do_is_refused_with_the_figure(limits: str, servo: str, objection: str) -> None:

@@ -2,13 +2,15 @@
 
 import os
 import stat
+from collections.abc import Sequence
 from pathlib import Path
 
 from tendond.daemon.cli.doctor.check import Outcome, Result, Rig, bad, doubtful, good
 from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.adapter import WANTED_MS, latency_timer
-from tendond.drivers.dynamixel.bus import PortLostError, ServoBus, ServoError
-from tendond.drivers.dynamixel.tools import ports
+from tendond.drivers.dynamixel.bus import NoAnswerError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.requirements import objections
+from tendond.drivers.dynamixel.scan import ports
 from tendond.schemas.config_servo import ServoSection
 
 WARM_DEGREES = 10.0
@@ -71,6 +73,11 @@ def servos(rig: Rig) -> Result | None:
             missing = bus.absent(ids)
             if missing:
                 return bad(f"no answer from {_named(missing)}", "switch their power on; then: tendond servo scan")
+            if mute := _mute(bus, ids):
+                return bad(
+                    f"{_named(mute)} answers pings alone: its {table.STATUS_RETURN_LEVEL.name} is 0",
+                    "switch its power off and on, or tendond servo setup",
+                )
             found = [_ask(bus, one, section) for one in ids]
     except PortLostError as error:
         if "another process" in str(error):
@@ -96,20 +103,31 @@ def _ask(bus: ServoBus, one: int, section: ServoSection) -> Result:
     finding = f"servo {one}: {name}, firmware {firmware}, {voltage:.1f} V, {degrees} degrees"
     errors = table.hardware_errors(bus.read(one, table.HARDWARE_ERROR_STATUS))
     if errors:
-        return bad(f"{finding}, {', '.join(errors)}", "mend the cause, then switch its power off and on")
+        return bad(f"{finding}, {', '.join(errors)}", f"mend the cause, then tendond servo reboot {one}")
     if model != table.MODEL_NUMBER:
         return bad(finding, f"the driver knows {table.MODEL_NAME} alone")
     if not section.voltage_min <= voltage <= section.voltage_max:
         return bad(f"{finding}: not {section.voltage_min:g} to {section.voltage_max:g} V", "see its power supply")
     if degrees > section.temperature_max:
         return bad(f"{finding}: hotter than {section.temperature_max:g}", "let it cool down")
-    if bus.read(one, table.OPERATING_MODE) != table.EXTENDED_POSITION:
-        return bad(f"{finding}, not in extended position mode", "tendond servo setup")
+    if wrong := objections(bus, one, section.answer_timeout):
+        return bad(f"{finding}: {', '.join(wrong)}", f"tendond servo setup {one}")
     if bus.read(one, table.TORQUE_ENABLE):
         return doubtful(f"{finding}, holds its tendon", "tendond servo home")
     if degrees > section.temperature_max - WARM_DEGREES:
         return doubtful(f"{finding}: warm", "let it cool down")
     return good(finding)
+
+
+def _mute(bus: ServoBus, ids: Sequence[int]) -> list[int]:
+    """Servos that answer a ping, and no read."""
+    mute = []
+    for one in ids:
+        try:
+            bus.read(one, table.MODEL)
+        except NoAnswerError:
+            mute.append(one)
+    return mute
 
 
 def _named(ids: list[int]) -> str:

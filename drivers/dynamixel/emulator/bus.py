@@ -1,8 +1,10 @@
 """A pseudo-terminal with emulated servos behind it, in a thread of its own."""
 
+import fcntl
 import os
+import random
 import select
-import termios
+import struct
 import threading
 import time
 import tty
@@ -10,17 +12,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.emulator.protocol import (
-    ALERT,
-    BROADCAST,
-    Error,
-    Instruction,
-    Packet,
-    Receiver,
-    fast_status,
-    status,
-)
+from tendond.drivers.dynamixel.emulator.line import Line
+from tendond.drivers.dynamixel.emulator.protocol import Packet, Receiver
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 
 TICK_SECONDS = 0.002
@@ -28,8 +21,10 @@ LONGEST_STEP_SECONDS = 0.02
 """Where this process could not run for longer, the servos' clocks stand still: else their watchdogs would trip although
 packets are waiting, and motors would jump."""
 
-OUTPUT_SPEED = 5
-SPEEDS = {getattr(termios, f"B{rate}"): rate for rate in table.BAUD_CODES}
+TCGETS2 = 0x802C542A
+"""Linux's request for a terminal's settings with its speed as a number: 4.5 Mbit/s has no name."""
+
+TERMIOS2 = struct.Struct("4IB19B2I")
 
 
 class EmulatedBus:
@@ -42,15 +37,23 @@ class EmulatedBus:
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
         corrupt: so many of the next answers have a wrong CRC.
+        loss: probability with which any other answer has.
+        late: time for which the adapter keeps every answer back [s].
         instructions: packets understood so far, newest last, for tests.
+        errors: what the thread got over, which is a mistake of the emulator's, for tests.
     """
 
     def __init__(self, link: Path, servos: Sequence[EmulatedServo]) -> None:
         self._link = link
         self.servos = servos
-        self.knows_fast = True
         self.corrupt = 0
+        self.loss = 0.0
+        self.late = 0.0
         self.instructions: list[Packet] = []
+        self.errors: list[Exception] = []
+        self._line = Line()
+        self._chance = random.Random(0)
+        self._pending: list[tuple[float, bytes]] = []
         self._lock = threading.RLock()
         self._receiver = Receiver()
         self._ended = threading.Event()
@@ -72,6 +75,20 @@ class EmulatedBus:
         self._thread.join()
         self.unplug()
 
+    @property
+    def knows_fast(self) -> bool:
+        """See the class."""
+        return self._line.knows_fast
+
+    @knows_fast.setter
+    def knows_fast(self, value: bool) -> None:
+        self._line.knows_fast = value
+
+    @property
+    def alive(self) -> bool:
+        """The servos' thread runs."""
+        return self._thread.is_alive()
+
     def plug(self) -> None:
         """Plug the adapter in: a port appears at the link."""
         with self._lock:
@@ -91,6 +108,7 @@ class EmulatedBus:
                 if end is not None:
                     os.close(end)
             self._master = self._slave = None
+            self._pending.clear()
             self._link.unlink(missing_ok=True)
 
     def tell(self, change: Callable[[], None]) -> None:
@@ -107,96 +125,56 @@ class EmulatedBus:
                 time.sleep(TICK_SECONDS)
             else:
                 with suppress(OSError, ValueError):
-                    ready, _, _ = select.select([master], [], [], TICK_SECONDS)
+                    ready, _, _ = select.select([master], [], [], self._patience())
             with self._lock:
                 now = time.monotonic()
-                for servo in self.servos:
-                    if not servo.silent:
-                        servo.advance(min(max(now - last, 1e-6), LONGEST_STEP_SECONDS))
+                try:
+                    self._pass(now - last)
+                    if self._master is not None and self._master == master:
+                        if ready:
+                            self._serve(master, now)
+                        self._send(master)
+                except Exception as error:  # a thread that dies would take all servos with it
+                    self.errors.append(error)
                 last = now
-                if ready and self._master == master:
-                    self._serve(ready[0])
 
-    def _serve(self, master: int) -> None:
+    def _patience(self) -> float:
+        """Until the next answer is due, or the servos have to move on [s]."""
+        if not self._pending:
+            return TICK_SECONDS
+        return min(max(self._pending[0][0] - time.monotonic(), 0.0), TICK_SECONDS)
+
+    def _pass(self, duration: float) -> None:
+        for servo in self.servos:
+            if not servo.silent:
+                servo.advance(min(max(duration, 1e-6), LONGEST_STEP_SECONDS))
+
+    def _serve(self, master: int, now: float) -> None:
         try:
             data = os.read(master, 4096)
         except OSError:
             return
-        assert self._slave is not None
-        speed = SPEEDS.get(termios.tcgetattr(self._slave)[OUTPUT_SPEED])
-        servos = {servo.id: servo for servo in self.servos if not servo.silent and servo.baudrate == speed}
+        speed = self._speed()
+        servos = [servo for servo in self.servos if not servo.deaf and servo.baudrate == speed]
         for packet in self._receiver.feed(data):
             self.instructions.append(packet)
             del self.instructions[:-1000]
-            answer = self._answer(servos, packet)
-            if answer and self.corrupt > 0:
-                self.corrupt -= 1
+            answer, delay = self._line.answer(servos, packet)
+            if not answer:
+                continue
+            if self.corrupt > 0 or self._chance.random() < self.loss:
+                self.corrupt = max(0, self.corrupt - 1)
                 answer = answer[:-1] + bytes([answer[-1] ^ 0xFF])
+            self._pending.append((now + delay + self.late, answer))
+
+    def _send(self, master: int) -> None:
+        while self._pending and self._pending[0][0] <= time.monotonic():
+            _, answer = self._pending.pop(0)
             with suppress(OSError):
                 os.write(master, answer)
 
-    def _answer(self, servos: dict[int, EmulatedServo], packet: Packet) -> bytes:
-        """What the servos write in reply."""
-        if not packet.intact:
-            alone = servos.get(packet.id)
-            return b"" if alone is None else status(packet.id, Error.CRC)
-        if packet.id != BROADCAST:
-            servo = servos.get(packet.id)
-            return b"" if servo is None else self._single(servo, packet)
-        if packet.instruction == Instruction.PING:
-            return b"".join(self._single(servos[i], packet) for i in sorted(servos))
-        if packet.instruction == Instruction.SYNC_WRITE:
-            self._sync_write(servos, packet.parameters)
-        if packet.instruction == Instruction.FAST_SYNC_READ and not self.knows_fast:
-            return b""
-        if packet.instruction in (Instruction.SYNC_READ, Instruction.FAST_SYNC_READ):
-            return self._sync_read(servos, packet)
-        return b""
-
-    def _single(self, servo: EmulatedServo, packet: Packet) -> bytes:
-        servo.heard()
-        parameters, error, data = packet.parameters, Error.NONE, b""
-        identifier = servo.id
-        if packet.instruction == Instruction.PING:
-            model = servo.value(table.MODEL).to_bytes(2, "little")
-            data = model + bytes([servo.value(table.FIRMWARE)])
-        elif packet.instruction == Instruction.READ and len(parameters) == 4:
-            found = servo.read(_word(parameters), _word(parameters[2:]))
-            error, data = (Error.DATA_LENGTH, b"") if found is None else (Error.NONE, found)
-        elif packet.instruction == Instruction.WRITE and len(parameters) > 2:
-            error = servo.write(_word(parameters), parameters[2:])
-        elif packet.instruction == Instruction.REBOOT:
-            servo.power_up()
-        else:
-            error = Error.INSTRUCTION
-        return status(identifier, error | (ALERT if servo.alert else 0), data)
-
-    def _sync_write(self, servos: dict[int, EmulatedServo], parameters: bytes) -> None:
-        address, length = _word(parameters), _word(parameters[2:])
-        for at in range(4, len(parameters) - length, length + 1):
-            servo = servos.get(parameters[at])
-            if servo is not None:
-                servo.heard()
-                servo.write(address, parameters[at + 1 : at + 1 + length])
-
-    def _sync_read(self, servos: dict[int, EmulatedServo], packet: Packet) -> bytes:
-        address, length = _word(packet.parameters), _word(packet.parameters[2:])
-        blocks = []
-        for identifier in packet.parameters[4:]:
-            servo = servos.get(identifier)
-            if servo is None:
-                break  # each waits for the one before it
-            servo.heard()
-            data = servo.read(address, length)
-            if data is None:
-                break
-            blocks.append((ALERT if servo.alert else 0, identifier, data))
-        if packet.instruction == Instruction.SYNC_READ:
-            return b"".join(status(identifier, error, data) for error, identifier, data in blocks)
-        if not blocks:
-            return b""
-        return fast_status(blocks, 1 + len(packet.parameters[4:]) * (length + 4))
-
-
-def _word(data: bytes) -> int:
-    return int.from_bytes(data[:2], "little")
+    def _speed(self) -> int:
+        """At which the port is opened [bit/s]."""
+        assert self._slave is not None
+        settings = fcntl.ioctl(self._slave, TCGETS2, bytes(TERMIOS2.size))
+        return int(TERMIOS2.unpack(settings)[-1])

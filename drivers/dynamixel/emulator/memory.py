@@ -1,0 +1,59 @@
+"""The control table of an emulated servo as bytes: registers, Indirect Addresses, EEPROM and RAM."""
+
+from collections.abc import Iterator
+
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.table import Register
+
+_AT = {register.address: register for register in table.REGISTERS}
+_POINTER = {data.address: pointer for pointer, data in zip(table.INDIRECT_ADDRESSES, table.INDIRECT_DATA, strict=True)}
+"""The Indirect Address of each byte of Indirect Data."""
+
+
+class Memory:
+    """Bytes of the control table, as in the factory."""
+
+    def __init__(self) -> None:
+        self._data = bytearray(table.TABLE_SIZE)
+        self.reset(eeprom=True)
+        self.reset(eeprom=False)
+
+    def reset(self, *, eeprom: bool) -> None:
+        """Initial values of EEPROM or of RAM."""
+        for register in table.REGISTERS:
+            if register.eeprom is eeprom:
+                self.store(register, register.initial)
+
+    def value(self, register: Register) -> int:
+        """What a register holds."""
+        return register.from_bytes(bytes(self._data[register.address : register.address + register.size]))
+
+    def store(self, register: Register, value: int) -> None:
+        """Set it, without any rule."""
+        self._data[register.address : register.address + register.size] = register.to_bytes(value)
+
+    def read(self, address: int, length: int) -> bytes | None:
+        """Bytes from a register on, those of gaps 0; none where no register begins or the table ends."""
+        if length == 0 or address + length > table.TABLE_SIZE or address not in _AT:
+            return None
+        return bytes(self._data[self._target(at)] for at in range(address, address + length))
+
+    def _target(self, address: int) -> int:
+        """The byte that an address stands for: for Indirect Data that which its Indirect Address names."""
+        pointer = _POINTER.get(address)
+        return address if pointer is None else self.value(pointer)
+
+    def items(self, address: int, data: bytes) -> Iterator[tuple[Register | None, bytes]]:
+        """Registers that a write reaches, and their bytes, in order; none for an address at which nothing begins."""
+        while data:
+            at = self._target(address)
+            register = _AT.get(at)
+            if register is None:
+                yield None, data
+                return
+            size = register.size
+            if at != address and any(self._target(address + i) != at + i for i in range(min(size, len(data)))):
+                yield None, data  # only a part of the register is mapped
+                return
+            yield register, data[:size]
+            address, data = address + size, data[size:]

@@ -122,9 +122,11 @@ class PlaceKeeper:
         self._wake.set()
 
     def _run(self) -> None:
-        while not self._ended:
+        ended = False
+        while not ended:
             self._wake.wait()
             self._wake.clear()
+            ended = self._ended  # the last ones are written all the same
             newest = self._newest
             if newest == self._written:
                 continue

@@ -32,13 +32,13 @@ class Reading:
     torque: int
     hardware_error: int
     watchdog: int
-    goal_pwm: int
     goal: int
     load: int
     position: int
     voltage: int
     temperature: int
     alert: bool
+    goal_pwm: int = table.FULL_PWM
 
 
 def reading_from(question: Question, data: bytes, error: int) -> Reading:

@@ -16,7 +16,7 @@ from tendond.daemon.errors import DaemonError
 from tendond.drivers.operator import ask
 from tendond.drivers.session import OUR_QUEUE, QUEUE_SIZE, BusError, client_config, open_client
 from tendond.schemas.config import check_config
-from tendond.schemas.keys import TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import encode
 from tests.sil.rig import PATIENCE_SECONDS, Rig
@@ -102,6 +102,33 @@ class Guarded:
     def session(self, name: str, timeout: float = 10.0) -> zenoh.Session:
         self.patch.setenv("ZENOH_CONFIG", str(self.folder / f"{name}{self.suffix}.json5"))
         return open_client(self.endpoint, timeout)
+
+
+@pytest.mark.parametrize("protocol", ["tcp", "tls"])
+def test_the_operator_may_reset_the_servos_and_a_viewer_may_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, protocol: str
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch, protocol)
+    if protocol == "tls":
+        certificates(tmp_path, ("controller", "servo", "operator", "viewer"))
+    name = key("sil", SERVO_RESET)
+    with (
+        guarded.hub(),
+        guarded.session("servo") as driver,
+        guarded.session("operator") as operator,
+        guarded.session("viewer") as viewer,
+    ):
+
+        def answer(query: zenoh.Query) -> None:
+            query.reply(name, encode(ControlReply(done=True, message="the fault is reset")))
+
+        driver.declare_queryable(name, answer)
+
+        def answered(session: zenoh.Session) -> bool:
+            return any(reply.ok is not None for reply in session.get(name, timeout=1.0))
+
+        until(lambda: answered(operator))
+        assert not answered(viewer)
 
 
 @pytest.mark.parametrize("protocol", ["tcp", "tls"])

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel.bus import Reading
 from tendond.drivers.dynamixel.guard import let_out, limited, standing_fault
+from tendond.drivers.dynamixel.reading import Reading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.schemas.config_servo import ServoSection
 from tests.rig.servos import calibration

@@ -104,11 +104,12 @@ def limit_tension(limits: LimitsSection, period: float, wanted: Array, last: Arr
         rated = min(max(tension, before - step), before + step)
         if rated != tension:
             met.add("tension rate")
+        floor = min(least, before + step)  # a slack tendon is brought to its least tension at the same rate
         if rated > most:
             met.add("tension max")
-        elif rated < least:
+        elif rated < floor:
             met.add("tension min")
-        tensions.append(min(max(rated, least), most))
+        tensions.append(min(max(rated, floor), most))
     return np.array(tensions), tuple(name for name in TENSION_LIMITS if name in met) if met else ()
 
 

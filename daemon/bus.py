@@ -2,7 +2,6 @@
 
 import json
 import os
-from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import TypeVar
@@ -10,12 +9,12 @@ from typing import TypeVar
 import zenoh
 
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.requests import Requests
 from tendond.identity import new_source
 from tendond.schemas.config import RigConfig
 from tendond.schemas.keys import (
     ALIVE,
     CONFIG_VARIABLE,
-    CONTROL,
     SIMULATOR_TRUTH,
     STATUS,
     TENDON_COMMAND,
@@ -25,8 +24,6 @@ from tendond.schemas.keys import (
 )
 from tendond.schemas.messages import (
     ENCODING,
-    ControlReply,
-    ControlRequest,
     Message,
     SimulatorTruth,
     Status,
@@ -72,18 +69,6 @@ class Arrivals:
             return None
 
 
-@dataclass(frozen=True)
-class Question:
-    """An operator's request that waits for its answer."""
-
-    request: ControlRequest
-    query: zenoh.Query
-
-    def answer(self, reply: ControlReply) -> None:
-        """Send the answer."""
-        _answer(self.query, reply)
-
-
 class Hub:
     """The listening session; the busy endpoint is the lock against a second controller.
 
@@ -92,6 +77,7 @@ class Hub:
         source: identity of this controller.
 
     Attributes:
+        requests: of operators.
         followed: identity of the publisher that the cycle follows, by key: of several that are heard, its messages
             are kept.
 
@@ -114,14 +100,12 @@ class Hub:
         self._poses = self._subscribe(key(name, TIP_POSE), QUEUE)
         self._states = self._subscribe(key(name, TENDON_STATE), QUEUE)
         self._truths = self._subscribe(key(name, SIMULATOR_TRUTH), 1)
-        self._questions = self._session.declare_queryable(
-            key(name, f"{CONTROL}/*"), zenoh.handlers.RingChannel(QUEUE), complete=True
-        )
         self._commands = self._session.declare_publisher(
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
         self._status = self._session.declare_publisher(key(name, STATUS), encoding=ENCODING)
         self.source = source or new_source("controller")
+        self.requests = Requests(self._session, name, self.source, config.loop.period)
         self.followed: dict[str, str] = {}
         self._alive = key(name, ALIVE)
         self._tokens = [self._session.liveliness().declare_token(self._alive)]
@@ -183,22 +167,6 @@ class Hub:
                 arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
                 arrivals.detail = arrivals.detail or error.detail
         return newest
-
-    def question(self) -> Question | None:
-        """The next request of an operator, if there is one; an unreadable one is answered here."""
-        for _ in range(QUEUE):
-            if (query := self._questions.try_recv()) is None:
-                break
-            payload = b"" if query.payload is None else query.payload.to_bytes()
-            try:
-                request = decode(ControlRequest, payload)
-            except UnreadableError as error:
-                _answer(query, ControlReply(done=False, message=f"the request is {error.reason} ({error.detail})"))
-                continue
-            if str(query.key_expr).rsplit("/", 1)[-1] == request.action.value:
-                return Question(request, query)
-            _answer(query, ControlReply(done=False, message="the request does not fit its key"))
-        return None
 
     def claim(self) -> None:
         """Be the rig's controller, as which others know this one from now on.
@@ -276,13 +244,6 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
 def _brief(error: zenoh.ZError) -> str:
     """Zenoh's reason without its places in the source."""
     return str(error).split(" at ", 1)[0].strip()
-
-
-def _answer(query: zenoh.Query, reply: ControlReply) -> None:
-    """Answer a query; an operator who has gone away meanwhile is not missed."""
-    with suppress(zenoh.ZError):
-        query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-    query.drop()
 
 
 def _payload(sample: zenoh.Sample) -> bytes:

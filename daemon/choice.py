@@ -17,6 +17,29 @@ from tendond.schemas.config_reference import ReferenceSection
 if TYPE_CHECKING:
     from tendond.daemon.state import CycleSetup
 
+Planned = Reference | Course
+
+
+class Plans:
+    """References that were planned beforehand: what `Choice.with_reference` would make, which takes long to compute.
+
+    It holds the newest one only. A plan is the same whoever makes it, so it changes what a cycle takes, not what it
+    gives.
+    """
+
+    def __init__(self) -> None:
+        self._plan: tuple[str, ReferenceSection, Planned] | None = None
+
+    def keep(self, law: str, section: ReferenceSection, reference: Planned) -> None:
+        """Remember a plan for a law and a [reference]."""
+        self._plan = (law, section, reference)
+
+    def find(self, law: str, section: ReferenceSection) -> Planned | None:
+        """The plan for a law and a [reference], if that is the one here."""
+        if self._plan is None or self._plan[:2] != (law, section):
+            return None
+        return self._plan[2]
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -34,7 +57,7 @@ class Choice:
     law: Law
     parameters: LawParameters
     allocation: Allocation | None
-    reference: Reference | Course
+    reference: Planned
 
     @staticmethod
     def from_config(config: RigConfig, rod: Rod) -> "Choice":
@@ -69,30 +92,39 @@ class Choice:
         )
         return choice if section == choice.section else choice.with_reference(setup.config, setup.rod, section)
 
-    def with_law(self, config: RigConfig, name: str) -> "Choice":
+    def with_law(self, config: RigConfig, name: str, section: ReferenceSection | None = None) -> "Choice":
         """Another law, with the configuration's parameters.
+
+        Args:
+            config: of the rig.
+            name: of the law.
+            section: of the reference that it is to go with; left out: the present one.
 
         Raises:
             LawError: an unknown law, or one that does not go with the reference or the tendons.
         """
         law, parameters = select_law(name, config.control.laws)
-        _check(law, self.section)
+        _check(law, section or self.section)
         return replace(self, law_name=name, law=law, parameters=parameters, allocation=_allocation(config, law))
 
-    def with_reference(self, config: RigConfig, rod: Rod, section: ReferenceSection) -> "Choice":
-        """Another reference; the curve of resting tips, which takes long to compute, stays.
+    def with_reference(
+        self, config: RigConfig, rod: Rod, section: ReferenceSection, plans: Plans | None = None
+    ) -> "Choice":
+        """Another reference, planned here where `plans` does not have it; the curve of resting tips stays.
 
         Raises:
             LawError: the law does not follow such references.
             TargetError: the rod cannot reach it.
         """
         _check(self.law, section)
+        if plans is not None and (planned := plans.find(self.law_name, section)) is not None:
+            return replace(self, section=section, reference=planned)
         changed = config.model_copy(update={"reference": section})
         curve = self.reference.curve if isinstance(self.reference, Reference) else None
         return replace(self, section=section, reference=_build(changed, rod, curve, self.allocation))
 
 
-def _build(config: RigConfig, rod: Rod, curve: StaticCurve | None, allocation: Allocation | None) -> Reference | Course:
+def _build(config: RigConfig, rod: Rod, curve: StaticCurve | None, allocation: Allocation | None) -> Planned:
     if allocation is not None and config.reference.in_space:
         return build_course(config, rod, allocation)
     return build_reference(config, rod, curve)

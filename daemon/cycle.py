@@ -104,7 +104,7 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         displacement = command = np.zeros_like(command)
         state = changed(state, commanded=command, tension=command, wound=command)
     lagging = bool(wound.met) and state.mode not in ACTIVE
-    slip = _slip(setup, state, elapsed, None if met else observation, reference)
+    slip = _slip(setup, state, elapsed, None if _held_back(met) else observation, reference)
     last = changed(
         state,
         tick=state.tick + 1,
@@ -112,7 +112,7 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         displacement=displacement,
         lagging=lagging,
         slip=slip,
-        runs=changed(state.runs, limited=state.runs.limited + 1 if met else 0),
+        runs=changed(state.runs, limited=state.runs.limited + 1 if _held_back(met) else 0),
     )
     return Response(
         state=last,
@@ -300,6 +300,11 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
             error = str(failure)
     runs = changed(state.runs, solver_failures=state.runs.solver_failures + 1)
     return changed(state, runs=runs), error
+
+
+def _held_back(met: tuple[str, ...]) -> bool:
+    """Whether a limit keeps a command from what the law wants; the least tension only keeps the others taut."""
+    return any(name != "tension min" for name in met)
 
 
 def _finite(values: Array) -> bool:

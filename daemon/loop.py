@@ -9,19 +9,21 @@ from contextlib import suppress
 import numpy as np
 
 from tendond.daemon.admission import describe_refusals
-from tendond.daemon.bus import Arrivals, Hub, Question
+from tendond.daemon.bus import Arrivals, Hub
 from tendond.daemon.cycle import respond
+from tendond.daemon.desk import Desk
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.health import Health
 from tendond.daemon.journal import Journal
 from tendond.daemon.modes import ACTIVE, is_taut
 from tendond.daemon.pacing import Pacer
+from tendond.daemon.planner import Planner
 from tendond.daemon.practice import practise
 from tendond.daemon.sources import Sources
 from tendond.daemon.state import CycleSetup, CycleState
 from tendond.daemon.write_record import Response, write_record
 from tendond.notify import Supervisor
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status, TendonCommand, TipPose
+from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import decode, encode
 
@@ -41,6 +43,7 @@ class Loop:
         hub: open.
         journal: where the records go.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
+        planner: of references; without one they are planned in the cycle.
         supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
     """
 
@@ -51,12 +54,14 @@ class Loop:
         journal: Journal,
         arm_at: int | None = None,
         supervisor: Supervisor | None = None,
+        planner: Planner | None = None,
     ) -> None:
         self._setup = setup
         self._hub = hub
         self._journal = journal
         self._arm_at = arm_at
         self._supervisor = supervisor or Supervisor({})
+        self._desk = Desk(setup, hub.requests, planner)
         self._health = Health()
         self._status_seq = 0
         self._malformed_said = False
@@ -96,7 +101,7 @@ class Loop:
         finally:
             gc.enable()
             self._supervisor.stopping()
-            self._hub.publish_last(_slack(self._setup, self._health.cycles))
+            self._hub.publish_last(_slack(self._setup, self._next_seq))
 
     def rehearse(self, arrivals: Arrivals) -> None:
         """The coming cycle on what has arrived so far: if nothing else comes, its command is ready at the deadline.
@@ -113,17 +118,29 @@ class Loop:
                 pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
                 encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
 
+    @property
+    def _next_seq(self) -> int:
+        """Count of the next command: drivers drop one whose count does not increase."""
+        return 0 if self._hub.last_command is None else self._hub.last_command.seq + 1
+
     def _let_go(self) -> None:
-        """Release the tendons without the cycle, along a ramp, from what was commanded last."""
-        config, tension, displacement = self._setup.config, self._state.tension, self._state.displacement
+        """Release the tendons without the cycle, along a ramp, from what was commanded last.
+
+        The ramp is `limits.release_rate`, or as steep as it must be to end within `RELEASE_SECONDS`.
+        """
+        config, last = self._setup.config, self._hub.last_command
+        if last is None or not last.armed:
+            return
+        tension, displacement = np.array(last.tension), np.array(last.displacement)
+        rate = max(config.limits.release_rate, float(np.max(tension)) / RELEASE_SECONDS)
         while np.any(tension > 0.0):
-            less = np.maximum(tension - config.limits.release_rate * config.loop.period, 0.0)
+            less = np.maximum(tension - rate * config.loop.period, 0.0)
             left = float(np.sum(less) / np.sum(tension))
             displacement = np.where(displacement > 0.0, left * displacement, displacement)
             tension = less
             self._hub.publish_command(
                 TendonCommand(
-                    seq=self._health.cycles,
+                    seq=self._next_seq,
                     stamp_ns=time.monotonic_ns(),
                     pose_seq=None,
                     displacement=tuple(displacement.tolist()),
@@ -137,7 +154,7 @@ class Loop:
         seen: object = None  # by whoever watches the status
         next_status = 0.0
         give_up: float | None = None
-        question: Question | None = None
+        self._desk.open(time.monotonic())
         while cycles is None or self._health.cycles < cycles:
             stopping = stopped()
             if stopping:
@@ -148,21 +165,18 @@ class Loop:
             wake = pacer.wait()
             if wake is None:
                 break
-            question = question or self._hub.question()
-            request = None if question is None else question.request
-            requested = None if request is None else request.action
+            own = None
             if stopping and self._state.mode in ACTIVE:
-                requested = ControlAction.STOP
+                own = ControlAction.STOP
             elif self._state.tick == self._arm_at:
-                requested = ControlAction.ARM
+                own = ControlAction.ARM
+            requested, request = self._desk.take(time.monotonic(), self._state, own)
             response = None
             if requested is None and not wake.missed_ticks:
                 response = self._ready(wake.arrivals)
             ahead = response is not None
             if response is None:
-                asked = request if request is not None and request.action is requested else None
-                inputs = _inputs(wake.arrivals, requested, asked, wake.missed_ticks)
-                response = respond(self._setup, self._state, inputs)
+                response = self._respond(_inputs(wake.arrivals, requested, request, wake.missed_ticks))
             self._state, self._rehearsed = response.state, None
             self._hub.followed = {topic: source.name for topic, source in self._state.sources.followed.items()}
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
@@ -172,9 +186,7 @@ class Loop:
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
-            if question is not None and question.request.action is requested:
-                question.answer(ControlReply(done=record.accepted, message=record.reply, status=self._status(record)))
-                question = None
+            self._desk.answer(record, lambda record=record: self._status(record))  # type: ignore[misc]
             timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,
@@ -203,6 +215,18 @@ class Loop:
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
 
+    def _respond(self, inputs: CycleInputs) -> Response:
+        """The cycle on its inputs; a request that it cannot take is answered with the reason and left out."""
+        try:
+            return respond(self._setup, self._state, inputs)
+        except Exception as error:
+            if inputs.request is None:
+                raise
+            self._desk.fail(error)
+            self._journal.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
+            without = {"request": None, "law": None, "reference": None}
+            return respond(self._setup, self._state, inputs.model_copy(update=without))
+
     def _ready(self, arrivals: Arrivals) -> Response | None:
         """The rehearsal's response, if nothing has come in since."""
         if self._rehearsed is None:
@@ -224,7 +248,8 @@ class Loop:
             feedback=control.feedback,
             tip=record.measured,
             target=record.reference.target,
-            tension=record.tension,
+            tension=record.command.tension,
+            tension_estimate=record.tension,
             displacement=record.command.displacement,
             rejected=self._state.rejected,
             sources=_names(self._state.sources),

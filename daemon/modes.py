@@ -126,7 +126,7 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
             choice = state.choice.with_law(setup.config, inputs.law)
             done = f"law: {inputs.law}"
         elif inputs.reference is not None:
-            choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference)
+            choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
             x, y, z = choice.reference.target
             remarks = [*choice.reference.notes, haste(choice.reference, setup.config.limits)]
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"

@@ -35,6 +35,93 @@ SETTLED_COURSE = 0.999
 """Part of the way from which on the along component of a target 'across' lets itself be moved by loads."""
 
 
+Progress = Callable[[float], tuple[float, float, float]]
+"""Part of the way against time, with two derivatives."""
+
+Course = Callable[[float], tuple[Pair, Pair, Pair]]
+"""Time [s] to position, velocity, acceleration [m, m/s, m/s^2] in the plane; data, as all that a reference holds."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        return 1.0, 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    rate: float
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        rate = self.rate
+        rest = math.exp(-rate * time)
+        return 1.0 - rest, rate * rest, -(rate**2) * rest
+
+
+@dataclass(frozen=True)
+class _MinimumJerk:
+    """Flash & Hogan 1985: 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
+
+    duration: float
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        duration = self.duration
+        t = min(time / duration, 1.0)
+        return (
+            t**3 * (10.0 - 15.0 * t + 6.0 * t**2),
+            30.0 * t**2 * (1.0 - t) ** 2 / duration,
+            60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / duration**2,
+        )
+
+
+@dataclass(frozen=True)
+class _Direct:
+    """Across from zero, along at its target at once."""
+
+    progress: Progress
+    across: float
+    along: float
+
+    def __call__(self, time: float) -> tuple[Pair, Pair, Pair]:
+        f, f1, f2 = self.progress(time)
+        return (f * self.across, self.along), (f1 * self.across, 0.0), (f2 * self.across, 0.0)
+
+
+class _Along:
+    """Along the curve of resting tips, from one arc of it by a length."""
+
+    def __init__(self, progress: Progress, curve: StaticCurve, start: float, way: float) -> None:
+        self._made_of = (progress, curve, start, way)
+        self._progress, self._start, self._way = progress, start, way
+        self._point_at, self._end = by_point(curve.spline), curve.length
+
+    def __reduce__(self) -> tuple[type["_Along"], tuple[Progress, StaticCurve, float, float]]:
+        return _Along, self._made_of
+
+    def __call__(self, time: float) -> tuple[Pair, Pair, Pair]:
+        f, f1, f2 = self._progress(time)
+        way = self._way
+        p, (a, b), (c, d) = self._point_at(min(max(self._start + f * way, 0.0), self._end))
+        speed, bend, push = f1 * way, (f1 * way) ** 2, f2 * way
+        return p, (a * speed, b * speed), (c * bend + a * push, d * bend + b * push)
+
+
+class _Sampled:
+    """Through samples, and at rest after the last."""
+
+    def __init__(self, spline: CubicSpline, end: float, last: Pair) -> None:
+        self._made_of = (spline, end, last)
+        self._point_at, self._end, self._last = by_point(spline), end, last
+
+    def __reduce__(self) -> tuple[type["_Sampled"], tuple[CubicSpline, float, Pair]]:
+        return _Sampled, self._made_of
+
+    def __call__(self, time: float) -> tuple[Pair, Pair, Pair]:
+        if time >= self._end:
+            return self._last, (0.0, 0.0), (0.0, 0.0)
+        return self._point_at(time)
+
+
 @dataclass(frozen=True)
 class Reference:
     """A course in time.
@@ -53,7 +140,7 @@ class Reference:
     arc: float | None
     curve: StaticCurve
     yields: bool
-    course: Callable[[float], tuple[Pair, Pair, Pair]]
+    course: Course
     arrival: float
     notes: tuple[str, ...] = ()
     aim: str = "position"
@@ -117,22 +204,12 @@ def build_reference(config: RigConfig, rod: Rod, curve: StaticCurve | None = Non
     point, arc = _resolve(section, curve)
     across, along = point.tolist()
     progress, arrival = _progress(section)
+    course: Course
     if section.path == "direct" or arc is None:
-
-        def course(time: float) -> tuple[Pair, Pair, Pair]:
-            f, f1, f2 = progress(time)
-            return (f * across, along), (f1 * across, 0.0), (f2 * across, 0.0)
-
+        course = _Direct(progress, across, along)
     else:
         start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
-        way, point_at, end_arc = arc - start_arc, by_point(curve.spline), curve.length
-
-        def course(time: float) -> tuple[Pair, Pair, Pair]:
-            f, f1, f2 = progress(time)
-            p, (a, b), (c, d) = point_at(min(max(start_arc + f * way, 0.0), end_arc))
-            speed, bend, push = f1 * way, (f1 * way) ** 2, f2 * way
-            return p, (a * speed, b * speed), (c * bend + a * push, d * bend + b * push)
-
+        course = _Along(progress, curve, start_arc, arc - start_arc)
     yields = section.target_name == "across"
     return Reference(in_world((across, along), axes), arc, curve, yields, course, arrival)
 
@@ -194,30 +271,13 @@ def _angle(section: ReferenceSection, curve: StaticCurve) -> float:
     return angle + 2.0 * math.pi * round((0.5 * float(curve.angle[-1]) - angle) / (2.0 * math.pi))
 
 
-def _progress(section: ReferenceSection) -> tuple[Callable[[float], tuple[float, float, float]], float]:
+def _progress(section: ReferenceSection) -> tuple[Progress, float]:
     """Part of the way against time, with two derivatives; and the time of arrival [s]."""
     if section.kind == "step":
-        return lambda time: (1.0, 0.0, 0.0), 0.0
+        return _Step(), 0.0
     if section.kind == "exponential":
-        rate = section.rate
-
-        def exponential(time: float) -> tuple[float, float, float]:
-            rest = math.exp(-rate * time)
-            return 1.0 - rest, rate * rest, -(rate**2) * rest
-
-        return exponential, -math.log(1.0 - SETTLED_COURSE) / rate
-    duration = section.duration
-
-    def minimum_jerk(time: float) -> tuple[float, float, float]:
-        """Flash & Hogan 1985: 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
-        t = min(time / duration, 1.0)
-        return (
-            t**3 * (10.0 - 15.0 * t + 6.0 * t**2),
-            30.0 * t**2 * (1.0 - t) ** 2 / duration,
-            60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / duration**2,
-        )
-
-    return minimum_jerk, duration
+        return _Exponential(section.rate), -math.log(1.0 - SETTLED_COURSE) / section.rate
+    return _MinimumJerk(section.duration), section.duration
 
 
 def _sampled(section: ReferenceSection, curve: StaticCurve) -> Reference:
@@ -237,13 +297,5 @@ def _sampled(section: ReferenceSection, curve: StaticCurve) -> Reference:
                 "reference.unreachable = 'track'"
             )
     spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="clamped")
-    end = float(table[-1, 0])
-
-    last, point_at = (float(table[-1, 1]), float(table[-1, 2])), by_point(spline)
-
-    def course(time: float) -> tuple[Pair, Pair, Pair]:
-        if time >= end:
-            return last, (0.0, 0.0), (0.0, 0.0)
-        return point_at(time)
-
-    return Reference(in_world(last, curve.axes), None, curve, False, course, end)
+    end, last = float(table[-1, 0]), (float(table[-1, 1]), float(table[-1, 2]))
+    return Reference(in_world(last, curve.axes), None, curve, False, _Sampled(spline, end, last), end)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.actuation import lag_share
-from tendond.daemon.choice import Choice
+from tendond.daemon.choice import Choice, Plans
 from tendond.daemon.commissioning.averages import RESTLESS, RestWatch
 from tendond.daemon.commissioning.probe import Probe, ProbePlan
 from tendond.daemon.commissioning.rests import RestFamily, configured_rests
@@ -62,6 +62,7 @@ class CycleSetup:
         thresholds: of faults, in cycles.
         rests: that a right rig may have; none: they are not compared.
         probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
+        plans: references that were planned beforehand.
     """
 
     config: RigConfig
@@ -73,6 +74,7 @@ class CycleSetup:
     rests: RestFamily | None
     probe: ProbePlan
     probe_limits: LimitsSection
+    plans: Plans = field(default_factory=Plans)
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":

@@ -69,6 +69,8 @@ class ReferenceSection(SpaceKeys):
             raise ValueError(f"give one target, not {' and '.join(given)}")
         elif self.samples or self.file:
             raise ValueError("samples and file go with kind = 'samples'")
+        if self.kind == "line" and len(self.start) != len(self.end):
+            raise ValueError("start and end of a line must both have two numbers, or both three")
         return self
 
     @property

@@ -162,7 +162,7 @@ class Status(Message):
         law, feedback: in use.
         tip: as the controller sees it [m]; none before the first pose.
         target: of the reference [m].
-        tension: commanded [N].
+        tension: commanded [N]; tension_estimate: that the actuators are estimated to apply, and the model is given [N].
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
         sources: publishers that are followed, by key, and others that were heard just now.
@@ -179,6 +179,7 @@ class Status(Message):
     tip: Vector3 | None
     target: Vector3
     tension: PerTendon
+    tension_estimate: PerTendon = ()
     displacement: PerTendon
     rejected: dict[str, int]
     sources: dict[str, tuple[str, ...]] = Field(default_factory=dict)
@@ -205,6 +206,10 @@ class ControlRequest(Schema):
         action: what is asked for.
         law: to select, with the action `law`.
         reference: to set, with the action `reference`; its samples in it, not in a file.
+        controller: identity of the controller that it is meant for, as its status has it; empty: of any.
+        deadline_ns: time on that controller's monotonic clock [ns], the one of its status' `stamp_ns`, after which the
+            sender has given up: the request is then refused. Without one, a request that may have waited for half a
+            second is refused. A stop is carried out however late it comes.
     """
 
     REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
@@ -213,6 +218,8 @@ class ControlRequest(Schema):
     action: ControlAction
     law: Annotated[str, Field(max_length=64)] | None = None
     reference: ReferenceSection | None = None
+    controller: Annotated[str, Field(max_length=64)] = ""
+    deadline_ns: Annotated[int, Field(ge=0)] | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> "ControlRequest":

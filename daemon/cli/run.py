@@ -1,6 +1,7 @@
 """`tendond run`: the controller."""
 
 import os
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from tendond.daemon.haste import haste
 from tendond.daemon.journal import Journal
 from tendond.daemon.loop import Loop
 from tendond.daemon.pacing import Clock, Lockstep, Pacer
+from tendond.daemon.planner import Planner
 from tendond.daemon.realtime import be_prompt, become_punctual
 from tendond.daemon.retention import retention
 from tendond.daemon.state import CycleSetup
@@ -49,9 +51,10 @@ def run_controller(
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
     written = Journal(log_file, config, setup.rod, calibration=calibration, notes=notes, retention=kept)
-    with Hub(config) as hub, written as journal:
+    # The planner is forked, so it comes before there is a thread.
+    with closing(Planner(setup)) as planner, Hub(config) as hub, written as journal:
         supervisor = Supervisor()
-        loop = Loop(setup, hub, journal, arm_at, supervisor)
+        loop = Loop(setup, hub, journal, arm_at, supervisor, planner)
         try:
             state = loop.warm()
         except ModelError as error:

@@ -25,6 +25,10 @@ LOOKS = 40
 """Per unit of a way."""
 
 
+Progress = Callable[[float], tuple[float, float, float]]
+"""Time [s] to the place on a way, with two derivatives by time; data, so that another process can be sent a course."""
+
+
 @dataclass(frozen=True)
 class Timing:
     """Progress along a way.
@@ -35,15 +39,18 @@ class Timing:
         slowed: factor by which it takes longer than asked for.
     """
 
-    progress: Callable[[float], tuple[float, float, float]]
+    progress: Progress
     end: float
     slowed: float
 
 
-def minimum_jerk(length: float, duration: float) -> Timing:
-    """From 0 to `length` (Flash & Hogan 1985): 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
+@dataclass(frozen=True)
+class _MinimumJerk:
+    length: float
+    duration: float
 
-    def progress(time: float) -> tuple[float, float, float]:
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        length, duration = self.length, self.duration
         t = min(max(time / duration, 0.0), 1.0)
         return (
             length * t**3 * (10.0 - 15.0 * t + 6.0 * t * t),
@@ -51,7 +58,49 @@ def minimum_jerk(length: float, duration: float) -> Timing:
             length * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / duration**2,
         )
 
-    return Timing(progress, duration, 1.0)
+
+@dataclass(frozen=True)
+class _Steady:
+    length: float
+    ramp: float
+    top: float
+    end: float
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        time = min(max(time, 0.0), self.end)
+        if time <= 0.5 * self.end:
+            return self._half(time)
+        way, speed, acceleration = self._half(self.end - time)
+        return self.length - way, speed, -acceleration
+
+    def _half(self, time: float) -> tuple[float, float, float]:
+        ramp, top = self.ramp, self.top
+        t = min(time / ramp, 1.0)
+        way = top * ramp * (t**3 - 0.5 * t**4) + top * max(0.0, time - ramp)
+        return way, top * t * t * (3.0 - 2.0 * t), top * 6.0 * t * (1.0 - t) / ramp
+
+
+@dataclass(frozen=True)
+class _AsGiven:
+    end: float
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        return (time, 1.0, 0.0) if time < self.end else (self.end, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class _Slower:
+    progress: Progress
+    factor: float
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        place, speed, acceleration = self.progress(time / self.factor)
+        return place, speed / self.factor, acceleration / self.factor**2
+
+
+def minimum_jerk(length: float, duration: float) -> Timing:
+    """From 0 to `length` (Flash & Hogan 1985): 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
+    return Timing(_MinimumJerk(length, duration), duration, 1.0)
 
 
 def steady(length: float, period: float) -> Timing:
@@ -59,27 +108,14 @@ def steady(length: float, period: float) -> Timing:
 
     The speed rises as 3 t^2 - 2 t^3, so that the acceleration has no jump.
     """
-    ramp, top = 0.5 * period, 1.0 / period
+    ramp = 0.5 * period
     end = length * period + ramp
-
-    def half(time: float) -> tuple[float, float, float]:
-        t = min(time / ramp, 1.0)
-        way = top * ramp * (t**3 - 0.5 * t**4) + top * max(0.0, time - ramp)
-        return way, top * t * t * (3.0 - 2.0 * t), top * 6.0 * t * (1.0 - t) / ramp
-
-    def progress(time: float) -> tuple[float, float, float]:
-        time = min(max(time, 0.0), end)
-        if time <= 0.5 * end:
-            return half(time)
-        way, speed, acceleration = half(end - time)
-        return length - way, speed, -acceleration
-
-    return Timing(progress, end, 1.0)
+    return Timing(_Steady(length, ramp, 1.0 / period, end), end, 1.0)
 
 
 def as_given(end: float) -> Timing:
     """The way's parameter is time [s] itself."""
-    return Timing(lambda time: (time, 1.0, 0.0) if time < end else (end, 0.0, 0.0), end, 1.0)
+    return Timing(_AsGiven(end), end, 1.0)
 
 
 def slow_down(timing: Timing, way: Way, allocation: Allocation, rate: float, relaxation: float) -> tuple[Timing, str]:
@@ -117,10 +153,4 @@ def slow_down(timing: Timing, way: Way, allocation: Allocation, rate: float, rel
     if slowed == 1.0:
         return timing, ""
     cause = "limits.displacement_rate" if by_rate >= by_tension else "limits.tension_max"
-    progress = timing.progress
-
-    def slower(time: float) -> tuple[float, float, float]:
-        place, speed, acceleration = progress(time / slowed)
-        return place, speed / slowed, acceleration / slowed**2
-
-    return Timing(slower, timing.end * slowed, slowed), cause
+    return Timing(_Slower(timing.progress, slowed), timing.end * slowed, slowed), cause

@@ -103,7 +103,7 @@ def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: Be
         (lambda pose: [b"{"], "bad poses: "),
         (
             lambda pose: [moved(pose, (pose.position[0], pose.position[1] + 0.5, pose.position[2]))],
-            "teleport: 5 poses ",
+            "teleport: poses beyond ",
         ),
         (lambda pose: [pose.model_copy(update={"valid": False})], "occluded: the tip was not seen for "),
         (lambda pose: [pose.model_copy(update={"seq": 3})], "bad poses: "),

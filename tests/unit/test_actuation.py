@@ -113,3 +113,19 @@ def test_a_slow_servo_slows_the_bend_down_and_does_not_stop_it() -> None:
     assert records[-1].measured[0] == pytest.approx(0.34, abs=1e-3)
     limited = sum("displacement rate" in record.limited for record in records)
     assert 55 <= limited <= 90
+
+
+@pytest.mark.parametrize("least", [0.5, 40.0])
+def test_the_least_tension_is_reached_at_the_rate_and_not_at_once(least: float) -> None:
+    config = parse_config(f"[limits]\ntension_min = {least}\ntension_rate = 100.0\n", "test")
+    records = list(closed_loop(config, 100, {5: ControlAction.ARM}))
+    tensions = np.array([record.command.tension for record in records])
+    assert np.max(np.abs(np.diff(tensions, axis=0))) <= 100.0 * PERIOD + 1e-9
+    assert np.min(tensions[60]) == pytest.approx(least)
+    assert records[-1].mode is Mode.TRACKING
+
+
+def test_other_tendons_at_their_least_tension_are_no_fault() -> None:
+    config = parse_config("[limits]\ntension_min = 0.5\n", "test")
+    *_, last = closed_loop(config, 300, {5: ControlAction.ARM})
+    assert (last.mode, last.limited) == (Mode.TRACKING, ("tension min",))

@@ -10,9 +10,11 @@ from tendond.drivers.followed import Followed
 from tendond.schemas.keys import ALIVE, TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
-from tests.unit.cycles import CONFIG, REST
+from tests.unit.cycles import CONFIG, REST, UPRIGHT
 
-SETUP = CycleSetup.from_config(CONFIG)
+UNCHECKED = CONFIG.commissioning.model_copy(update={"rest": False})
+SETUP = CycleSetup.from_config(CONFIG.model_copy(update={"commissioning": UNCHECKED}))
+"""Rests are compared after some poses; here arming is to depend on sources alone."""
 FOUR = (0.0,) * 4
 
 
@@ -25,9 +27,7 @@ class Bench:
 
     def pose(self, source: str, start: int = 1) -> TipPose:
         self.counts[source] = self.counts.get(source, start - 1) + 1
-        return TipPose(
-            seq=self.counts[source], stamp_ns=0, position=REST, orientation=(1.0, 0.0, 0.0, 0.0), source=source
-        )
+        return TipPose(seq=self.counts[source], stamp_ns=0, position=REST, orientation=UPRIGHT, source=source)
 
     def tendons(self, source: str) -> TendonState:
         name = f"{source}/t"
@@ -104,9 +104,7 @@ def test_two_publishers_without_names_are_told_apart_by_their_counts() -> None:
     bench = Bench()
     seen: set[str] = set()
     for tick in range(2 * SETUP.thresholds.pose_timeout):
-        pose = TipPose(
-            seq=tick + (5000 if tick % 2 else 0), stamp_ns=0, position=REST, orientation=(1.0, 0.0, 0.0, 0.0)
-        )
+        pose = TipPose(seq=tick + (5000 if tick % 2 else 0), stamp_ns=0, position=REST, orientation=UPRIGHT)
         seen.update(bench.go(pose=pose).rejected)
     assert seen == {"count starts anew"}
     assert bench.arm().reply == (
@@ -117,10 +115,10 @@ def test_two_publishers_without_names_are_told_apart_by_their_counts() -> None:
 def test_a_driver_without_a_name_that_starts_anew_is_called_that_and_then_taken_up() -> None:
     bench = Bench()
     for seq in range(1000, 1010):
-        bench.go(pose=TipPose(seq=seq, stamp_ns=0, position=REST, orientation=(1.0, 0.0, 0.0, 0.0)))
+        bench.go(pose=TipPose(seq=seq, stamp_ns=0, position=REST, orientation=UPRIGHT))
     rejected = []
     for seq in range(SETUP.thresholds.pose_timeout + 40):
-        record = bench.go(pose=TipPose(seq=seq, stamp_ns=0, position=REST, orientation=(1.0, 0.0, 0.0, 0.0)))
+        record = bench.go(pose=TipPose(seq=seq, stamp_ns=0, position=REST, orientation=UPRIGHT))
         rejected.append(record.rejected)
     assert set(rejected[: SETUP.thresholds.pose_timeout]) == {("count starts anew",)}
     assert rejected[-1] == ()

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import zenoh
 
-from tendond.daemon.errors import DaemonError
+from tendond.daemon.errors import BusConfigError, DaemonError
 from tendond.daemon.requests import Requests
 from tendond.identity import new_source
 from tendond.schemas.config import RigConfig
@@ -223,18 +223,18 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
 
     Raises:
-        DaemonError: the file cannot be used, or the bus would be open to a network.
+        BusConfigError: the file cannot be used, or the bus would be open to a network.
     """
     path = os.environ.get(CONFIG_VARIABLE)
     try:
         settings = zenoh.Config.from_file(path) if path else zenoh.Config()
     except zenoh.ZError as error:
-        raise DaemonError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
+        raise BusConfigError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
     connects = bool(json.loads(settings.get_json("connect/endpoints")))
     if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):
         way = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
-        raise DaemonError(
+        raise BusConfigError(
             f"{way} is open to the network and has no access list: name a Zenoh configuration with one in "
             "ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
         )

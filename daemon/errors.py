@@ -1,10 +1,15 @@
 """What the daemon raises."""
 
 from tendond import TendondError
+from tendond.schemas.config import ConfigError
 
 
 class DaemonError(TendondError):
     """Base of the daemon's errors: one line that says what, where, and what to do."""
+
+
+class BusConfigError(DaemonError, ConfigError):
+    """A configuration of the bus that cannot work, in whatever file: as with any, starting again does not help."""
 
 
 class LawError(DaemonError):

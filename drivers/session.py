@@ -8,6 +8,7 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
+from tendond.schemas.config import ConfigError
 from tendond.schemas.keys import CONFIG_VARIABLE
 
 RETRY_SECONDS = 0.2
@@ -22,6 +23,10 @@ class BusError(TendondError):
     """The controller cannot be reached."""
 
 
+class BusConfigError(BusError, ConfigError):
+    """The file that ZENOH_CONFIG names cannot be used: as with any configuration, trying again does not help."""
+
+
 class StoppedError(Exception):
     """The process was asked to end while it waited."""
 
@@ -30,7 +35,7 @@ def own_config() -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of credentials and certificates; Zenoh's defaults without it.
 
     Raises:
-        BusError: the file cannot be used.
+        BusConfigError: the file cannot be used.
     """
     path = os.environ.get(CONFIG_VARIABLE)
     if not path:
@@ -38,7 +43,7 @@ def own_config() -> zenoh.Config:
     try:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
-        raise BusError(
+        raise BusConfigError(
             f"ZENOH_CONFIG = {path}: {str(error).split(' at ', 1)[0].strip()}; mend it or unset it"
         ) from error
 

@@ -71,9 +71,9 @@ def _show_renamed(message: Warning | str, *place: object, **more: object) -> Non
 
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
-    warnings.simplefilter("once", RenamedKeyWarning)
-    warnings.showwarning = _show_renamed
     try:
+        warnings.simplefilter("once", RenamedKeyWarning)
+        warnings.showwarning = _show_renamed
         try:
             app()
         finally:

@@ -211,6 +211,41 @@ def test_a_reader_that_leaves_is_no_error() -> None:
     assert process.returncode == 1
 
 
+@pytest.mark.parametrize("seconds", [0.25, 0.4, 0.7, 1.1])
+@pytest.mark.parametrize("command", ["run", "simulate", "arm"])
+def test_ctrl_c_at_any_moment_of_a_start_is_quiet_and_130(command: str, seconds: float, tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text('[bus]\nendpoint = "tcp/127.0.0.1:9"\n')
+    process = subprocess.Popen(
+        [*TENDOND, command, "--config", str(tmp_path / "rig.toml")],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60.0)
+        assert "Traceback" not in said
+        assert process.returncode in (130, 1 if "no controller" in said or "cannot listen" in said else 130), said
+    process.communicate()
+
+
+@pytest.mark.parametrize("command", ["run", "simulate", "arm"])
+@pytest.mark.parametrize("text", [None, "{ this is not json5"], ids=["missing", "broken"])
+def test_a_zenoh_configuration_that_cannot_be_used_is_a_line_and_exit_2(
+    command: str, text: str | None, tmp_path: Path
+) -> None:
+    file = tmp_path / "broken.json5"
+    if text is not None:
+        file.write_text(text)
+    found = subprocess.run(
+        [*TENDOND, command, *(["--cycles", "1"] if command != "arm" else [])],
+        cwd=tmp_path, env={**os.environ, "ZENOH_CONFIG": str(file)}, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert found.returncode == 2
+    (line,) = [line for line in found.stderr.splitlines() if "ZENOH_CONFIG" in line]
+    assert str(file) in line
+    assert "Traceback" not in found.stderr
+
+
 @pytest.mark.parametrize("command", [("simulate",), ("vicon",), ("paper",)], ids=lambda command: command[0])
 def test_ctrl_c_ends_without_a_traceback(command: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text('[bus]\nendpoint = "tcp/127.0.0.1:9"\n[vicon]\nport = 51999\n')

@@ -22,24 +22,6 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 GOAL = 0.9
 
-CYCLE_TESTS = (
-    "test_actuation",
-    "test_cycle",
-    "test_cycle_direct",
-    "test_cycle_faults",
-    "test_cycle_properties",
-    "test_laws",
-    "test_limits",
-    "test_mirrored",
-    "test_missed_ticks",
-    "test_observer",
-    "test_observer_bounds",
-    "test_refusals",
-    "test_safe_command",
-    "test_thresholds",
-)
-DRIVER_TESTS = ("test_servo_limits",)
-
 
 @dataclass(frozen=True)
 class Target:
@@ -49,25 +31,38 @@ class Target:
     tests: tuple[str, ...]
 
 
-def _cycle(*modules: str) -> Target:
-    return Target(modules, tuple(f"tests/unit/{name}.py" for name in CYCLE_TESTS))
+def _target(modules: str, tests: str) -> Target:
+    return Target(tuple(f"{name}.py" for name in modules.split()), tuple(f"tests/{name}.py" for name in tests.split()))
 
 
 TARGETS = {
-    "actuation": _cycle("daemon/actuation.py"),
-    "admission": _cycle("daemon/admission.py"),
-    "modes": _cycle("daemon/modes.py"),
-    "cycle": _cycle("daemon/cycle.py"),
-    "observer": _cycle("model/observer.py", "daemon/outlook.py"),
-    "guard": Target(
-        ("drivers/dynamixel/guard.py",),
-        (
-            *(f"tests/unit/{name}.py" for name in DRIVER_TESTS),
-            "tests/rig/test_servo_driver.py",
-            "tests/rig/test_servo_faults.py",
-            "tests/rig/test_servo_rearming.py",
-        ),
+    "actuation": _target(
+        "daemon/actuation",
+        "unit/test_actuation unit/test_limits unit/test_laws unit/test_cycle_direct unit/test_safe_command",
     ),
+    "admission": _target(
+        "daemon/admission daemon/sources",
+        "unit/test_cycle_faults unit/test_fault_table unit/test_missed_ticks unit/test_refusals unit/test_sources "
+        "unit/test_thresholds",
+    ),
+    "modes": _target(
+        "daemon/modes",
+        "unit/test_cycle unit/test_cycle_faults unit/test_fault_table unit/test_refusals unit/test_sources "
+        "unit/test_probe",
+    ),
+    "cycle": _target(
+        "daemon/cycle",
+        "unit/test_cycle unit/test_cycle_direct unit/test_cycle_faults unit/test_mirrored unit/test_missed_ticks "
+        "unit/test_observer unit/test_safe_command unit/test_thresholds",
+    ),
+    "observer": _target(
+        "model/observer daemon/outlook", "unit/test_observer unit/test_observer_bounds unit/test_cycle"
+    ),
+    "commissioning": _target(
+        "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/rest_check",
+        "unit/test_probe unit/test_rest_check",
+    ),
+    "guard": _target("drivers/dynamixel/guard", "unit/test_servo_guard unit/test_servo_limits"),
 }
 
 SETTINGS = """\

@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel.guard import let_out, limited, standing_fault
+from tendond.drivers.dynamixel import table
+from tendond.drivers.dynamixel.guard import Guard, ReleaseWatch, away_from_zero, let_out, limited, standing_fault
 from tendond.drivers.dynamixel.reading import Reading
 from tendond.drivers.dynamixel.spool import Spool
+from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config_servo import ServoSection
 from tests.rig.servos import calibration
 
@@ -21,6 +23,10 @@ SECTION = ServoSection(
     temperature_max=65.0,
     voltage_min=10.0,
     voltage_max=12.5,
+    home_window=0.01,
+    load_time=0.25,
+    following_error=0.01,
+    following_time=0.5,
 )
 SPOOLS = [Spool(one) for one in calibration().tendons[:2]]
 WELL = Reading(
@@ -110,3 +116,131 @@ def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
 )
 def test_what_is_wrong_with_a_servo_as_it_stands_is_named(changes: dict[str, Any], fault: str) -> None:
     assert standing_fault(SECTION, SPOOLS, [WELL, dataclasses.replace(WELL, **changes)]) == fault
+
+
+def away(displacement: float, others: tuple[float, ...] = ()) -> str:
+    """What is said of the second of two tendons that stands at `displacement` [m]."""
+    located = [Located(SPOOLS[0], 0.0), Located(SPOOLS[1], displacement, others)]
+    readings = [WELL, dataclasses.replace(WELL, position=SPOOLS[1].ticks(displacement))]
+    return away_from_zero(SECTION, located, readings)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_tendon_far_from_its_zero_is_not_switched_on(sign: float) -> None:
+    assert away(sign * 0.0099) == ""
+    assert away(sign * 0.0101) == (
+        f"tendon 1 (servo 2) stands {sign * 10.1:.1f} mm from its zero, servo.home_window is 10 mm: run 'tendond servo "
+        "home'"
+    )
+
+
+def test_a_tendon_of_which_nobody_knows_the_turn_is_not_switched_on() -> None:
+    said = away(0.0, (0.094,))
+    assert said.startswith("tendon 1 (servo 2) ")
+    assert said.endswith(": look, and say it: 'tendond servo home --at 1=MM'")
+    with pytest.raises(ValueError, match="zip"):
+        away_from_zero(SECTION, [Located(SPOOLS[0], 0.0)], [WELL, WELL])
+
+
+LOAD_MAX = (0.5, 0.4)
+
+
+class Watched:
+    """A guard of two servos of which the second changes."""
+
+    def __init__(self) -> None:
+        self.guard = Guard(SECTION, watchdog=10, limits=LOAD_MAX)
+
+    def fault(self, now: float = 0.0, goal: float = 0.0, place: float = 0.0, **changes: Any) -> str:
+        second = dataclasses.replace(WELL, position=SPOOLS[1].ticks(place), **changes)
+        return self.guard.fault(now, SPOOLS, [WELL, second], [0.0, goal])
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({}, ""),
+        ({"hardware_error": 0x20}, "servo 2: Overload Error (bit 5)"),
+        ({"watchdog": table.WATCHDOG_TRIPPED}, "servo 2: its Bus Watchdog has stopped it"),
+        ({"torque": 0}, "servo 2: its torque is off: it has been rebooted or has lost power"),
+        ({"watchdog": 0}, "servo 2: its Bus Watchdog is 0, not 10: was it rebooted?"),
+        ({"watchdog": 11}, "servo 2: its Bus Watchdog is 11, not 10: was it rebooted?"),
+        ({"place": 0.0619, "goal": 0.06}, ""),
+        ({"place": 0.0621, "goal": 0.06}, "tendon 1 (servo 2): stands at 62.1 mm, outside its range"),
+        ({"place": -0.0819, "goal": -0.08}, ""),
+        ({"place": -0.0821, "goal": -0.08}, "tendon 1 (servo 2): stands at -82.1 mm, outside its range"),
+    ],
+)
+def test_what_is_wrong_with_a_servo_that_is_on_is_named_at_once(changes: dict[str, Any], fault: str) -> None:
+    assert Watched().fault(**changes) == fault
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_load_beyond_the_limit_of_its_own_servo_is_borne_for_a_time(sign: int) -> None:
+    watched = Watched()
+    assert watched.fault(100.0, load=sign * 450) == ""
+    assert watched.fault(100.25, load=sign * 450) == ""
+    assert watched.fault(100.26, load=sign * 450) == ("tendon 1 (servo 2): load 45% for 0.25 s, allowed are 40%")
+    watched = Watched()
+    watched.fault(100.0, load=sign * 450)
+    assert watched.fault(100.2, load=sign * 400) == ""  # back at the limit: the time begins anew
+    assert watched.fault(100.3, load=sign * 450) == ""
+    assert watched.fault(100.55, load=sign * 450) == ""
+    assert watched.fault(100.56, load=sign * 450) != ""
+
+
+def test_a_load_far_beyond_the_limit_is_borne_for_one_reading() -> None:
+    watched = Watched()
+    assert watched.fault(100.0, load=560) == ""
+    assert watched.fault(100.01, load=560) == "tendon 1 (servo 2): load 56%, allowed are 40%"
+    watched = Watched()
+    assert watched.fault(100.0, load=550) == ""
+    assert watched.fault(100.01, load=550) == ""
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_tendon_that_does_not_follow_its_goal_is_borne_for_a_time(sign: float) -> None:
+    watched = Watched()
+    assert watched.fault(100.0, goal=sign * 0.0103) == ""
+    assert watched.fault(100.5, goal=sign * 0.0103) == ""
+    assert watched.fault(100.51, goal=sign * 0.0103) == "tendon 1 (servo 2): 10.3 mm from its goal: is it blocked?"
+    watched = Watched()
+    for now in (100.0, 100.51, 102.0):
+        assert watched.fault(now, goal=sign * 0.0099) == ""
+
+
+def test_two_tendons_are_timed_each_for_itself() -> None:
+    guard = Guard(SECTION, watchdog=10, limits=LOAD_MAX)
+    behind, well = [0.02, 0.0], [0.0, 0.0]
+    assert guard.fault(100.0, SPOOLS, [WELL, WELL], behind) == ""
+    assert guard.fault(100.3, SPOOLS, [WELL, WELL], [0.0, 0.02]) == ""
+    assert guard.fault(100.6, SPOOLS, [WELL, WELL], [0.0, 0.02]) == ""
+    assert guard.fault(100.81, SPOOLS, [WELL, WELL], [0.0, 0.02]).startswith("tendon 1 ")
+    for readings, goals in (([WELL], well), ([WELL, WELL], [0.0])):
+        with pytest.raises(ValueError, match="zip"):
+            guard.fault(101.0, SPOOLS, readings, goals)
+
+
+def test_a_load_that_rises_while_its_tendon_is_let_out_is_named() -> None:
+    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    assert watch.rising([0.3, 0.3]) == {}
+    assert watch.rising([0.2, 0.1]) == {}
+    assert watch.rising([0.28, 0.17]) == {}
+    assert watch.rising([0.27, 0.19]) == {1: "its load rises from 10% to 19% while it is let out: is its sign right?"}
+    assert watch.rising([0.29, 0.15]) == {0: "its load rises from 20% to 29% while it is let out: is its sign right?"}
+
+
+def test_a_load_that_is_too_small_to_be_believed_does_not_rise() -> None:
+    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    assert watch.rising([0.0, 0.0]) == {}
+    assert watch.rising([0.139, 0.0]) == {}
+    assert list(watch.rising([0.141, 0.0])) == [0]
+
+
+def test_a_load_beyond_the_limit_while_its_tendon_is_let_out_is_named() -> None:
+    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    assert watch.rising([0.649, 0.549]) == {}
+    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    assert watch.rising([0.66, 0.56]) == {0: "load 66% while it is let out", 1: "load 56% while it is let out"}
+    with pytest.raises(ValueError, match="zip"):
+        watch.rising([0.1])

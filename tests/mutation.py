@@ -5,7 +5,7 @@ the links of `tendond/` to the folders, so it works on a copy in which they are 
 tests: `.venv/bin/pip install mutmut` where it is wanted.
 
 A mutant that no test kills is printed with its difference; the exit status is 1 where fewer than 90 % of a module's are
-killed. What compiled kernels do is not mutated: mutmut leaves decorated functions alone.
+killed. mutmut leaves decorated functions alone: kernels of a module that is mutated are plain functions in the copy.
 """
 
 import argparse
@@ -59,8 +59,8 @@ TARGETS = {
         "model/observer daemon/outlook", "unit/test_observer unit/test_observer_bounds unit/test_cycle"
     ),
     "commissioning": _target(
-        "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/rest_check",
-        "unit/test_probe unit/test_rest_check",
+        "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/verdict",
+        "unit/test_commissioning_numbers unit/test_probe unit/test_rest_check",
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/test_servo_guard unit/test_servo_limits"),
 }
@@ -81,11 +81,14 @@ use_git_change_detection = false
 
 
 def prepare(folder: Path, target: Target) -> None:
-    """Copy the project to `folder`, links as what they point to, with mutmut's settings for a target."""
+    """Copy the project to `folder`, links as what they point to, kernels as Python, with mutmut's settings."""
     for name in ("tendond", "tests", "deploy", "docs", "examples"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("out"))
     shutil.copy(ROOT / "README.md", folder)
     modules = [f"tendond/{path}" for path in target.modules]
+    for module in modules:
+        path = folder / module
+        path.write_text(re.sub(r"^@(kernel|inlined)\n", "", path.read_text(), flags=re.MULTILINE))
     (folder / "pyproject.toml").write_text(SETTINGS.format(modules=modules, tests=list(target.tests)))
 
 
@@ -113,13 +116,17 @@ def difference(folder: Path, name: str) -> str:
     return "\n".join(f"    {line}" for line in lines if re.match(r"[-+](?!--|\+\+)", line))
 
 
-def examine(name: str, target: Target, jobs: int) -> bool:
-    """Run a target and print what became of it; whether the goal is met."""
+def examine(name: str, target: Target, jobs: int, digits: str) -> bool:
+    """Run a target, or the mutants whose number ends in one of `digits`, and print what became of it.
+
+    Returns:
+        Whether the goal is met.
+    """
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         prepare(folder, target)
-        mutmut(folder, "run", "--max-children", str(jobs))
-        found = verdicts(folder)
+        mutmut(folder, "run", "--max-children", str(jobs), *(f"*{digit}" for digit in digits))
+        found = {mutant: verdict for mutant, verdict in verdicts(folder).items() if verdict != "not checked"}
         counts = Counter(found.values())
         killed = counts["killed"] + counts["timeout"]
         print(f"{name}: {killed} of {len(found)} killed, {killed / len(found):.1%}", flush=True)
@@ -134,12 +141,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(TARGETS)} (default: all)")
     parser.add_argument("--jobs", type=int, default=1, help="mutants at once (default: 1)")
+    parser.add_argument("--digits", default="", help="a sample: mutants whose number ends in one of them, as in 37")
     options = parser.parse_args(arguments)
     if unknown := set(options.targets) - set(TARGETS):
         parser.error(f"no target is called {', '.join(sorted(unknown))}; choose of {', '.join(TARGETS)}")
     if find_spec("mutmut") is None:
         parser.error("mutmut is not installed: run '.venv/bin/pip install mutmut'")
-    met = [examine(name, TARGETS[name], options.jobs) for name in options.targets or TARGETS]
+    met = [examine(name, TARGETS[name], options.jobs, options.digits) for name in options.targets or TARGETS]
     return 0 if all(met) else 1
 
 

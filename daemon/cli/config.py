@@ -21,8 +21,14 @@ from tendond.schemas.toml_lines import key_lines, line_of
 INCOMPLETE = "what depends on several keys is looked at once these are mended"
 
 
-def run_check(file: Path | None, profile: str | None, *, as_json: bool) -> None:
+def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: bool = True) -> None:
     """Print everything that is wrong; see `tendond config check --help`.
+
+    Args:
+        file: of the configuration.
+        profile: instead of it.
+        as_json: for programs.
+        model: look with the rod's model, too; its kernels may have to be compiled.
 
     Raises:
         ConfigError: something is, and text is wanted.
@@ -41,7 +47,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool) -> None:
         else:
             wrong = [Objection("", "", text)]
     else:
-        wrong = _located([*_law_objections(config.control), *_start_objections(config)], file)
+        wrong = _located([*_law_objections(config.control), *(_start_objections(config) if model else ())], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += _notes(config, file)
     if as_json:

@@ -27,6 +27,9 @@ def config_check(
     file: File = None,
     config: Config = None,
     profile: Profile = None,
+    model: Annotated[
+        bool, typer.Option("--model/--no-model", help="Look with the rod's model, too; it may have to be compiled.")
+    ] = True,
     json: Json = False,
 ) -> None:
     """Say everything that is wrong with a configuration.
@@ -39,7 +42,28 @@ def config_check(
     """
     from tendond.daemon.cli.config import run_check
 
-    run_check(_chosen(file, config), profile, as_json=json)
+    run_check(_chosen(file, config), profile, as_json=json, model=model)
+
+
+@config.command("has")
+def config_has(
+    section: Annotated[str, typer.Argument(help="Its name, as vicon or servo.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],
+    or_unreadable: Annotated[
+        bool, typer.Option("--or-unreadable", help="Exit with 0 as well where the file cannot be read.")
+    ] = False,
+) -> None:
+    """Tell whether a configuration has a section.
+
+    However it is spelled, and in whatever file that it includes. Exit status 0: it has; 1: it has none; 2: it cannot
+    be read. Keys and values are not looked at. Units ask this before they start a driver, with --or-unreadable, so that
+    the driver is the one to say what is wrong with the file.
+
+    Example: tendond config has vicon rig.toml
+    """
+    from tendond.daemon.cli.config_has import run_has
+
+    run_has(section, file, or_unreadable=or_unreadable)
 
 
 @config.command("show")

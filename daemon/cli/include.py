@@ -40,18 +40,41 @@ def parse_with_includes(text: str, path: Path) -> RigConfig:
         return parse_config(text, str(path))
     if INCLUDE not in own:
         return parse_config(text, str(path))
-    names = own.pop(INCLUDE)
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ConfigError(f'{path}: {INCLUDE}: must be a list of file names, for instance ["identified.toml"]')
-    files = {path.parent / name: _tables(path.parent / name) for name in names}
-    merged: Tables = {}
-    for tables in (*files.values(), own):
-        merged = _over(merged, tables)
+    files = _included(own.pop(INCLUDE), path)
+    merged = _merged(own, files)
     try:
         return check_config(merged, str(path))
     except ConfigError as error:
         lines = [_renamed(line, path, own, files) for line in str(error).splitlines()]
         raise ConfigError("\n".join(lines)) from error
+
+
+def sections(path: Path) -> set[str]:
+    """Names of the sections in a configuration and what it includes; their keys and values are not looked at.
+
+    Raises:
+        ConfigError: a file cannot be read, or is no TOML.
+    """
+    try:
+        own: Tables = tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: is no TOML: {error}") from error
+    files = _included(own.pop(INCLUDE), path) if INCLUDE in own else {}
+    return {name for name, value in _merged(own, files).items() if isinstance(value, dict)}
+
+
+def _included(names: Any, path: Path) -> dict[Path, Tables]:
+    """The tables of the files that a configuration includes, by their paths."""
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ConfigError(f'{path}: {INCLUDE}: must be a list of file names, for instance ["identified.toml"]')
+    return {path.parent / name: _tables(path.parent / name) for name in names}
+
+
+def _merged(own: Tables, files: dict[Path, Tables]) -> Tables:
+    merged: Tables = {}
+    for tables in (*files.values(), own):
+        merged = _over(merged, tables)
+    return merged
 
 
 def _tables(path: Path) -> Tables:

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tendond import __version__
+from tendond.daemon.cli.include import parse_with_includes
 from tendond.schemas.config import parse_config
 from tests.rig.tracker import free_port
 
@@ -123,15 +124,55 @@ def test_the_doctor_examines_the_new_rig(installed: Installation, tmp_path: Path
     assert "is free" in next(line["finding"] for line in report["checks"] if line["check"] == "controller")
 
 
+def test_the_example_that_is_installed_works_as_its_comments_say(installed: Installation) -> None:
+    text = (installed.root / "etc/tendond/bench/rig.toml").read_text()
+    assert "[vicon] or [servo], which may be empty" in text
+    config = parse_config(f"{text}\n[vicon]\n[servo]\n", "rig.toml")
+    assert config.vicon is not None
+    assert config.servo is not None
+
+
+SERVOS_CAN = "limits = {displacement_min = -0.05, displacement_max = 0.05, displacement_rate = 0.05}\n"
+SPELLINGS = {
+    "[{}]\n": True,
+    "[ {} ]\n": True,
+    "\t[{}]  # ours\n": True,
+    "{}.{key}\n": True,
+    "{} = {{}}\n": True,
+    '["{}"]\n': True,
+    'include = ["other.toml"]\n': True,
+    "# [{}]\n": False,
+    'rig.name = "{}"\n': False,
+}
+
+
+@pytest.mark.parametrize(("section", "key"), [("vicon", 'tip = "a"'), ("servo", 'port = "/dev/x"')])
+def test_units_ask_the_program_whether_a_driver_has_its_section_however_it_is_spelled(
+    installed: Installation, tmp_path: Path, section: str, key: str
+) -> None:
+    unit = (installed.root / f"usr/local/lib/systemd/system/tendond-{section}@.service").read_text()
+    (condition,) = re.findall(r"^ExecCondition=/opt/tendond/bin/tendond (.*)$", unit, re.M)
+    file = tmp_path / "rig.toml"
+    command = condition.replace("/etc/tendond/%i/rig.toml", str(file)).split()
+    (tmp_path / "other.toml").write_text(f"[{section}]\n")
+    for spelling, has in SPELLINGS.items():
+        file.write_text(SERVOS_CAN + spelling.format(section, key=key))
+        assert installed.tendond(*command).returncode == (0 if has else 1), spelling
+        found = parse_with_includes(file.read_text(), file)
+        assert (getattr(found, section) is not None) is has, spelling
+    file.write_text("[rig")
+    assert installed.tendond(*command).returncode == 0  # the driver says what is wrong, and ends with 2
+    assert installed.tendond("config", "has", section, str(file)).returncode == 2
+
+
 def test_systemd_has_nothing_to_say_of_the_units(installed: Installation) -> None:
     """Verified on a system of its own units and these, so that the program that they start is there."""
     analyze = tool("systemd-analyze", "systemd")
     base = next(folder for folder in (Path("/usr/lib/systemd/system"), Path("/lib/systemd/system")) if folder.is_dir())
     shutil.copytree(base, installed.root / "usr/lib/systemd/system", symlinks=True, dirs_exist_ok=True)
-    for program in ("/bin/grep", "/bin/sh"):
-        copy = installed.root / program[1:]
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(program, copy)
+    copy = installed.root / "bin/sh"
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy("/bin/sh", copy)
     command = [analyze, "verify", "--man=no", f"--root={installed.root}", "tendond@bench.target", *SERVICES]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
@@ -161,6 +202,7 @@ def test_a_restart_never_arms(installed: Installation) -> None:
         text = (installed.root / "usr/local/lib/systemd/system" / service.replace("bench", "")).read_text()
         settings = [line for line in text.splitlines() if re.match(r"[A-Z]\w+=", line)]
         assert {"Type=notify", "WatchdogSec=5", "Restart=on-failure", "NoNewPrivileges=yes"} <= set(settings)
+        assert {"RestartPreventExitStatus=2", "StartLimitBurst=20", "StartLimitIntervalSec=300"} <= set(settings)
         assert not [line for line in settings if line.startswith("Exec") and "arm" in line.split()]
 
 
@@ -182,7 +224,14 @@ def test_installed_again_it_keeps_the_configuration_and_removed_it_leaves_config
     file.write_text(file.read_text() + "# mine\n")
     log = installed.root / "var/log/tendond/run.mcap"
     log.write_text("precious")
-    assert installed.install().returncode == 0
+    other = installed.root / "etc/tendond/arm/rig.toml"
+    other.write_text(other.read_text() + "\n[rod]\nlenght = 0.4\n")
+    result = installed.install()
+    assert result.returncode == 0
+    unknown = r"install: REFUSED: tendond: \S*arm/rig\.toml:\d+: rod\.lenght: unknown key; did you mean 'length'\?"
+    assert re.search(unknown, result.stdout), result.stdout
+    assert "change it, then check again with tendond config check FILE" in result.stdout
+    assert re.search(r"install: note: \S*bench/rig\.toml: nothing is wrong with it", result.stdout)
     assert file.read_text().endswith("# mine\n")
     assert installed.tendond("--version").returncode == 0
     assert installed.run("uninstall").returncode == 0

@@ -85,8 +85,8 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         wanted = _pretension(setup, state)
     if state.mode is Mode.PROBE and state.probe is not None:
         wanted = probe_tension(setup.probe, state.probe)
+    limits = setup.probe_limits if state.mode is Mode.PROBE else config.limits
     if state.mode in ACTIVE:
-        limits = setup.probe_limits if state.mode is Mode.PROBE else config.limits
         command, met = limit_tension(limits, period, lead(wanted, state.tension, setup.lagging), state.commanded)
     else:
         command, met = np.maximum(state.commanded - config.limits.release_rate * period, 0.0), ()
@@ -96,7 +96,10 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         held = _wind(setup, state, state.tension)
         part = attainable(held.asked, wound.asked, wound.command)
         met += wound.met
-        wound = held if part == 0.0 else _wind(setup, state, state.tension + part * (command - state.tension))
+        reached = state.tension + part * (command - state.tension)
+        step = limits.tension_rate * period  # where actuators lag, what was commanded is not what they stand at
+        reached = np.clip(reached, state.commanded - step, state.commanded + step)
+        wound = held if np.array_equal(reached, held.state.commanded) else _wind(setup, state, reached)
     state = wound.state
     command, displacement = state.commanded, wound.command
     if not (_finite(command) and _finite(displacement)):

@@ -54,7 +54,7 @@ class CycleSetup:
     """What `cycle.step` is given beside state and inputs: the configuration, and what follows from it.
 
     Attributes:
-        config: of the rig.
+        config: of the rig, with the robot's own rates where it names none.
         rod: the model.
         choice: law and reference that the configuration names.
         observer: its gains.
@@ -86,6 +86,7 @@ class CycleSetup:
             TargetError: a reference that the rod cannot reach.
             ConvergenceError: the rod has no equilibrium.
         """
+        config = config.with_own_rates()
         rod = rod_from_section(config.rod, config.loop.period)
         section, period = config.observer, config.loop.period
         rests = configured_rests(config, rod.parameters)

@@ -19,6 +19,7 @@ from tendond.schemas.explain import Objection, in_file, objections
 from tendond.schemas.keys import RIG_NAME
 from tendond.schemas.keywords import Path
 from tendond.schemas.ranges import NotNegative, Positive
+from tendond.schemas.rates import with_own_rates
 from tendond.schemas.renamed import with_new_names
 from tendond.schemas.toml_lines import key_lines, line_of
 
@@ -165,10 +166,13 @@ class LimitsSection(Schema):
 
     tension_min: NotNegative = Field(0.0, description="[N]")
     tension_max: Annotated[float, Field(gt=0.0, le=500.0, description="[N]")] = 60.0
-    tension_rate: Positive = Field(6000.0, description="[N/s]")
+    tension_rate: NotNegative = Field(
+        0.0,
+        description="[N/s]; 0: the robot's own, twice what its first natural frequency can follow",
+    )
     displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.12
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.12
-    displacement_rate: Positive = Field(5.0, description="[m/s]")
+    displacement_rate: NotNegative = Field(0.0, description="[m/s]; 0: the robot's own, as for tension_rate")
     input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
         1.0, description="b_c vanishes as the rod straightens; below this it has no direction [m/s^2/N]"
     )
@@ -290,6 +294,11 @@ class RigConfig(Schema):
     vicon: ViconSection | None = None
     servo: ServoSection | None = None
 
+    def with_own_rates(self) -> "RigConfig":
+        """The configuration with the robot's own rates in [limits] where none are named."""
+        limits = with_own_rates(self.limits, self.rod)
+        return self if limits is self.limits else self.model_copy(update={"limits": limits})
+
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
         if wrong := [*self._tendon_objections(), *self._servo_objections()]:
@@ -332,7 +341,7 @@ class RigConfig(Schema):
             self.servo,
             len(self.rod.tendon_positions),
             limits.tension_max,
-            limits.displacement_rate,
+            with_own_rates(limits, self.rod).displacement_rate,
             limits.displacement_min,
             limits.displacement_max,
         )

@@ -13,6 +13,10 @@ nodes = 200
 space = "euler"
 nodes = 200
 
+[limits]
+tension_rate = 6000.0  # as good as none, as in the paper
+displacement_rate = 5.0
+
 [control]
 sampled = false  # the laws as they are written
 

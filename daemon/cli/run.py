@@ -70,7 +70,7 @@ def run_controller(
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.choice.reference.notes:
             say(note)
-        if late := haste(setup.choice.reference, config.limits):
+        if late := haste(setup.choice.reference, setup.config.limits):
             say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
         say(ready)

@@ -151,6 +151,7 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown or not kinds:
         raise PlanError(f"'{', '.join(unknown)}': choose among {', '.join(KINDS)}")
+    config = config.with_own_rates()
     way = way_of(config)
     rate = min(SPEED * config.limits.displacement_rate, FASTEST)
     low = float(way.displacement[0])

@@ -102,6 +102,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
     Raises:
         ConfigError: the point does not fit the configuration.
     """
+    base = base.with_own_rates()
     period, rod, limits = base.loop.period, base.rod, base.limits
     if point.drive == "displacement":
         rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})

@@ -86,7 +86,7 @@ def test_check_names_all_that_does_not_fit_together(tmp_path: Path, capsys: pyte
     for part in (
         f"{file}:2: control.agonist = 9, but the rod has tendons 0 to 3",
         f"{file}:4: pretension.tension and .antagonist together are above",
-        f"{file}:6: limits.displacement_rate = 5 m/s is faster than the servos",
+        f"{file}:6: limits.displacement_rate = 1.87034 m/s is faster than the servos",
     ):
         assert part in said
 

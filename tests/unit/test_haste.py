@@ -13,7 +13,7 @@ from tendond.schemas.presets import PROFILES, WIRED
 
 
 def setup(text: str) -> tuple[Reference, RigConfig]:
-    config = parse_config(text, "test")
+    config = parse_config(text, "test").with_own_rates()
     reference = CycleSetup.from_config(config).choice.reference
     assert isinstance(reference, Reference)
     return reference, config

@@ -285,7 +285,7 @@ class ServoDriver:
             if any(load > limit for load, limit in zip(loads, self._servos.limits, strict=True)):
                 self._enter(Phase.LETTING_OUT, now)
             return
-        for index, why in self._release.rising(loads).items():
+        for index, why in self._release.rising(loads, self._goals).items():
             if index in self._dropped or not self._readings[index].torque:
                 continue
             servo = self._servos.ids[index]

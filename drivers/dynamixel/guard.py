@@ -119,21 +119,25 @@ class ReleaseWatch:
 
     limits: Sequence[float]
     sense: float
-    _lowest: dict[int, float] = field(default_factory=dict)
+    _first: dict[int, float] = field(default_factory=dict)
 
-    def rising(self, loads: Sequence[float]) -> dict[int, str]:
+    def rising(self, loads: Sequence[float], goals: Sequence[float]) -> dict[int, str]:
         """Which tendons pull harder than when they began to be let out, and how, in words.
+
+        A rod that swings loads a tendon again, but not beyond what it had. One that was let out further than straight
+        takes up its slack, and waits where it pulls: of it no more than its limit is asked.
 
         Args:
             loads: size of each servo's load [-].
+            goals: of the tendons [m].
         """
         found = {}
-        for index, (load, limit) in enumerate(zip(loads, self.limits, strict=True)):
-            lowest = self._lowest[index] = min(load, self._lowest.get(index, load))
-            if load > max(lowest, self.sense) + RISE:
-                found[index] = f"its load rises from {lowest:.0%} to {load:.0%} while it is let out: is its sign right?"
-            elif load > limit + SUDDEN:
-                found[index] = f"load {load:.0%} while it is let out"
+        for index, (load, limit, goal) in enumerate(zip(loads, self.limits, goals, strict=True)):
+            first = self._first.setdefault(index, load)
+            if goal >= 0.0 and load > max(first, self.sense) + RISE:
+                found[index] = f"its load rises from {first:.0%} to {load:.0%} while it is let out: is its sign right?"
+            elif load > max(limit, first) + (SUDDEN if goal >= 0.0 else 0.0):
+                found[index] = f"load {load:.0%} while it is let out, allowed are {limit:.0%}"
         return found
 
 

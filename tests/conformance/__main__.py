@@ -20,8 +20,8 @@ LEFT_OUT = """
 
 Control Table Backup (0x20) and RAM Restore, firmware recovery, Protocol 1.0 and the RC protocols (Protocol Type other
 than 2), the gains of the control loops and feedforward (kept, without effect), the LED's blinking after a shutdown.
-What the manual leaves open, and how it is here: packets for other servos do not feed the Bus Watchdog, those for all do; the
-supply below which a servo starts anew is 5.0 V; gears and the shaft's lag are guesses.
+What the manual leaves open, and how it is here: packets for other servos do not feed the Bus Watchdog, those for all
+do; the supply below which a servo starts anew is 5.0 V; gears and the shaft's lag are guesses.
 """
 
 

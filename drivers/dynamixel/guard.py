@@ -136,7 +136,7 @@ class ReleaseWatch:
             first = self._first.setdefault(index, load)
             if goal >= 0.0 and load > max(first, self.sense) + RISE:
                 found[index] = f"its load rises from {first:.0%} to {load:.0%} while it is let out: is its sign right?"
-            elif load > max(limit, first) + (SUDDEN if goal >= 0.0 else 0.0):
+            elif goal < 0.0 and load > max(limit, first):
                 found[index] = f"load {load:.0%} while it is let out, allowed are {limit:.0%}"
         return found
 

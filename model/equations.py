@@ -199,3 +199,23 @@ def tip_residual(
 ) -> tuple[Vector, Vector]:
     """What is missing from equilibrium at the tip [N, N m]: n(L) + tendon pull - R'F, m(L) + its moment - R'M."""
     return sub(add(n, pulls[0]), rotate_back(R, force)), sub(add(m, pulls[1]), rotate_back(R, moment))
+
+
+@inlined
+def body_reaction(
+    body: tuple[float, Vector, Vector, Vector], R: tuple[float, ...], q: Vector, w: Vector, q_t: Vector, w_t: Vector
+) -> tuple[Vector, Vector]:
+    """Force and moment that accelerate a rigid body on the tip, and hold it against gravity's moment, body frame.
+
+    Newton and Euler about the tip, c from the tip to the centre of mass: a = q_t + w x q + w_t x c + w x (w x c),
+    force = m a, moment = J w_t + w x J w + c x m (a - R'g). The weight m g itself is part of the tip's load.
+
+    Args:
+        body: mass m [kg], diagonal of J about the centre of mass [kg m^2], c [m], g [m/s^2, world].
+        R, q, w, q_t, w_t: of the tip.
+    """
+    mass, inertia, offset, gravity = body
+    swing = add(cross(w_t, offset), cross(w, cross(w, offset)))
+    force = scale(mass, add(add(q_t, cross(w, q)), swing))
+    turn = add(times(inertia, w_t), cross(w, times(inertia, w)))
+    return force, add(turn, cross(offset, sub(force, scale(mass, rotate_back(R, gravity)))))

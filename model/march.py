@@ -16,14 +16,17 @@ from typing import Any
 import numpy as np
 
 from tendond.model.compile import inlined, kernel
-from tendond.model.equations import rates, stretch, tendon_pulls, tendon_sums, tip_residual
+from tendond.model.equations import body_reaction, rates, stretch, tendon_pulls, tendon_sums, tip_residual
 from tendond.model.packs import load, pack, repeat, store
 from tendond.model.vectors import add, scale, sub, times
 
 STATE = 24
 HISTORY = 18  # e, u, q, w, e_s, u_s
 
-CONSTANTS = np.dtype([(name, "f8", (3,)) for name in ("Kse", "Kbt", "Bse", "Bbt", "rhoJ", "C")] + [("rhoA", "f8")])
+CONSTANTS = np.dtype(
+    [(name, "f8", (3,)) for name in ("Kse", "Kbt", "Bse", "Bbt", "rhoJ", "C", "tip_inertia", "tip_offset", "gravity")]
+    + [("rhoA", "f8"), ("tip_mass", "f8")]
+)
 
 
 @inlined
@@ -198,11 +201,11 @@ def _keep_place(lanes: Any, geometry: Any, node: int, state: Any) -> None:
 
 @inlined
 def _missing(
-    lanes: Any, x: Any, y: Any, tension: Any, material: Any, c0: float, loads: Any, history: Any, state: Any
+    lanes: Any, x: Any, y: Any, tension: Any, material: Any, body: Any, c0: float, loads: Any, history: Any, state: Any
 ) -> Any:
     """Force and moment missing at the tip."""
     Kse, Kbt, Bse, Bbt = material[0], material[1], material[2], material[3]
-    _, R, e, u, _, _ = state
+    _, R, e, u, q, w = state
     xs, ys = pack(x, lanes), pack(y, lanes)
     pulls = tendon_pulls(lanes, xs, ys, load(tension, 0, xs), _repeat(stretch(e), x), _repeat(u, x))
     last = history.shape[0] - 1
@@ -210,7 +213,13 @@ def _missing(
     u_t = add(scale(c0, u), _row_vector(history, last, 3))
     n = add(times(Kse, e), times(Bse, v_t))
     m = add(times(Kbt, u), times(Bbt, u_t))
-    return tip_residual(pulls, n, m, R, _vector(loads, 0), _vector(loads, 3))
+    missing_n, missing_m = tip_residual(pulls, n, m, R, _vector(loads, 0), _vector(loads, 3))
+    if body[0] > 0.0:
+        q_t = add(scale(c0, q), _row_vector(history, last, 6))
+        w_t = add(scale(c0, w), _row_vector(history, last, 9))
+        force, moment = body_reaction(body, R, q, w, q_t, w_t)
+        missing_n, missing_m = add(missing_n, force), add(missing_m, moment)
+    return missing_n, missing_m
 
 
 @kernel
@@ -267,6 +276,7 @@ def march(
         _vector(k.Kse, 0), _vector(k.Kbt, 0), _vector(k.Bse, 0), _vector(k.Bbt, 0), k.rhoA, _vector(k.rhoJ, 0),
         _vector(k.C, 0),
     )  # fmt: skip
+    body = k.tip_mass, _vector(k.tip_inertia, 0), _vector(k.tip_offset, 0), _vector(k.gravity, 0)
     for j in range(length.shape[0]):
         length[j] = 0.0
     state = _base(lanes, material, c0, base, history)
@@ -308,6 +318,6 @@ def march(
                 if orthonormal:
                     _store_state(work, 0, lanes, _orthonormalised(_load_state(work, 0, lanes)))
     _store_state(node, 0, lanes, state)
-    missing_n, missing_m = _missing(lanes, x, y, tension, material, c0, loads, history, state)
+    missing_n, missing_m = _missing(lanes, x, y, tension, material, body, c0, loads, history, state)
     _store_vector(residual, 0, lanes, missing_n)
     _store_vector(residual, 3, lanes, missing_m)

@@ -19,6 +19,8 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
     "drag": (3,),
     "gravity": (3,),
     "tendon_positions": (None, 2),
+    "tip_inertia": (3,),
+    "tip_offset": (3,),
 }
 _NAMES = {(): "a number", (3,): "three numbers", (None, 2): "pairs of numbers, one per tendon"}
 
@@ -42,6 +44,9 @@ class RodParameters:
         gravity: world frame [m/s^2]; the straight rod lies on +z, so gravity along -x lets it sag.
         tendon_positions: (x, y) of each tendon in the cross-section [m].
         tendon_stiffness: force per stretch of each tendon [N/m], EA of the tendon over its length.
+        tip_mass: of a rigid body on the tip: a tool, a marker, a hung weight [kg].
+        tip_inertia: diagonal of its inertia about its centre of mass, body frame [kg m^2].
+        tip_offset: from the tip to its centre of mass, body frame [m].
     """
 
     length: float = 0.5
@@ -55,6 +60,9 @@ class RodParameters:
     gravity: Triple = (-9.81, 0.0, 0.0)
     tendon_positions: tuple[tuple[float, float], ...] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
     tendon_stiffness: float = 2.0e4
+    tip_mass: float = 0.0
+    tip_inertia: Triple = (0.0, 0.0, 0.0)
+    tip_offset: Triple = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not self.tendon_positions:
@@ -74,7 +82,9 @@ class RodParameters:
                 raise ParameterError(f"{name} = {getattr(self, name)} must be above 0")
         if not -1.0 < self.poisson_ratio <= 0.5:
             raise ParameterError(f"poisson_ratio = {self.poisson_ratio} must lie in (-1, 0.5]")
-        for name in ("shear_damping", "bending_damping", "drag"):
+        if self.tip_mass < 0.0:
+            raise ParameterError(f"tip_mass = {self.tip_mass} must not be negative")
+        for name in ("shear_damping", "bending_damping", "drag", "tip_inertia"):
             if min(getattr(self, name)) < 0.0:
                 raise ParameterError(f"{name} = {getattr(self, name)} must not be negative")
 
@@ -121,4 +131,6 @@ class RodParameters:
         record["rhoJ"] = (rho_I, rho_I, 2.0 * rho_I)
         record["C"] = self.drag
         record["rhoA"] = self.mass_per_length
+        record["tip_mass"], record["tip_inertia"] = self.tip_mass, self.tip_inertia
+        record["tip_offset"], record["gravity"] = self.tip_offset, self.gravity
         return record

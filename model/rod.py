@@ -100,6 +100,7 @@ class Rod:
         self._no_history = np.zeros((self._stages, HISTORY))
         self._loads = np.zeros(n + 15)
         self._weight = np.zeros(n + 15)
+        self._weight[n : n + 3] = parameters.tip_mass * np.asarray(parameters.gravity)
         self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
         self._ahead = (
             self._weight.copy(), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
@@ -274,6 +275,32 @@ class Rod:
         self._data.push[:-1] = push_shape(self.scheme, self.nodes, self._data.ds, place, half_width)
         self._data.push[-1] = 0.0
 
+    def load_tip(self, mass: float, inertia: ArrayLike = ZERO, offset: ArrayLike = ZERO) -> None:
+        """Add a rigid body to the tip of later solutions, beside the parameters' own; it moves with the tip from then on.
+
+        Args:
+            mass: [kg]; 0 takes it off again.
+            inertia: diagonal about its centre of mass, body frame [kg m^2], shape (3,).
+            offset: from the tip to its centre of mass, body frame [m], shape (3,).
+
+        Raises:
+            ParameterError: a negative or non-finite mass or inertia.
+        """
+        own, n = self.parameters, self.parameters.tendon_count
+        J, c = np.asarray(inertia, dtype=np.float64), np.asarray(offset, dtype=np.float64)
+        if not (0.0 <= mass < math.inf and np.all(J >= 0.0) and np.all(np.isfinite(J)) and np.all(np.isfinite(c))):
+            raise ParameterError(f"a body of {mass} kg on the tip must have a finite mass and inertia, not below 0")
+        total = own.tip_mass + mass
+        J0, c0 = np.asarray(own.tip_inertia), np.asarray(own.tip_offset)
+        centre = (own.tip_mass * c0 + mass * c) / total if total > 0.0 else np.zeros(3)
+        record = self._data.constants
+        record["tip_mass"], record["tip_offset"] = total, centre
+        # Parallel axes; products of inertia are left out: bodies lie on the rod's axis, or are small beside the rod.
+        record["tip_inertia"] = (
+            J0 + own.tip_mass * _square_distance(c0 - centre) + J + mass * _square_distance(c - centre)
+        )
+        self._weight[n : n + 3] = total * np.asarray(own.gravity)
+
     def _check(self, state: RodState) -> None:
         """Kernels do not check bounds: a state of another rod must not reach them."""
         if state.levels.shape[1] != self._stages or state.unknowns.shape[1] != 6 + self.parameters.tendon_count:
@@ -363,6 +390,7 @@ class Rod:
         n = self.parameters.tendon_count
         loads, history, level, geometry, jacobian = self._ahead
         loads[:n], loads[n : n + 3] = tensions, tip_force
+        loads[n : n + 3] += self._weight[n : n + 3]
         tip, answer = np.zeros(9), np.zeros((9, 2))
         arguments = (
             self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
@@ -420,3 +448,9 @@ class Rod:
         """
         parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         return pack_loads(self.parameters.tendon_count, self._weight, parts)
+
+
+def _square_distance(arm: Array) -> Array:
+    """Squared distance of a point from each body axis [m^2], shape (3,)."""
+    x, y, z = arm.tolist()
+    return np.array([y * y + z * z, x * x + z * z, x * x + y * y])

@@ -94,6 +94,11 @@ class RodSection(Schema):
         tuple[tuple[float, float], ...],
         Field(min_length=1, max_length=16, description="(x, y) of each tendon in the cross-section [m]"),
     ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
+    tip_mass: Annotated[float, Field(ge=0.0, le=10.0, description="of a tool or marker body on the tip [kg]")] = 0.0
+    tip_inertia: Diagonal = Field(
+        (0.0, 0.0, 0.0), description="diagonal about its centre of mass, body frame [kg m^2]"
+    )
+    tip_offset: Vector3 = Field((0.0, 0.0, 0.0), description="from the tip to its centre of mass, body frame [m]")
     tendon_stiffness: Positive | None = Field(None, description="[N/m]; left out: tendons do not stretch")
     space: Literal["euler", "rk4", "rk6"] = Field("rk6", description="scheme along the rod; euler is the paper's")
     nodes: (

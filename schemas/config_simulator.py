@@ -44,8 +44,9 @@ class Impact(Schema):
 
 
 class Weight(Schema):
-    """[simulator.weight]: hung on the tip."""
+    """[simulator.weight]: hung on the tip; a rigid body with the inertia of a brass ball of its mass."""
 
     mass: Annotated[float, Field(ge=0.0, le=10.0, description="[kg]")] = 0.0
-    string: Annotated[float, Field(ge=0.0, le=10.0, description="[m]; it swings on; 0: a force along gravity")] = 0.0
+    string: Annotated[float, Field(ge=0.0, le=10.0, description="[m]; it swings on; 0: fixed to the tip")] = 0.0
+    force_only: bool = Field(False, description="a force along gravity without inertia: an idealisation")
     time: NotNegative = Field(0.0, description="of simulated time at which it is hung on [s]")

@@ -118,7 +118,7 @@ class SimulatorTruth(Message):
         velocity: of the tip [m/s].
         displacement: of each tendon [m].
         tension: in each tendon [N].
-        tip_force: external, world frame [N].
+        tip_force: external, with the weight of what hangs on the tip but not its inertia, world frame [N].
     """
 
     position: Vector3

@@ -23,8 +23,19 @@ SPREAD = 0.05
 """Half width of a push that is not at the tip, as a part of the rod's length: a hand, not a needle."""
 
 
+BALL_DENSITY = 8500.0
+"""[kg/m^3] Of brass, as weights are."""
+
+
+def ball_inertia(mass: float) -> tuple[float, float, float]:
+    """Inertia of a brass ball about its centre [kg m^2], for a mass [kg]: 2/5 m r^2."""
+    radius = (3.0 * mass / (4.0 * math.pi * BALL_DENSITY)) ** (1.0 / 3.0)
+    inertia = 0.4 * mass * radius * radius
+    return inertia, inertia, inertia
+
+
 class HungWeight:
-    """A mass on the tip: gravity's pull, or a bob on an elastic string that pulls where it swings.
+    """A mass on the tip: fixed to it, a bob on an elastic string that pulls where it swings, or gravity's pull alone.
 
     Args:
         section: [simulator.weight].
@@ -46,10 +57,18 @@ class HungWeight:
         self._tip, self._tip_speed = tip.copy(), np.zeros(3)
         self._bob, self._speed = tip + (section.string + stretch) * self._down, np.zeros(3)
 
-    def force(self, time: float, period: float) -> Array:
-        """On the tip over the next `period` [s], from `time` [s] on: [N], shape (3,)."""
+    def _hangs(self, time: float) -> bool:
+        return self._section.mass > 0.0 and time >= self._section.time - 1e-9
+
+    def body(self, time: float) -> float:
+        """Mass that is part of the tip at `time` [kg]: it is accelerated with it."""
         section = self._section
-        if section.mass == 0.0 or time < section.time - 1e-9:
+        return section.mass if self._hangs(time) and section.string == 0.0 and not section.force_only else 0.0
+
+    def force(self, time: float, period: float) -> Array:
+        """Beside that of `body`, on the tip over the next `period` [s], from `time` [s] on: [N], shape (3,)."""
+        section = self._section
+        if not self._hangs(time) or self.body(time) > 0.0:
             return np.zeros(3)
         if section.string == 0.0:
             return section.mass * self._gravity

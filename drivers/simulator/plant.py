@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.friction import Middles, grip
-from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
+from tendond.drivers.simulator.loads import SPREAD, HungWeight, ball_inertia, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
 from tendond.model.rod import Rod
@@ -54,6 +54,8 @@ class Plant:
         self._mocap = Mocap(section.mocap, section.seed, self.faults)
         straight = np.array([0.0, 0.0, rod.parameters.length])
         self._weight = HungWeight(section.weight, section.rod.gravity, straight)
+        self._hung = 0.0  # mass that is part of the tip [kg]
+        self._hang(self._weight.body(0.0))
         self._force = self._weight.force(0.0, rod.time_step)
         self._state: RodState = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
@@ -104,8 +106,8 @@ class Plant:
             self._wound = wound
             self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
         self._force = self._weight.force(self.time, self._rod.time_step)
-        if (hung := self.faults.now(Fault.WEIGHT)) is not None:
-            self._force = self._force + hung.amount * np.array(self._section.rod.gravity)
+        more = self.faults.now(Fault.WEIGHT)
+        self._hang(self._weight.body(self.time) + (0.0 if more is None else more.amount))
         push = np.zeros(3)
         impacts = impacts_at(self._section.impacts, self.time)
         if (impact := self.faults.now(Fault.IMPACT)) is not None:
@@ -130,6 +132,12 @@ class Plant:
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
         self.faults.time = self.time
+
+    def _hang(self, mass: float) -> None:
+        """So much on the tip [kg], as a body that moves with it."""
+        if mass != self._hung:
+            self._rod.load_tip(mass, ball_inertia(mass))
+            self._hung = mass
 
     @property
     def _bend(self) -> float:
@@ -166,7 +174,7 @@ class Plant:
         tip = self._rod.tip(self._state)
         x, y, z = tip.position.tolist()
         vx, vy, vz = tip.velocity.tolist()
-        fx, fy, fz = self._force.tolist()
+        fx, fy, fz = (self._force + self._hung * np.array(self._section.rod.gravity)).tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
         ends = tuple(self._servos.ends.tolist()) if self._wound else displacement
         tension = tuple(self._state.tensions.tolist())

@@ -141,7 +141,7 @@ def observe(
         gains.kind == "force", past, len(past) - 1 - int(whole), part, measured, state.innovation, state.mean,
         state.offset, state.force, gains.offset_gain, min(1.0, gains.period / gains.quiet_time), gains.quiet,
         gains.quiet_share, gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale), gains.proportional,
-        gains.derivative / gains.period, gains.force_max, rod.node_positions(model), rod.parameters.length,
+        gains.derivative / gains.quiet_time, gains.force_max, rod.node_positions(model), rod.parameters.length,
         rod.parameters.bending_stiffness, np.array(rod.parameters.gravity), new,
     )  # fmt: skip
     return ObserverState(past, *new)
@@ -161,7 +161,7 @@ def _correct(
     """
     x = _vector(measured, 0)
     expected = add(scale(1.0 - part, _vector(past[newer], 0)), scale(part, _vector(past[newer - 1], 0)))
-    e, e_last, d = sub(x, expected), _vector(last, 0), _vector(offset, 0)
+    e, d = sub(x, expected), _vector(offset, 0)
     m, force, pull = _vector(last_mean, 0), _vector(last_force, 0), (0.0, 0.0, 0.0)
     if with_force:
         m = add(m, scale(blend, sub(e, m)))
@@ -170,7 +170,7 @@ def _correct(
         spring = _likeliest_force(_compliance(places, length, stiffness), _vector(gravity, 0))
         thrown = THROWN / max(math.sqrt(dot(e, e)), THROWN)
         force = _bounded(add(force, scale(weight * thrown * integral, rotate(spring, e))), force_max)
-        wanted = add(scale(proportional, e), scale(derivative, sub(e, e_last)))
+        wanted = add(scale(proportional, e), scale(derivative, sub(e, m)))
         pull = _bounded(scale(weight, rotate(spring, wanted)), PULL * force_max)
     else:
         d = add(d, scale(offset_gain, sub(e, d)))

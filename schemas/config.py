@@ -151,9 +151,9 @@ class ObserverSection(Schema):
     )
     delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
-    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 12.0
+    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 3.0
     proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.6
-    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.025
+    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.1
     delay_scale: Annotated[
         float, Field(gt=0.0, le=10.0, description="delay at which the integral gain is halved [s]")
     ] = 0.1
@@ -161,7 +161,7 @@ class ObserverSection(Schema):
         9e-4
     )
     quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; over which that mean is taken")] = 0.07
-    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.15
+    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.3
     force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 5.0
     offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2
 

@@ -2,14 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tendond.daemon.laws.law import Observation, Outlook
 from tendond.daemon.state import CycleSetup, CycleState
 from tendond.model.errors import ConvergenceError
-
-Array = NDArray[np.float64]
 
 
 def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, elapsed: float) -> Observation:
@@ -35,9 +30,9 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
         target = choice.reference.goal(elapsed).place
         target_velocity = (then.place - target) / period
     else:
-        unseen, drift = _unseen(setup, state, observation)
-        position, velocity = state.tip.position + unseen, observation.velocity + drift
-        ahead, answer = forecast.position + unseen + period * drift, forecast.position_answer
+        position, velocity = observation.position, observation.velocity
+        unseen = position - state.tip.position  # beside the model's tip: of an observer of kind 'offset'
+        ahead, answer = forecast.position + unseen, forecast.position_answer
         target_velocity = observation.target_velocity
     return replace(
         observation,
@@ -54,16 +49,3 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
             allocation=choice.allocation,
         ),
     )
-
-
-def _unseen(setup: CycleSetup, state: CycleState, observation: Observation) -> tuple[Array, Array]:
-    """Measured minus model tip now [m], and its rate [m/s], each of shape (3,).
-
-    The force observer holds the model to the tip with a lag: on a circle, what is left of the innovation turns with the
-    tip. Its low-pass m, and (innovation - m) / quiet_time, which is m's rate, carry it over the filter and the delay.
-    """
-    gains, observer = setup.observer, state.observer
-    if gains.kind != "force":
-        return observation.position - state.tip.position, np.zeros(3)
-    drift = (observer.innovation - observer.mean) / gains.quiet_time
-    return observer.mean + (gains.quiet_time + gains.delay) * drift, drift

@@ -11,6 +11,7 @@ from tendond.daemon.choice import Choice, Plans
 from tendond.daemon.commissioning.averages import RESTLESS, RestWatch
 from tendond.daemon.commissioning.probe import Probe, ProbePlan
 from tendond.daemon.commissioning.rests import RestFamily, configured_rests
+from tendond.daemon.feedback import observer_gains
 from tendond.daemon.sources import Sources
 from tendond.daemon.thresholds import Thresholds
 from tendond.model.observer import ObserverGains, ObserverState, start_observer
@@ -94,20 +95,7 @@ class CycleSetup:
             config=config,
             rod=rod,
             choice=Choice.from_config(config, rod),
-            observer=ObserverGains(
-                kind=section.kind if config.control.feedback == "observer" else "offset",
-                period=period,
-                delay=section.delay,
-                integral=section.integral,
-                delay_scale=section.delay_scale,
-                proportional=section.proportional,
-                derivative=section.derivative,
-                quiet=section.quiet,
-                quiet_share=section.quiet_share,
-                quiet_time=section.quiet_time,
-                force_max=section.force_max,
-                offset_gain=section.offset_gain,
-            ),
+            observer=observer_gains(config, rod.parameters),
             lagging=lag_share(section.lag, period),
             thresholds=Thresholds.from_config(config),
             rests=rests,

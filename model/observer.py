@@ -5,14 +5,15 @@ the model's tip of the time at which the measurement was taken. So delays and la
 
 'force': the innovation is held for the work of a force F on the tip. With the rod's compliance C,
 
-    F(k+1) = F(k) + g Li dt C^+ e,    pull = g C^+ (Kp e + Kd (e - e_last)/dt),    g = h + (1 - h) m'm/(m'm + s^2)
+    F(k+1) = F(k) + g Li dt C^+ e,    pull = g C^+ (Kp e + Kd (e - m)/T),    g = h + (1 - h) m'm/(m'm + s^2)
 
-F and the pull act on the model's tip: F finds constant loads (a disturbance observer, cf. Ohnishi 1987; Chen et al.,
-IEEE Trans. Ind. Electron. 63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip
-do in Zheng et al., "Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g keeps
-noise out: while the innovation's short mean m is well below s, most of it is noise, and only the share h of the gains
-is left. For F an innovation beyond 50 mm counts as one of 50 mm: an impact is no constant load. Li falls with the
-delay, which the loop's margin asks for.
+with m the innovation's low-pass of time constant T, so that (e - m)/T is its filtered rate. F and the pull act on the
+model's tip: F finds constant loads (a disturbance observer, cf. Ohnishi 1987; Chen et al., IEEE Trans. Ind. Electron.
+63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip do in Zheng et al.,
+"Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g keeps noise out: while m is
+well below s, most of it is noise, and only the share h of the gains is left. For F an innovation beyond a tenth of the
+length counts as one of that: an impact is no constant load. The gains keep the margin of `model.margin` for masses that
+the model does not know.
 
 'offset': X1 = model tip + d, d the low-passed innovation; what the model misses stays unknown to it.
 """
@@ -50,8 +51,8 @@ UNSEEN = 0.04
 PULL = 4.0
 """Bound of the pull, of force_max."""
 
-THROWN = 0.05
-"""[m] Innovations beyond this size count no more for F than one of this size: an impact is no constant load."""
+THROWN = 0.1
+"""Of the length: innovations beyond this size count no more for F than one of it: an impact is no constant load."""
 
 SIDEWAYS = 0.3
 """Variance that a force across gravity is expected to have, of that along it: most loads hang."""
@@ -65,9 +66,8 @@ class ObserverGains:
         kind: 'force' or 'offset'.
         period: of the cycle [s].
         delay: age of a measurement [s].
-        integral: Li without delay [1/s]; halved at a delay of `delay_scale` [s].
-        proportional: Kp [-]. derivative: Kd [s].
-        quiet: s [m]. quiet_share: h [-]. quiet_time: over which m is taken [s].
+        integral: Li [1/s]. proportional: Kp [-]. derivative: Kd [s].
+        quiet: s [m]. quiet_share: h [-]. quiet_time: T, over which m is taken [s].
         force_max: bound of the size of F [N]; that of the pull is `PULL` times as large.
         offset_gain: of the low-pass of 'offset', per cycle [-].
     """
@@ -76,7 +76,6 @@ class ObserverGains:
     period: float
     delay: float
     integral: float
-    delay_scale: float
     proportional: float
     derivative: float
     quiet: float
@@ -138,26 +137,25 @@ def observe(
     whole, part = divmod(gains.delay / gains.period, 1.0)
     new = np.empty((5, 3))
     _correct(
-        gains.kind == "force", past, len(past) - 1 - int(whole), part, measured, state.innovation, state.mean,
-        state.offset, state.force, gains.offset_gain, min(1.0, gains.period / gains.quiet_time), gains.quiet,
-        gains.quiet_share, gains.integral * gains.period / (1.0 + gains.delay / gains.delay_scale), gains.proportional,
-        gains.derivative / gains.quiet_time, gains.force_max, rod.node_positions(model), rod.parameters.length,
-        rod.parameters.bending_stiffness, np.array(rod.parameters.gravity), new,
+        gains.kind == "force", past, len(past) - 1 - int(whole), part, measured, state.mean, state.offset, state.force,
+        gains.offset_gain, min(1.0, gains.period / gains.quiet_time), gains.quiet, gains.quiet_share,
+        gains.integral * gains.period, gains.proportional, gains.derivative / gains.quiet_time, gains.force_max,
+        rod.node_positions(model), rod.parameters.length, rod.parameters.bending_stiffness,
+        np.array(rod.parameters.gravity), new,
     )  # fmt: skip
     return ObserverState(past, *new)
 
 
 @kernel
 def _correct(
-    with_force: bool, past: Any, newer: int, part: float, measured: Any, last: Any, last_mean: Any, offset: Any,
-    last_force: Any, offset_gain: float, blend: float, quiet: float, quiet_share: float, integral: float,
-    proportional: float, derivative: float, force_max: float, places: Any, length: float, stiffness: float,
-    gravity: Any, new: Any,
+    with_force: bool, past: Any, newer: int, part: float, measured: Any, last_mean: Any, offset: Any, last_force: Any,
+    offset_gain: float, blend: float, quiet: float, quiet_share: float, integral: float, proportional: float,
+    derivative: float, force_max: float, places: Any, length: float, stiffness: float, gravity: Any, new: Any,
 ) -> None:  # fmt: skip
     """Innovation, mean, offset, force and pull, written to `new`, shape (5, 3); the equations stand above.
 
     The measurement is as old as `past[newer]` and, for the share `part`, the tip before it. `integral` is Li dt,
-    `derivative` is Kd / dt.
+    `derivative` is Kd / T.
     """
     x = _vector(measured, 0)
     expected = add(scale(1.0 - part, _vector(past[newer], 0)), scale(part, _vector(past[newer - 1], 0)))
@@ -168,7 +166,7 @@ def _correct(
         size = dot(m, m)
         weight = quiet_share + (1.0 - quiet_share) * size / (size + quiet * quiet)
         spring = _likeliest_force(_compliance(places, length, stiffness), _vector(gravity, 0))
-        thrown = THROWN / max(math.sqrt(dot(e, e)), THROWN)
+        thrown = THROWN * length / max(math.sqrt(dot(e, e)), THROWN * length)
         force = _bounded(add(force, scale(weight * thrown * integral, rotate(spring, e))), force_max)
         wanted = add(scale(proportional, e), scale(derivative, sub(e, m)))
         pull = _bounded(scale(weight, rotate(spring, wanted)), PULL * force_max)

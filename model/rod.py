@@ -276,7 +276,7 @@ class Rod:
         self._data.push[-1] = 0.0
 
     def load_tip(self, mass: float, inertia: ArrayLike = ZERO, offset: ArrayLike = ZERO) -> None:
-        """Add a rigid body to the tip of later solutions, beside the parameters' own; it moves with the tip from then on.
+        """Add a rigid body to the tip of later solutions, beside the parameters' own: it moves with the tip.
 
         Args:
             mass: [kg]; 0 takes it off again.

@@ -19,7 +19,19 @@ def warm_up() -> None:
     rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
     rod.tip_response(state, 0)
     tip = rod.tip(state).position
-    gains = ObserverGains("force", 0.01, 0.0, 1.0, 0.1, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    gains = ObserverGains(
+        kind="force",
+        period=0.01,
+        delay=0.0,
+        integral=1.0,
+        proportional=1.0,
+        derivative=0.0,
+        quiet=1.0,
+        quiet_share=1.0,
+        quiet_time=1.0,
+        force_max=1.0,
+        offset_gain=1.0,
+    )
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
     rest = rod.solve_static(displacements=[0.0] * 4)

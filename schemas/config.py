@@ -95,9 +95,7 @@ class RodSection(Schema):
         Field(min_length=1, max_length=16, description="(x, y) of each tendon in the cross-section [m]"),
     ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
     tip_mass: Annotated[float, Field(ge=0.0, le=10.0, description="of a tool or marker body on the tip [kg]")] = 0.0
-    tip_inertia: Diagonal = Field(
-        (0.0, 0.0, 0.0), description="diagonal about its centre of mass, body frame [kg m^2]"
-    )
+    tip_inertia: Diagonal = Field((0.0, 0.0, 0.0), description="diagonal about its centre of mass, body frame [kg m^2]")
     tip_offset: Vector3 = Field((0.0, 0.0, 0.0), description="from the tip to its centre of mass, body frame [m]")
     tendon_stiffness: Positive | None = Field(None, description="[N/m]; left out: tendons do not stretch")
     space: Literal["euler", "rk4", "rk6"] = Field("rk6", description="scheme along the rod; euler is the paper's")
@@ -151,18 +149,25 @@ class ObserverSection(Schema):
     )
     delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
-    integral: Annotated[float, Field(ge=0.0, le=100.0, description="gain of the estimated force [1/s]")] = 3.0
-    proportional: Annotated[float, Field(ge=0.0, le=5.0, description="gain that pulls the model's motion [-]")] = 0.6
-    derivative: Annotated[float, Field(ge=0.0, le=0.5, description="gain of the same [s]")] = 0.1
-    delay_scale: Annotated[
-        float, Field(gt=0.0, le=10.0, description="delay at which the integral gain is halved [s]")
-    ] = 0.1
-    quiet: Annotated[float, Field(gt=0.0, le=1.0, description="[m]; a smaller mean innovation is held for noise")] = (
-        9e-4
+    tip_mass_max: NotNegative | None = Field(
+        None,
+        description="on the tip, unknown to the model, that the gains must bear [kg]; none: by the rod's stiffness",
     )
-    quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; over which that mean is taken")] = 0.07
-    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.3
-    force_max: Annotated[float, Field(gt=0.0, le=1000.0, description="bound of the estimated force [N]")] = 5.0
+    integral: Annotated[
+        float, Field(ge=0.0, le=100.0, description="largest gain of the estimated force [1/s]; the margin lowers it")
+    ] = 5.0
+    proportional: Annotated[
+        float, Field(ge=0.0, le=5.0, description="largest gain that pulls the model's motion [-]; lowered likewise")
+    ] = 0.8
+    derivative: Annotated[float, Field(ge=0.0, le=1.0, description="largest gain of the same [s]; likewise")] = 0.15
+    quiet: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        None, description="a smaller mean innovation is held for noise [m]; none: 0.0018 of the rod's length"
+    )
+    quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="over which that mean is taken [s]")] = 0.07
+    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.75
+    force_max: Annotated[float, Field(gt=0.0, le=1000.0)] | None = Field(
+        None, description="bound of the estimated force [N]; none: by the rod's stiffness and weight"
+    )
     offset_gain: Annotated[float, Field(gt=0.0, le=1.0, description="low-pass of kind 'offset', per cycle [-]")] = 0.2
 
 

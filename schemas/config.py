@@ -158,13 +158,13 @@ class ObserverSection(Schema):
     ] = 5.0
     proportional: Annotated[
         float, Field(ge=0.0, le=5.0, description="largest gain that pulls the model's motion [-]; lowered likewise")
-    ] = 0.8
-    derivative: Annotated[float, Field(ge=0.0, le=1.0, description="largest gain of the same [s]; likewise")] = 0.15
+    ] = 0.6
+    derivative: Annotated[float, Field(ge=0.0, le=1.0, description="largest gain of the same [s]; likewise")] = 0.1
     quiet: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
         None, description="a smaller mean innovation is held for noise [m]; none: 0.0018 of the rod's length"
     )
     quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="over which that mean is taken [s]")] = 0.07
-    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.75
+    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.5
     force_max: Annotated[float, Field(gt=0.0, le=1000.0)] | None = Field(
         None, description="bound of the estimated force [N]; none: by the rod's stiffness and weight"
     )
@@ -220,7 +220,7 @@ class FaultsSection(Schema):
     ] = 0.2
     rejected_time: Positive = Field(0.2, description="[s]; of poses that are all rejected")
     tip_speed_max: Positive = Field(
-        15.0, description="a pose that implies more is a teleport; the paper's robot reaches 11 m/s [m/s]"
+        20.0, description="a pose that implies more is a teleport; 10 N fling the paper's robot at 17 m/s [m/s]"
     )
     teleport_margin: NotNegative = Field(0.02, description="that a pose may jump beyond it [m]")
     teleport_time: Positive = Field(0.05, description="[s]; from the first to the newest of such poses in a row")

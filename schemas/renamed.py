@@ -22,6 +22,12 @@ IN_SECONDS = {
 """Thresholds that were counted in cycles, by section and old name; the new name, in seconds."""
 
 
+REMOVED = {
+    ("observer", "delay_scale"): "the gains follow from the loop's margin at the configured delay",
+}
+"""Keys that mean nothing any more, by section and name, and why: they are left aside, with a warning each."""
+
+
 class RenamedKeyWarning(UserWarning):
     """An old name of a key was used; the message names the new one."""
 
@@ -56,6 +62,13 @@ def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], l
                 "use that key",
                 RenamedKeyWarning,
                 stacklevel=4,
+            )
+    for (section, old), why in REMOVED.items():
+        table = new.get(section)
+        if isinstance(table, Mapping) and old in table:
+            new[section] = {key: value for key, value in table.items() if key != old}
+            warnings.warn(
+                f"{source}: {section}.{old} is no longer used ({why}): remove it", RenamedKeyWarning, stacklevel=4
             )
     return new, objections
 

@@ -147,6 +147,13 @@ def tip_residual(rod: ReferenceRod, loads: Loads, R: Array, point: Point) -> Arr
         pull = -T * slope / np.linalg.norm(slope)
         n = n + pull
         m = m + r_hat @ pull
+    if rod.tip_mass > 0.0:  # Newton and Euler about the centre of mass, moved to the tip
+        q, w, q_t, w_t = point.y[Q], point.y[W], point.y_t[Q], point.y_t[W]
+        centre = q_t + hat(w) @ q + hat(w_t) @ rod.tip_offset + hat(w) @ hat(w) @ rod.tip_offset
+        held = rod.tip_mass * (R.T @ loads.gravity - centre)
+        J = np.diag(rod.tip_inertia)
+        n = n + held
+        m = m + hat(rod.tip_offset) @ held - J @ w_t - hat(w) @ J @ w
     return np.concatenate(
         [
             internal_force(rod, strain, point.y_t[STRAIN]) - n,

@@ -28,11 +28,11 @@ def tips(records: list[CycleRecord]) -> np.ndarray:
 @pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])
 @pytest.mark.parametrize("mass", [0.02, 0.05])
 @pytest.mark.parametrize("arm", [ARM, None], ids=["bent", "idle"])
-def test_a_weight_hung_on_the_tip_is_found_within_a_tenth_in_half_a_second(
+def test_a_weight_hung_on_the_tip_is_found_within_a_tenth_in_three_seconds(
     law: str, mass: float, arm: int | None
 ) -> None:
-    records = run(f'[control]\nlaw = "{law}"\n[simulator.weight]\nmass = {mass}\ntime = 1.5', cycles=300, arm=arm)
-    for record in records[200:]:
+    records = run(f'[control]\nlaw = "{law}"\n[simulator.weight]\nmass = {mass}\ntime = 1.5', cycles=600, arm=arm)
+    for record in records[450:]:
         assert record.observer.force[0] == pytest.approx(-mass * GRAVITY, rel=0.1)
         assert abs(record.observer.force[2]) < 0.1 * mass * GRAVITY + 0.01
     assert abs(records[149].observer.force[0]) < 1e-6

@@ -47,6 +47,9 @@ def reference_model(parameters: RodParameters, space: str, nodes: int) -> Refere
         drag=np.array(parameters.drag),
         tendon_positions=np.array([(x, y, 0.0) for x, y in parameters.tendon_positions]),
         gravity=np.array(parameters.gravity),
+        tip_mass=parameters.tip_mass,
+        tip_inertia=np.array(parameters.tip_inertia),
+        tip_offset=np.array(parameters.tip_offset),
     )
     return ReferenceModel(
         rod,
@@ -55,7 +58,7 @@ def reference_model(parameters: RodParameters, space: str, nodes: int) -> Refere
 
 
 def some_rod(rng: np.random.Generator, tendons: int) -> RodParameters:
-    """Every parameter at random round the paper's, tendons irregularly round the backbone, and Bse not zero."""
+    """Every parameter at random round the paper's, tendons irregularly placed, Bse not zero, a body beside the tip."""
 
     def three(low: float, high: float) -> tuple[float, float, float]:
         x, y, z = rng.uniform(low, high, 3)
@@ -77,6 +80,9 @@ def some_rod(rng: np.random.Generator, tendons: int) -> RodParameters:
             (float(arm * np.cos(at)), float(arm * np.sin(at))) for arm, at in zip(arms, angles, strict=True)
         ),
         tendon_stiffness=rng.uniform(1e4, 3e4),
+        tip_mass=rng.uniform(0.005, 0.05),
+        tip_inertia=three(1e-6, 1e-5),
+        tip_offset=three(-0.02, 0.02),
     )
 
 

@@ -21,7 +21,9 @@ from tendond.schemas.messages import ControlAction, Mode
 IDLE_CYCLES = 100
 """Disarmed, before arming: the observer sees what hangs on the tip."""
 
-TRACKING_CYCLES = 250
+TRACKING_CYCLES = 600
+"""What a mass on the tip leaves to the observer decays at one to three per second."""
+
 IMPACT_CYCLES = 100
 """That a run with an impact goes on for, from its beginning."""
 

@@ -129,7 +129,7 @@ def test_a_folder_with_results_of_other_settings_is_refused_until_told_to_start_
     with pytest.raises(UsageError, match=r"other settings \(seed: 1, now 2\); choose another folder"):
         run(other, tmp_path, here, quiet)
     gained = BASE.model_copy(update={"observer": BASE.observer.model_copy(update={"integral": 7.0})})
-    with pytest.raises(UsageError, match=r"config\.observer\.integral: 12\.0, now 7\.0"):
+    with pytest.raises(UsageError, match=r"config\.observer\.integral: 5\.0, now 7\.0"):
         run(replace(none, config=gained), tmp_path, here, quiet)
     assert len(run(other, tmp_path, here, quiet, fresh=True)) == 1
 

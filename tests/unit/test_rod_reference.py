@@ -175,7 +175,8 @@ def followed(model: ReferenceModel, rod: Rod, state: RodState, loads: Loads, pre
         solution = model.static_solution(loads, base_load)
     else:
         solution = model.step_solution(previous, loads, base_load)
-    assert float(np.linalg.norm(solution.residual)) < 10.0 * LEFT_AT_THE_TIP
+    # A body's inertia is second differences of positions over dt^2, and their rounding.
+    assert float(np.linalg.norm(solution.residual)) < 50.0 * LEFT_AT_THE_TIP
     assert_agree(rod, state, solution, moving=previous is not None)
     return solution
 

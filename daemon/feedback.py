@@ -34,12 +34,18 @@ def observer_gains(config: RigConfig, rod: RodParameters) -> ObserverGains:
         integral=gains.integral,
         proportional=gains.proportional,
         derivative=gains.derivative,
-        quiet=NOISE_FLOOR * rod.length if section.quiet is None else section.quiet,
+        quiet=noise_floor(config),
         quiet_share=section.quiet_share,
         quiet_time=section.quiet_time,
         force_max=force if section.force_max is None else section.force_max,
         offset_gain=section.offset_gain,
     )
+
+
+def noise_floor(config: RigConfig) -> float:
+    """Size of a mean innovation below which most of it is taken for noise [m]."""
+    given = config.observer.quiet
+    return NOISE_FLOOR * config.rod.length if given is None else given
 
 
 def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:

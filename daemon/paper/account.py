@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tendond.daemon.feedback import noise_floor
 from tendond.daemon.laws import select_law
 from tendond.daemon.paper.lyapunov import along_share, find_rises
 from tendond.daemon.paper.published import EXPERIMENT, LAWS, SIMULATION
@@ -207,7 +208,7 @@ def _rig(runs: Runs) -> list[str]:
         f"radius of {1e3 * speed / NO_LOAD_SPEED:.0f} mm or more; the paper gives neither.",
         f"Of the steady-state error {_mean_error(run, 100, 120):.2f} mm is left at iteration 100 and "
         f"{_mean_error(run, -20, None):.2f} mm at the end: the observer takes innovations below "
-        f"{1e3 * config.observer.quiet:g} mm mostly for noise and mends them slowly.",
+        f"{1e3 * noise_floor(config):.2g} mm mostly for noise and corrects them slowly.",
     ]
 
 

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import zenoh
 
+from tendond.bus_file import read_bus_file
 from tendond.daemon.errors import BusConfigError, DaemonError
 from tendond.daemon.requests import Requests
 from tendond.identity import new_source
@@ -223,13 +224,10 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
     """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
 
     Raises:
-        BusConfigError: the file cannot be used, or the bus would be open to a network.
+        ConfigError: the file cannot be used. BusConfigError: the bus would be open to a network.
     """
     path = os.environ.get(CONFIG_VARIABLE)
-    try:
-        settings = zenoh.Config.from_file(path) if path else zenoh.Config()
-    except zenoh.ZError as error:
-        raise BusConfigError(f"{CONFIG_VARIABLE} = {path}: {_brief(error)}; mend it or unset it") from error
+    settings = read_bus_file()
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
     connects = bool(json.loads(settings.get_json("connect/endpoints")))
     if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
-from tendond.schemas.config import ConfigError
+from tendond.bus_file import read_bus_file
 from tendond.schemas.keys import CONFIG_VARIABLE
 
 RETRY_SECONDS = 0.2
@@ -23,34 +23,17 @@ class BusError(TendondError):
     """The controller cannot be reached."""
 
 
-class BusConfigError(BusError, ConfigError):
-    """The file that ZENOH_CONFIG names cannot be used: as with any configuration, trying again does not help."""
-
-
 class StoppedError(Exception):
     """The process was asked to end while it waited."""
 
 
-def own_config() -> zenoh.Config:
-    """What the file that ZENOH_CONFIG names says of credentials and certificates; Zenoh's defaults without it.
+def client_config(endpoint: str) -> zenoh.Config:
+    """A client of one endpoint; nothing is searched for on the network.
 
     Raises:
-        BusConfigError: the file cannot be used.
+        ConfigError: the file that ZENOH_CONFIG names cannot be used.
     """
-    path = os.environ.get(CONFIG_VARIABLE)
-    if not path:
-        return zenoh.Config()
-    try:
-        return zenoh.Config.from_file(path)
-    except zenoh.ZError as error:
-        raise BusConfigError(
-            f"ZENOH_CONFIG = {path}: {str(error).split(' at ', 1)[0].strip()}; mend it or unset it"
-        ) from error
-
-
-def client_config(endpoint: str) -> zenoh.Config:
-    """A client of one endpoint; nothing is searched for on the network."""
-    config = own_config()
+    config = read_bus_file()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     config.insert_json5("scouting/multicast/enabled", "false")
@@ -70,6 +53,7 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
     Raises:
         StoppedError: it gave up because it was asked to.
         BusError: the controller was not there in time.
+        ConfigError: the file that ZENOH_CONFIG names cannot be used.
     """
     zenoh.init_log_from_env_or("off")
     deadline = time.monotonic() + timeout

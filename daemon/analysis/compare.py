@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tendond.daemon.analysis.drawing import REFERENCE, style
-from tendond.daemon.analysis.log import Log
+from tendond.daemon.analysis.log import Log, as_text
 from tendond.daemon.analysis.metrics import Tracking, metrics, tracking
 from tendond.daemon.state import rod_from_section
 from tendond.model.static_curve import static_curve
@@ -46,8 +46,8 @@ def compared(logs: Sequence[Log]) -> list[Compared]:
 
 def _names(logs: Sequence[Log]) -> list[str]:
     """The files' names; with their folders where these are not enough."""
-    stems = [log.path.stem for log in logs]
-    return stems if len(set(stems)) == len(stems) else [str(log.path) for log in logs]
+    stems = [as_text(log.path.stem) for log in logs]
+    return stems if len(set(stems)) == len(stems) else [as_text(str(log.path)) for log in logs]
 
 
 def write_table(runs: Sequence[Compared], path: Path) -> None:

@@ -64,7 +64,7 @@ def _overview(run: "_Run", log: Log) -> Figure:
     figure = Figure((2 * SIZE[0], 2 * SIZE[1]), layout="constrained")
     for axes, panel in zip(figure.subplots(2, 2).flat, run.panels.values(), strict=True):
         panel(axes)
-    figure.suptitle(f"{log.path.name}: {run.law}", x=0.01, ha="left", fontsize=12)
+    figure.suptitle(f"{log.name}: {run.law}", x=0.01, ha="left", fontsize=12)
     return figure
 
 

@@ -73,11 +73,11 @@ def write_page(log: Log, path: Path) -> Path:
         if mode in BANDS:
             figure.add_vrect(x0=start, x1=end, fillcolor=BANDS[mode], opacity=0.45, line_width=0, layer="below")
     figure.update_xaxes(title_text="time [s]", row=6, col=1)
-    figure.update_layout(height=1500, title=f"{log.path.name}: {log.config.control.law}", template="plotly_white")
+    figure.update_layout(height=1500, title=f"{log.name}: {log.config.control.law}", template="plotly_white")
     parts = [figure.to_html(full_html=False, include_plotlyjs=True, div_id="course")]
     if log.shapes:
         parts.append(_space(log, go).to_html(full_html=False, include_plotlyjs=False, auto_play=False, div_id="space"))
-    head = f"<head><meta charset='utf-8'><title>{escape(log.path.name)}</title></head>"
+    head = f"<head><meta charset='utf-8'><title>{escape(log.name)}</title></head>"
     body = "\n".join(parts)
     path.write_text(f"<!doctype html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n", encoding="utf-8")
     return path

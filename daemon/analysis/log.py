@@ -2,6 +2,7 @@
 
 import glob
 import json
+import os
 import re
 import warnings
 from collections.abc import Collection, Iterator
@@ -64,6 +65,16 @@ class Log:
     tendons: list[list[Array]]
     truth: list[SimulatorTruth]
     log_lines: list[foxglove.Log]
+
+    @property
+    def name(self) -> str:
+        """Of the file, as text that can be written anywhere: in an ASCII locale a path may hold what is none."""
+        return as_text(self.path.name)
+
+
+def as_text(name: str) -> str:
+    """A file's name as it is on the disk, which is UTF-8 as a rule; what is not is replaced."""
+    return os.fsencode(name).decode("utf-8", errors="replace")
 
 
 def load(path: Path) -> Log:

@@ -76,7 +76,7 @@ def page(log: Log, facts: dict[str, Any]) -> str:
     figures.append(("Modes and events", _untitled(timeline(log))))
     if log.timings:
         figures.append(("Loop timing", _untitled(loop_timing(log))))
-    title = f"{log.path.name}: {log.config.control.law.replace('_', ' ')} on rig '{log.config.rig.name}'"
+    title = f"{log.name}: {log.config.control.law.replace('_', ' ')} on rig '{log.config.rig.name}'"
     course = [event for event in found if event.kind in (REQUEST, MODE, FAULT)]
     parts = [
         f"<header><h1>{escape(title)}</h1><p>{escape(_subtitle(log, facts))}</p></header>",

@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from io import TextIOWrapper
 from typing import Annotated
 
 import typer
@@ -19,6 +20,8 @@ from tendond.daemon.cli import (
     process_commands,
     servo_commands,
 )
+from tendond.daemon.cli.kernel_folder import NOWHERE, prepare
+from tendond.daemon.cli.signals import INTERRUPTED, leave_at_the_end, leave_on_interrupt, was_interrupted
 from tendond.schemas.renamed import RenamedKeyWarning
 
 EPILOG = """\
@@ -71,16 +74,35 @@ def _show_renamed(message: Warning | str, *place: object, **more: object) -> Non
 
 def main() -> None:
     """Run the command line; what a user can mend is one line each and no traceback."""
+    warnings.simplefilter("once", RenamedKeyWarning)
+    warnings.showwarning = _show_renamed
+    leave_on_interrupt()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
+            stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
     try:
-        warnings.simplefilter("once", RenamedKeyWarning)
-        warnings.showwarning = _show_renamed
+        prepare(_say)
+        _run()
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+    finally:
+        leave_at_the_end()
+
+
+def _run() -> None:
+    """Run the command; errors become lines and exit statuses."""
+    try:
         try:
             app()
         finally:
             sys.stdout.flush()
+    except SystemExit as end:
+        if not end.code and was_interrupted():
+            raise SystemExit(INTERRUPTED) from None
+        raise
     except TendondError as error:
         for line in str(error).splitlines():
-            print(f"tendond: {line}", file=sys.stderr)
+            _say(line)
         raise SystemExit(_exit_code(error)) from None
     except BrokenPipeError:  # as in `tendond config show | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
@@ -88,10 +110,17 @@ def main() -> None:
     except OSError as error:
         if error.filename is None:
             raise
-        print(f"tendond: {error.filename}: {error.strerror}", file=sys.stderr)
+        _say(f"{error.filename}: {error.strerror}")
         raise SystemExit(EXIT_FAILED) from None
-    except KeyboardInterrupt:
-        raise SystemExit(130) from None
+    except RuntimeError as error:
+        if "cannot cache function" not in str(error):  # numba's, when a kernel is imported
+            raise
+        _say(NOWHERE)
+        raise SystemExit(EXIT_FAILED) from None
+
+
+def _say(line: str) -> None:
+    print(f"tendond: {line}", file=sys.stderr, flush=True)
 
 
 def _exit_code(error: TendondError) -> int:

@@ -10,6 +10,7 @@ from types import FrameType
 from typing import TypeVar
 
 from tendond.daemon.cli.include import parse_with_includes, read_text
+from tendond.daemon.cli.signals import note
 from tendond.notify import Supervisor
 from tendond.schemas.config import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.presets import PROFILES
@@ -94,14 +95,18 @@ def present(section: Section | None, name: str, path: Path | None) -> Section:
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Catch SIGINT and SIGTERM, for a loop that can end by itself; the function returned is true once one has come."""
+    """Catch SIGINT and SIGTERM, for a loop that can end by itself; the function returned is true once one has come.
+
+    The exit status is 130 after the first all the same.
+    """
     came: list[int] = []
 
-    def note(number: int, frame: FrameType | None) -> None:
+    def catch(number: int, frame: FrameType | None) -> None:
         came.append(number)
+        note(number)
 
-    signal.signal(signal.SIGINT, note)
-    signal.signal(signal.SIGTERM, note)
+    signal.signal(signal.SIGINT, catch)
+    signal.signal(signal.SIGTERM, catch)
     return lambda: bool(came)
 
 

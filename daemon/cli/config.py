@@ -119,7 +119,7 @@ def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
 
     try:
         hub_settings(config)
-    except DaemonError as error:
+    except ConfigError as error:
         yield str(error)
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:

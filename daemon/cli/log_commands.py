@@ -135,7 +135,7 @@ def view(
     from tendond.daemon.cli.signals import leave_on_signals
     from tendond.daemon.cli.view import run_view
 
-    leave_on_signals(interrupted=0)
+    leave_on_signals()
     run_view(file, config, host, port)
 
 

@@ -96,7 +96,7 @@ def watch(
     from tendond.daemon.cli.signals import leave_on_signals
     from tendond.daemon.cli.watch import run_watch
 
-    leave_on_signals(interrupted=0)
+    leave_on_signals()
     run_watch(config, once=once)
 
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 
 from tendond.daemon.cli.common import load_config
+from tendond.daemon.watch.plain import shown
 from tendond.daemon.watch.screen import frame, line
 from tendond.daemon.watch.seen import FRAMES_PER_SECOND, Seen
 from tendond.drivers.session import BusError, open_client
@@ -109,7 +110,8 @@ def _live(listener: Listener, config: RigConfig, console: Console) -> None:
             began = time.monotonic()
             listener.listen()
             width, height = console.size
-            live.update(frame(listener.seen, config, time.monotonic(), width, height), refresh=True)
+            image = frame(listener.seen, config, time.monotonic(), width, height)
+            live.update(shown(image, console.encoding), refresh=True)
             time.sleep(max(0.0, began + FRAME_SECONDS - time.monotonic()))
 
 
@@ -139,4 +141,4 @@ def _once(listener: Listener, config: RigConfig, console: Console) -> None:
         raise BusError(
             f"no controller of rig '{config.rig.name}' at {config.bus.endpoint}: start it with 'tendond run'"
         )
-    console.print(frame(seen, config, now, console.width, DEFAULT_HEIGHT))
+    console.print(shown(frame(seen, config, now, console.width, DEFAULT_HEIGHT), console.encoding))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.analysis.arrays import LOG_TIME, Arrays, load
+from tendond.daemon.analysis.log import as_text
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config import RigConfig
 from tendond.schemas.messages import Mode
@@ -78,7 +79,7 @@ class Recording:
     @property
     def name(self) -> str:
         """Of the file, for tables."""
-        return self.path.name
+        return as_text(self.path.name)
 
     @property
     def duration(self) -> float:

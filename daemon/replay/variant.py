@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.daemon.analysis.log import Log, LogError, Run, load, open_run
+from tendond.daemon.analysis.log import Log, LogError, Run, as_text, load, open_run
 from tendond.daemon.cycle import step
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.daemon.replay.offline import OfflineJournal, record_lockstep
@@ -104,7 +104,7 @@ def first_time(run: Run) -> int:
 
 
 def _notes(path: Path, kind: str, changes: str) -> dict[str, str]:
-    return {"replay": kind, "replay_of": path.name, "replay_changes": changes or "none"}
+    return {"replay": kind, "replay_of": as_text(path.name), "replay_changes": changes or "none"}
 
 
 def _setup(config: RigConfig) -> CycleSetup:

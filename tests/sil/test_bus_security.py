@@ -12,10 +12,9 @@ import pytest
 import zenoh
 
 from tendond.daemon.bus import Hub
-from tendond.daemon.errors import DaemonError
 from tendond.drivers.operator import ask
 from tendond.drivers.session import OUR_QUEUE, QUEUE_SIZE, BusError, client_config, open_client
-from tendond.schemas.config import check_config
+from tendond.schemas.config import ConfigError, check_config
 from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import encode
@@ -214,7 +213,7 @@ def test_without_credentials_there_is_no_session_and_the_message_says_so(
 
 def test_an_open_bus_on_a_network_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ZENOH_CONFIG", raising=False)
-    with pytest.raises(DaemonError, match="has no access list"):
+    with pytest.raises(ConfigError, match="has no access list"):
         Hub(check_config({"bus": {"endpoint": "tcp/0.0.0.0:7447"}}, "test"))
     assert "ZENOH_CONFIG" not in os.environ
 

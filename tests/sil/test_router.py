@@ -11,9 +11,8 @@ import pytest
 import zenoh
 
 from tendond.daemon.bus import Hub
-from tendond.daemon.errors import DaemonError
 from tendond.drivers.session import open_client
-from tendond.schemas.config import check_config
+from tendond.schemas.config import ConfigError, check_config
 from tendond.schemas.keys import STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction
 from tendond.schemas.wire import encode
@@ -135,5 +134,5 @@ def test_a_controller_that_connects_to_a_network_needs_an_access_list(
     open_file = network.folder / "open.json5"
     open_file.write_text(json.dumps({"connect": {"endpoints": [network.outside]}}))
     monkeypatch.setenv("ZENOH_CONFIG", str(open_file))
-    with pytest.raises(DaemonError, match="has no access list"):
+    with pytest.raises(ConfigError, match="has no access list"):
         Hub(check_config({"bus": {"endpoint": network.endpoint}}, "test"))

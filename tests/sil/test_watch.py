@@ -119,7 +119,7 @@ def test_watch_follows_a_rig_through_its_life(tmp_path: Path) -> None:
 
         terminal.process.send_signal(signal.SIGINT)
         terminal.read(1.0)
-        assert terminal.process.wait(10.0) == 0
+        assert terminal.process.wait(10.0) == 130
         assert "\x1b[?1049l" in terminal.all, "the screen is not given back"
         assert "\x1b[3" in terminal.all, "no colours"
         assert "Traceback" not in terminal.all

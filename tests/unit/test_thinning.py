@@ -84,7 +84,7 @@ def test_what_led_to_an_event_and_ten_seconds_after_it_are_in_the_log(thin: Path
     idle = [tick for tick in ticks if round(1.2 * QUIET_SECONDS / period) < tick < first]
     assert len(idle) == 40  # of these 19.3 s: a tenth of a second every five
     modes = {record.mode for record in load(thin).records}
-    assert {Mode.IDLE, Mode.TRACKING, Mode.RELEASING} <= modes
+    assert {Mode.IDLE, Mode.RELEASING} < modes  # and what arming begins with
 
 
 def test_tools_tell_what_was_left_out_from_what_is_missing(thin: Path, tmp_path: Path) -> None:
@@ -112,8 +112,8 @@ def growth(folder: Path, idle_period: float, first: int, last: int) -> float:
 
 
 def test_an_idle_log_grows_by_a_hundredth_of_a_full_one(tmp_path: Path) -> None:
-    """At the period that is the default: two minutes, in which there are two samples."""
-    thin_rate = growth(tmp_path, RigConfig().log.idle_period, 2000, 14000)
+    """At the period that is the default: a minute, in which there is one sample."""
+    thin_rate = growth(tmp_path, RigConfig().log.idle_period, 2000, 8000)
     assert 0.0 < thin_rate < growth(tmp_path, 0.0, 1000, 3000) / 100
 
 

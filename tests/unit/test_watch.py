@@ -5,6 +5,7 @@ import math
 import pytest
 
 from tendond.daemon.watch.canvas import Canvas
+from tendond.daemon.watch.plain import shown
 from tendond.daemon.watch.rod import sketch
 from tendond.daemon.watch.screen import bar, frame, line, sparkline
 from tendond.daemon.watch.seen import Seen
@@ -151,3 +152,16 @@ def test_bars_and_sparks() -> None:
     assert sparkline([1e-5, 2e-4, 1e-2, 0.9], 10) == "▁▂▆█"
     assert sparkline([1.0] * 50, 8) == "█" * 8
     assert sparkline([1.0], 0) == ""
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "ascii", "cp437", "no-such-encoding"])
+def test_a_terminal_without_unicode_is_given_the_same_picture_in_ascii(encoding: str) -> None:
+    drawn = frame(watched(), CONFIG, 2.0, 80, 24)
+    text = shown(drawn, encoding)
+    assert text.plain.isascii()
+    assert [row.cell_len for row in text.split("\n")] == [row.cell_len for row in drawn.split("\n")]
+    assert text.spans == drawn.spans
+    assert "?" not in text.plain
+    for part in ("TRACKING", "59.50", "+ x-z ", ":", "^", "o"):
+        assert part in text.plain
+    assert shown(drawn, "utf-8") is drawn

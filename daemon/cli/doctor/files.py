@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tendond.daemon.cli.doctor.check import Result, Rig, bad, doubtful, good
+from tendond.daemon.cli.kernel_folder import TEMPORARY, VARIABLE
 from tendond.daemon.recorder import FLUSH_SECONDS
 from tendond.daemon.retention import GIGABYTE, MEGABYTE, existing, retention
 from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibration
@@ -81,6 +82,12 @@ def kernels(rig: Rig) -> Result:
 
     Rod  # the kernels are known once the rod's module is  # noqa: B018
     missing = uncached()
+    folder = os.environ.get(VARIABLE, "")
+    if Path(folder).name.startswith(TEMPORARY):
+        return doubtful(
+            f"{'not compiled' if missing else 'compiled'}, in {folder}: no other folder can be written",
+            f"set {VARIABLE} to a folder of this user's, or compiling starts anew with each boot",
+        )
     if not missing:
         return good("compiled, for this user and processor")
     return doubtful(

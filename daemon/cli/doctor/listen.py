@@ -8,7 +8,7 @@ import zenoh
 
 from tendond.drivers.operator import ask
 from tendond.drivers.session import BusError, open_client
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config import ConfigError, RigConfig
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, Message, Status, TendonState, TipPose
 from tendond.schemas.wire import UnreadableError, decode
@@ -51,7 +51,7 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> Heard:
     name = config.rig.name
     try:
         session = open_client(config.bus.endpoint, CONNECT_SECONDS)
-    except BusError as error:
+    except (BusError, ConfigError) as error:
         heard.error = str(error)
         return heard
     with session:

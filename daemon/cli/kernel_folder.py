@@ -1,0 +1,85 @@
+"""Where compiled kernels are kept for a user who may write nowhere that numba looks: a temporary folder, and said so.
+
+numba looks for a folder that it can write to in NUMBA_CACHE_DIR, beside the sources, and in the user's cache, and does
+not even import a kernel where there is none. A service's user, or one in a container, often has none: no home, and an
+installation that is root's.
+"""
+
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import tendond
+
+VARIABLE = "NUMBA_CACHE_DIR"
+TEMPORARY = "tendond-kernels-"
+"""With what the name of a temporary folder begins."""
+
+KERNELS = ("*.nbi", "*.nbc")
+NOWHERE = "no folder for compiled kernels can be written: set NUMBA_CACHE_DIR to one that can"
+
+
+def prepare(say: Callable[[str], None]) -> None:
+    """Have a folder that numba can write to, with the kernels that are there already.
+
+    Args:
+        say: a line for people.
+    """
+    beside = Path(tendond.__file__).parent / "model" / "__pycache__"
+    given = os.environ.get(VARIABLE)
+    if any(is_writable(folder) for folder in (*([Path(given)] if given else []), beside, _users())):
+        return
+    folder = _temporary()
+    if folder is None:
+        return  # a command that needs a kernel says so: see `NOWHERE`
+    if not any(folder.iterdir()):
+        with suppress(OSError):  # else they are compiled anew
+            _copy(beside, folder / numbas_name(beside.parent))
+            for one in Path(given).iterdir() if given and Path(given).is_dir() else []:
+                _copy(one, folder / one.name)
+        say(f"compiled kernels are kept in {folder}: no other folder can be written; {VARIABLE} names a lasting one")
+    os.environ[VARIABLE] = str(folder)
+
+
+def is_writable(folder: Path) -> bool:
+    """Whether a folder can be written to, or be made."""
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def numbas_name(sources: Path) -> str:
+    """Name of the folder in NUMBA_CACHE_DIR that numba gives to the kernels of a folder of sources."""
+    return f"{sources.name}_{hashlib.sha1(str(sources).encode()).hexdigest()}"
+
+
+def _users() -> Path:
+    """The user's own cache, where numba looks last."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
+
+
+def _temporary() -> Path | None:
+    """A folder of this user's own that later runs find again; what lies there is machine code, so nobody else's."""
+    try:
+        folder = Path(tempfile.gettempdir()) / f"{TEMPORARY}{os.getuid()}"
+        with suppress(FileExistsError):
+            folder.mkdir(mode=0o700)
+        found = folder.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077:
+            return folder
+        return Path(tempfile.mkdtemp(prefix=TEMPORARY))
+    except OSError:
+        return None
+
+
+def _copy(kernels: Path, folder: Path) -> None:
+    """Copy the kernels of one folder of sources."""
+    for pattern in KERNELS:
+        for one in kernels.glob(pattern):
+            folder.mkdir(exist_ok=True)
+            shutil.copyfile(one, folder / one.name)

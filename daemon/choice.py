@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from tendond.daemon.errors import LawError
+from tendond.daemon.haste import haste
 from tendond.daemon.laws import LAWS, Law, LawParameters, select_law
 from tendond.daemon.reference import Reference, build_reference
 from tendond.daemon.space.course import Course, build_course
@@ -11,7 +12,7 @@ from tendond.model.allocation import Allocation
 from tendond.model.errors import ParameterError
 from tendond.model.rod import Rod
 from tendond.model.static_curve import StaticCurve
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config import LimitsSection, RigConfig
 from tendond.schemas.config_reference import ReferenceSection
 
 if TYPE_CHECKING:
@@ -28,17 +29,20 @@ class Plans:
     """
 
     def __init__(self) -> None:
-        self._plan: tuple[str, ReferenceSection, Planned] | None = None
+        self._plan: tuple[str, ReferenceSection, Planned, str] | None = None
 
-    def keep(self, law: str, section: ReferenceSection, reference: Planned) -> None:
-        """Remember a plan for a law and a [reference]."""
-        self._plan = (law, section, reference)
+    def keep(self, law: str, section: ReferenceSection, reference: Planned, remark: str) -> None:
+        """Remember a plan for a law and a [reference], and what `haste` says of it."""
+        self._plan = (law, section, reference, remark)
 
     def find(self, law: str, section: ReferenceSection) -> Planned | None:
         """The plan for a law and a [reference], if that is the one here."""
-        if self._plan is None or self._plan[:2] != (law, section):
-            return None
-        return self._plan[2]
+        return self._plan[2] if self._plan is not None and self._plan[:2] == (law, section) else None
+
+    def remark(self, reference: Planned, limits: LimitsSection) -> str:
+        """What `haste` says of a reference, reckoned here where it was not planned."""
+        planned = self._plan is not None and self._plan[2] is reference
+        return self._plan[3] if planned and self._plan is not None else haste(reference, limits)
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ class Desk:
             self._planned = None
             return None
         assert plan.reference is not None
-        self._setup.plans.keep(plan.law, plan.section, plan.reference)
+        self._setup.plans.keep(plan.law, plan.section, plan.reference, plan.remark)
         return question
 
     def _give_up_plan(self, reason: str) -> None:

@@ -13,7 +13,6 @@ from tendond.daemon.commissioning.averages import RestWatch
 from tendond.daemon.commissioning.probe import Phase, Probe
 from tendond.daemon.commissioning.rest_check import rest_objection
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.haste import haste
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
 from tendond.model.errors import ModelError
 from tendond.model.observer import start_observer
@@ -128,7 +127,7 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         elif inputs.reference is not None:
             choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
             x, y, z = choice.reference.target
-            remarks = [*choice.reference.notes, haste(choice.reference, setup.config.limits)]
+            remarks = [*choice.reference.notes, setup.plans.remark(choice.reference, setup.config.limits)]
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
             done = "; ".join([done, *filter(None, remarks)])
         else:

@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from tendond.daemon.errors import DaemonError, TargetError
+from tendond.daemon.haste import haste
 from tendond.model.errors import ModelError
 from tendond.schemas.config_reference import ReferenceSection
 
@@ -34,12 +35,13 @@ PIECE = 1 << 18
 
 @dataclass(frozen=True)
 class Plan:
-    """What became of a request: the reference, or why there is none."""
+    """What became of a request: the reference, with a remark for the operator; or why there is none."""
 
     law: str
     section: ReferenceSection
     reference: "Planned | None"
     error: str = ""
+    remark: str = ""
 
 
 class Planner:
@@ -149,7 +151,8 @@ def make_plan(setup: "CycleSetup", law: str, section: ReferenceSection) -> Plan:
     """Plan a reference for a law; whatever goes wrong is the plan's error."""
     try:
         choice = setup.choice.with_law(setup.config, law, section)
-        return Plan(law, section, choice.with_reference(setup.config, setup.rod, section).reference)
+        reference = choice.with_reference(setup.config, setup.rod, section).reference
+        return Plan(law, section, reference, remark=haste(reference, setup.config.limits))
     except (DaemonError, ModelError) as error:
         return Plan(law, section, None, "; ".join(str(error).splitlines()))
     except Exception as error:

@@ -85,7 +85,7 @@ class Peer:
 
     def unsafe(self) -> list[str]:
         """What is wrong with the commands heard: of all of them, whatever a test has done."""
-        limits, period = self._config.limits, self._config.loop.period
+        limits, period = self._config.with_own_rates().limits, self._config.loop.period
         objections = []
         last: TendonCommand | None = None
         for command in self.heard:

@@ -110,6 +110,30 @@ class TendonState(Message):
     fault: str = ""
 
 
+class ServoHealth(Message):
+    """How the servo driver and its serial bus do, once a second; counts are since the driver's start.
+
+    Attributes:
+        reads: of all servos, tried.
+        lost: of those, without an answer or with a damaged one.
+        late: answers that came after their question was given up.
+        late_by: the latest of them, after its question [s].
+        round_trip: from the question to all servos to the last byte of their answer, median of the last second [s].
+        round_trip_max: the longest of them [s].
+        phase: of the driver, in words.
+        load: of each servo, of its stall torque [-]; signed as the servo reports it.
+    """
+
+    reads: Annotated[int, Field(ge=0)]
+    lost: Annotated[int, Field(ge=0)]
+    late: Annotated[int, Field(ge=0)]
+    late_by: Annotated[float, Field(ge=0.0)]
+    round_trip: Annotated[float, Field(ge=0.0)]
+    round_trip_max: Annotated[float, Field(ge=0.0)]
+    phase: str
+    load: PerTendon
+
+
 class SimulatorTruth(Message):
     """What the simulated rod really does; nobody's input, only logged and plotted.
 

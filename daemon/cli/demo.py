@@ -1,9 +1,11 @@
 """`tendond demo`: the paper's experiment, with real processes on a real bus, in real time."""
 
+import json
 import socket
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
@@ -29,8 +31,10 @@ from tendond.drivers.session import BusError, StoppedError, open_client
 from tendond.model.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.messages import ControlAction, ControlReply, Mode
+from tendond.schemas.keys import SERVO_HEALTH, key
+from tendond.schemas.messages import ControlAction, ControlReply, Mode, ServoHealth
 from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.wire import decode
 
 HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
 """By profile; the impacts of the nasty one come within."""
@@ -127,6 +131,7 @@ def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
         )
         demo.run()
         report(out, log_file, demo.console)
+        _report_wires(out, log_file, demo)
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
@@ -139,6 +144,9 @@ class _Demo:
         commands: arguments of each process, by name; ended in the reverse order.
         hold: how long it tracks [s].
         needs: a path that a process waits for before it is started, by the process' name.
+
+    Attributes:
+        health: of the servos' serial line, as the driver told it last; none without a driver.
     """
 
     def __init__(
@@ -154,6 +162,7 @@ class _Demo:
         self._hold = hold
         self._needs = needs or {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.health: ServoHealth | None = None
 
     def run(self) -> None:
         """Start them, drive them, end them."""
@@ -161,8 +170,13 @@ class _Demo:
             for name, arguments in self._commands.items():
                 self._await(name)
                 self._processes[name] = start(*arguments)
-            with open_client(self._endpoint, START_SECONDS, self._has_ended) as session:
+            with (
+                open_client(self._endpoint, START_SECONDS, self._has_ended) as session,
+                session.declare_subscriber(key(RIG, SERVO_HEALTH), zenoh.handlers.RingChannel(1)) as healths,
+            ):
                 self._drive(session)
+                if (sample := healths.try_recv()) is not None:
+                    self.health = decode(ServoHealth, sample.payload.to_bytes())
         except StoppedError:
             self._watch()
         finally:
@@ -237,3 +251,19 @@ def _report(out: Path, log_file: Path, console: Console) -> None:
     console.print(
         f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
     )
+
+
+def _report_wires(out: Path, log_file: Path, demo: _Demo) -> None:
+    """What the servos were told and did, what the serial line lost, and who sets the pace; `wires.json` has it too."""
+    from tendond.daemon.analysis.log import load
+    from tendond.daemon.analysis.wires import pace, wires, wires_table
+
+    log = load(log_file)
+    tendons = wires(log)
+    if not tendons:
+        return
+    demo.console.print(wires_table(tendons, demo.health))
+    demo.console.print(pace(log, tendons))
+    health = None if demo.health is None else demo.health.model_dump()
+    found = {"tendons": [asdict(one) for one in tendons], "serial_line": health, "pace": pace(log, tendons)}
+    (out / "wires.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")

@@ -8,6 +8,7 @@ unstuffed, and a servo that gets them loses step; a second process may open the 
 
 import struct
 import time
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 
@@ -55,12 +56,16 @@ class ServoBus:
     Attributes:
         late: answers that came after their question was given up, so far.
         late_by: the latest of them, after its question [s].
+        reads: of all servos, asked so far.
+        round_trips: of those answered since somebody last emptied the list [s]; bounded.
     """
 
     def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
         self.port = port
         self.late = 0
         self.late_by = 0.0
+        self.reads = 0
+        self.round_trips: deque[float] = deque(maxlen=1000)
         self._port = Port(port, answer_timeout)
         self._packets = Protocol2PacketHandler()
         self._owed = False
@@ -291,12 +296,15 @@ class ServoBus:
             NoAnswerError: one or more did not answer.
         """
         readings: dict[int, Reading] = {}
+        self.reads += 1
+        began = time.monotonic()
         for start in range(0, len(identifiers), AT_ONCE):
             some = identifiers[start : start + AT_ONCE]
             if self._owed:
                 self._question = (self._question + 1) % len(QUESTIONS)
             with _Wire(self):
                 readings |= self._read_fast(some) if fast else self._read_plain(some)
+        self.round_trips.append(time.monotonic() - began)
         return readings
 
     def _ask(self, identifiers: Sequence[int], length: int, *, fast: bool) -> None:

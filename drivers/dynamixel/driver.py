@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from enum import StrEnum
 
 from tendond.drivers.dynamixel import table
@@ -23,6 +24,19 @@ from tendond.drivers.dynamixel.servos import Servos
 from tendond.drivers.dynamixel.turns import FURTHER, Located
 from tendond.schemas.config_servo import ServoSection
 from tendond.schemas.messages import TendonCommand
+
+
+@dataclass(frozen=True)
+class Health:
+    """See `ServoHealth`."""
+
+    reads: int
+    lost: int
+    late: int
+    late_by: float
+    round_trip: float
+    round_trip_max: float
+    load: tuple[float, ...]
 
 
 class Phase(StrEnum):
@@ -270,6 +284,21 @@ class ServoDriver:
             fault = self._guard.fault(now, self._servos.spools, self._readings, self._goals)
             if fault:
                 self._fail(now, fault)
+
+    @property
+    def health(self) -> Health:
+        """How the serial bus does; the round trips are those since it was last asked for."""
+        trips = sorted(self._bus.round_trips)
+        self._bus.round_trips.clear()
+        return Health(
+            reads=self._bus.reads,
+            lost=self.counts["reads without an answer"],
+            late=self._bus.late,
+            late_by=self._bus.late_by,
+            round_trip=trips[len(trips) // 2] if trips else 0.0,
+            round_trip_max=trips[-1] if trips else 0.0,
+            load=tuple(one.load * table.LOAD_UNIT for one in self._readings),
+        )
 
     @property
     def _lateness(self) -> str:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 
 import zenoh
@@ -18,13 +19,14 @@ from tendond.identity import new_source
 from tendond.notify import Supervisor
 from tendond.schemas.config import RigConfig
 from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
-from tendond.schemas.messages import ENCODING, ControlReply, TendonCommand, TendonState
+from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
+from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, TendonCommand, TendonState
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 CONNECT_SECONDS = 120.0
 ANSWER_SECONDS = 5.0
 QUEUE = 8
+HEALTH_SECONDS = 1.0
 SAY_SECONDS = 10.0
 """Between two lines about reads that were lost or late."""
 
@@ -108,7 +110,8 @@ class ServoProcess:
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
-        deadline = before = time.monotonic()
+        healths = session.declare_publisher(key(name, SERVO_HEALTH), encoding=ENCODING)
+        deadline = before = told = time.monotonic()
         ear = Listener(before)
         while not self._stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
@@ -117,6 +120,9 @@ class ServoProcess:
             now = time.monotonic()
             if heard := ear.news(now, driver.counts["reads without an answer"], driver.late):
                 self._say(heard)
+            if now - told >= HEALTH_SECONDS:
+                told = now
+                healths.put(encode(self._health(driver)))
             if now - before <= self._section.watchdog:  # a lost port or a fault waits for a person, not for a restart
                 self._supervisor.alive()
             before = now
@@ -163,6 +169,15 @@ class ServoProcess:
     def _report(self, driver: ServoDriver) -> str:
         """What the driver objects to, and a second controller."""
         return "; ".join(filter(None, (driver.report, self._followed.objection(time.monotonic()))))
+
+    def _health(self, driver: ServoDriver) -> ServoHealth:
+        return ServoHealth(
+            seq=self._seq,
+            stamp_ns=time.monotonic_ns(),
+            source=self._source,
+            phase=driver.phase.value,
+            **asdict(driver.health),
+        )
 
     def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
         if (query := resets.try_recv()) is None:

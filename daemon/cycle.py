@@ -99,6 +99,8 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         reached = state.tension + part * (command - state.tension)
         step = limits.tension_rate * period  # where actuators lag, what was commanded is not what they stand at
         reached = np.clip(reached, state.commanded - step, state.commanded + step)
+        # a tendon that is let go ends slack: a rest of its tension would hold its displacement at the rate's limit
+        reached = np.where((command == 0.0) & (reached < SLACK), 0.0, reached)
         wound = held if np.array_equal(reached, held.state.commanded) else _wind(setup, state, reached)
     state = wound.state
     command, displacement = state.commanded, wound.command

@@ -159,3 +159,15 @@ def test_a_probe_replays_to_the_last_bit(tmp_path: Path) -> None:
     outcome = rerun(tmp_path / "run.mcap")
     assert outcome.compared == 400
     assert outcome.first is None
+
+
+def test_the_tendon_that_was_probed_last_ends_slack_and_does_not_hold_the_command_at_a_limit() -> None:
+    """A thousandth of a newton left in it would keep its displacement at the rate's limit until that is a fault."""
+    tracked = [
+        watched.record
+        for watched in watched_loop(parse_config(WIRED, "test"), 600, {ARM: ControlAction.ARM}, probe=True)
+        if watched.record.mode in (Mode.TRACKING, Mode.FAULT)
+    ]
+    assert len(tracked) > 150
+    assert all(record.mode is Mode.TRACKING for record in tracked)
+    assert all(record.tension[3] == 0.0 for record in tracked[50:])

@@ -7,9 +7,15 @@ import pytest
 from tests.plants.weights import Case, main, run
 
 
-@pytest.mark.parametrize("rate", [100, 250])
-def test_the_tip_settles_on_a_plant_by_others(rate: int) -> None:
-    outcome = run(Case(rate=rate, mass=0.0), tracking=4.0)
+CASES = [
+    Case(mass=50.0, stiffness=0.85, untold=1),
+    Case(mass=35.0, law="sensitivity", rate=250, stiffness=1.15, told=3),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=["50 g", "35 g in space"])
+def test_the_tip_settles_under_a_weight_on_a_plant_by_others(case: Case) -> None:
+    outcome = run(case)
     assert outcome.passed, outcome
 
 

@@ -1,6 +1,5 @@
-"""What the observer may pull with, what is carried over a known delay, and how the law in space takes errors away."""
+"""What the observer may pull with, and how the law in space takes errors away."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -9,10 +8,9 @@ import pytest
 from tendond.daemon.cycle import step
 from tendond.daemon.laws import sensitivity
 from tendond.daemon.laws.law import Observation, Outlook
-from tendond.daemon.state import CycleSetup, changed, initial_state
+from tendond.daemon.state import CycleSetup, initial_state
 from tendond.model.allocation import Allocation
 from tendond.schemas.config import RodSection, parse_config
-from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 from tests.unit.cycles import pose
 
@@ -31,22 +29,6 @@ def test_the_pull_on_the_model_is_bounded_by_four_times_the_largest_estimated_fo
         pulls.append(np.linalg.norm(record.observer.pull))
         assert np.linalg.norm(record.observer.force) <= 0.05 + 1e-12
     assert max(pulls) == pytest.approx(0.2)  # the bound is met
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.025, 0.06])
-def test_a_difference_that_drifts_is_carried_over_the_delay_to_now(delay: float) -> None:
-    """A ramp v t: its low-pass lags by `quiet_time` v, and what was measured is `delay` old: v delay more by now."""
-    text = f'[control]\nlaw = "sensitivity"\n[observer]\ndelay = {delay}\n[reference]\nkind = "circle"\n'
-    setup = CycleSetup.from_config(parse_config(text, "test"))
-    state = initial_state(setup)
-    state, _, _ = step(setup, state, CycleInputs(pose=pose(1, tuple(state.tip.position.tolist()))))
-    drift, innovation = np.array([0.05, -0.03, 0.02]), np.array([1e-3, 2e-3, -1e-3])
-    mean = innovation - setup.observer.quiet_time * drift
-    observer = dataclasses.replace(state.observer, innovation=innovation, mean=mean)
-    state = changed(state, mode=Mode.TRACKING, since=state.tick, observer=observer)
-    _, _, record = step(setup, state, CycleInputs())  # no pose: the innovation stays
-    now = state.tip.position + innovation + delay * drift
-    assert record.terms["error"] == pytest.approx(np.array(record.reference.position) - now, abs=1e-12)
 
 
 def test_the_law_in_space_lets_an_error_decay_at_two_rates_whatever_it_is_doing() -> None:

@@ -42,8 +42,8 @@ TARGETS = {
     ),
     "admission": _target(
         "daemon/admission daemon/sources",
-        "unit/test_cycle_faults unit/test_fault_table unit/test_missed_ticks unit/test_refusals unit/test_sources "
-        "unit/test_thresholds",
+        "unit/test_admission_numbers unit/test_cycle_faults unit/test_fault_table unit/test_missed_ticks "
+        "unit/test_refusals unit/test_sources unit/test_thresholds",
     ),
     "modes": _target(
         "daemon/modes",

@@ -6,7 +6,6 @@ import pytest
 
 from tests.plants.weights import Case, main, run
 
-
 CASES = [
     Case(mass=50.0, stiffness=0.85, untold=1),
     Case(mass=35.0, law="sensitivity", rate=250, stiffness=1.15, told=3),

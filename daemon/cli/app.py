@@ -20,7 +20,7 @@ from tendond.daemon.cli import (
     process_commands,
     servo_commands,
 )
-from tendond.daemon.cli.kernel_folder import NOWHERE, prepare
+from tendond.daemon.cli.kernel_folder import NOWHERE, prepare_for_numba
 from tendond.daemon.cli.signals import INTERRUPTED, leave_at_the_end, leave_on_interrupt, was_interrupted
 from tendond.schemas.renamed import RenamedKeyWarning
 
@@ -81,7 +81,7 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
             stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
     try:
-        prepare(_say)
+        prepare_for_numba(_say)
         _run()
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None

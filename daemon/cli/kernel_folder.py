@@ -9,9 +9,11 @@ import hashlib
 import os
 import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 import tendond
@@ -22,6 +24,24 @@ TEMPORARY = "tendond-kernels-"
 
 KERNELS = ("*.nbi", "*.nbc")
 NOWHERE = "no folder for compiled kernels can be written: set NUMBA_CACHE_DIR to one that can"
+
+
+class _Watch(MetaPathFinder):
+    """Prepares when numba is about to be imported: most commands need no kernel, and no folder for it."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+        if name == "numba":
+            sys.meta_path.remove(self)
+            prepare(self._say)
+
+
+def prepare_for_numba(say: Callable[[str], None]) -> None:
+    """Call `prepare` as soon as numba is imported, which looks at its environment then."""
+    if "numba" not in sys.modules and not any(isinstance(one, _Watch) for one in sys.meta_path):
+        sys.meta_path.insert(0, _Watch(say))
 
 
 def prepare(say: Callable[[str], None]) -> None:

@@ -1,5 +1,6 @@
 """The doctor's checks of computer and files, on folders that say what a test wants."""
 
+import shutil
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -249,3 +250,24 @@ def test_who_may_send_poses(computer: Computer, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(camera, "is_installed", lambda: False)
     computer.sections = {"vicon": {"source": "datastream"}}
     assert computer.outcome(camera.sender) is Outcome.FAIL
+
+
+def test_the_doctor_tells_for_how_many_days_there_is_room_for_logs(
+    computer: Computer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two days of a run made 20 GB, and there are 40 GB: of logs that nobody removes, that is soon over."""
+    begun = datetime.now(UTC) - timedelta(days=2)
+    folder = computer.folder / "log"
+    folder.mkdir()
+    with (folder / f"paper-{begun:%Y%m%dT%H%M%SZ}.mcap").open("wb") as file:
+        file.truncate(20_000_000_000)  # a hole: it takes no room
+    disk = shutil._ntuple_diskusage(200_000_000_000, 160_000_000_000, 40_000_000_000)
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: disk)
+    result = files.log_space(computer.rig)
+    assert result.outcome is Outcome.WARN
+    assert "at 10.00 GB a day the disk is full in 4.0 days" in result.finding
+    computer.sections = {"log": {"keep_size": 50.0}}
+    result = files.log_space(computer.rig)
+    assert result.outcome is Outcome.PASS
+    assert "20.0 GB of logs of 50.0 GB that may be kept" in result.finding
+    assert "at 10.00 GB a day the oldest are removed in 3.0 days" in result.finding

@@ -165,3 +165,11 @@ def test_a_terminal_without_unicode_is_given_the_same_picture_in_ascii(encoding:
     for part in ("TRACKING", "59.50", "+ x-z ", ":", "^", "o"):
         assert part in text.plain
     assert shown(drawn, "utf-8") is drawn
+
+
+def test_the_room_that_is_left_for_logs_is_shown_in_days() -> None:
+    seen = watched()
+    assert seen.status is not None
+    loop = seen.status.loop.model_copy(update={"log_days_left": 12.34})
+    seen.add(seen.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
+    assert "0 entries dropped, room for 12.3 days" in frame(seen, CONFIG, 2.0, 80, 24).plain

@@ -32,7 +32,8 @@ GIVEN_WELL = 1e-7
 class Plant:
     """A rod at rest, then wherever the commands take it: by tension, or by displacement through elastic tendons.
 
-    A disarmed command is a servo without torque: the tendons are slack.
+    A disarmed command is a servo without torque: the tendons are slack. Whatever is commanded, simulated servos keep
+    the rig's bounds of tension and displacement, as real ones do.
 
     Args:
         config: of the rig; `simulator` describes the plant.
@@ -45,6 +46,7 @@ class Plant:
     def __init__(self, config: RigConfig, rod: Rod) -> None:
         section = config.simulator
         self._section = section
+        self._limits = config.limits
         self._rod = rod
         slack = np.zeros(rod.parameters.tendon_count)
         self._command = slack
@@ -104,7 +106,7 @@ class Plant:
             elif self._wound and not wound:
                 self._servos.stand(np.zeros(self.tendon_count))
             self._wound = wound
-            self._command = np.array(command.displacement) if wound else np.maximum(command.tension, 0.0)
+            self._command = self._within_limits(command)
         self._force = self._weight.force(self.time, self._rod.time_step)
         more = self.faults.now(Fault.WEIGHT)
         self._hang(self._weight.body(self.time) + (0.0 if more is None else more.amount))
@@ -138,6 +140,13 @@ class Plant:
         if mass != self._hung:
             self._rod.load_tip(mass, ball_inertia(mass))
             self._hung = mass
+
+    def _within_limits(self, command: TendonCommand) -> Array:
+        """What servos with the rig's own limits make of a command: displacements [m] or tensions [N], shape (n,)."""
+        limits = self._limits
+        if self._wound:
+            return np.clip(command.displacement, limits.displacement_min, limits.displacement_max)
+        return np.clip(command.tension, 0.0, limits.tension_max) if command.armed else np.zeros(self.tendon_count)
 
     @property
     def _bend(self) -> float:

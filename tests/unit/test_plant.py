@@ -202,3 +202,31 @@ def test_noise_and_teleports_are_seen_and_loads_are_felt_for_as_long_as_asked() 
         arm.step(pulled(0.0))
         forces.append(arm.observe(0)[2].tip_force[0])
     assert forces == [2.0] * 3 + [0.0] * 3
+
+
+def test_no_command_pulls_more_than_the_rigs_own_limit_and_a_disarmed_one_pulls_nothing() -> None:
+    config = parse_config("[limits]\ntension_max = 10.0\n", "test")
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+
+    def pulled(tension: float, *, armed: bool) -> float:
+        command = TendonCommand(
+            seq=0, stamp_ns=0, pose_seq=None, displacement=(0.0,) * 4, tension=(tension, 0.0, 0.0, 0.0), armed=armed
+        )
+        plant.step(command)
+        return plant.observe(0)[2].tension[0]
+
+    assert pulled(8.0, armed=True) == pytest.approx(8.0)
+    assert pulled(500.0, armed=True) == pytest.approx(10.0)
+    assert pulled(5.0, armed=False) == 0.0
+
+
+def test_a_displacement_beyond_the_rigs_range_is_not_wound() -> None:
+    text = "[limits]\ndisplacement_max = 0.002\n[simulator]\ndrive = 'displacement'\n[simulator.rod]\n"
+    config = parse_config(text + "tendon_stiffness = 2.0e4\n", "test")
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    command = TendonCommand(
+        seq=0, stamp_ns=0, pose_seq=None, displacement=(0.1, -0.002, -0.002, -0.002), tension=(0.0,) * 4, armed=True
+    )
+    for _ in range(5):
+        plant.step(command)
+    assert plant.observe(0)[1].displacement[0] == pytest.approx(0.002)

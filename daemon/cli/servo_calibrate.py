@@ -174,13 +174,16 @@ class _One:
         """
         positions = self.rig.config.rod.tendon_positions
         spool = Spool(tendon)
-        before = self.camera.bend()
+        places, bends = [], []
         with energised(self.bus, self.section, spool, self.rig.tension_max) as motion:
-            motion.move(CAMERA_TRAVEL, 2.0, lambda: False)
-            wound = motion.displacement
-            motion.rest()
-            after = self.camera.bend(motion.look)
+            for target in (0.0, CAMERA_TRAVEL):  # just taut, and a little more
+                motion.move(target, 2.0, lambda: False)
+                motion.rest()
+                bends.append(self.camera.bend(motion.look))
+                places.append(motion.displacement)
             motion.move(0.0, 2.0, lambda: False)
+        before, after = bends
+        wound = places[1] - places[0]
         if before is None or after is None:
             raise DaemonError(f"tendon {self.index}: the camera lost the tip while the servo wound")
         told = camera_objection(self.index, positions, wound, before, after)

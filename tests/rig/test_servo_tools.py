@@ -1,6 +1,7 @@
 """What an operator does with servos, on emulated ones: found, set up, calibrated, homed, tightened."""
 
 import re
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -523,3 +524,64 @@ def test_places_of_another_calibration_are_not_believed(tmp_path: Path) -> None:
     path.write_text(path.read_text()[:20])
     assert read_places(path, made) == {}
     assert Places(rig="a", calibration="b").displacement == {}
+
+
+class FakeCamera:
+    """Bends as the servos' shafts make the rod bend, on spools of 15 mm; or as if the tendons were elsewhere.
+
+    Args:
+        servos: whose shafts are looked at.
+        positions: of the tendons in the cross-section [m].
+    """
+
+    def __init__(self, servos: EmulatedBus, positions: tuple[tuple[float, float], ...]) -> None:
+        self._servos = servos
+        self._positions = positions
+
+    def __enter__(self) -> "FakeCamera":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def bend(self, meanwhile: Callable[[], object] = lambda: None) -> tuple[float, float]:
+        for _ in range(60):  # as long as a real one looks: the servo must not stop meanwhile
+            meanwhile()
+            time.sleep(0.005)
+        bend = [0.0, 0.0]
+        for (x, y), wound in zip(self._positions, displaced(self._servos), strict=True):
+            far = x * x + y * y
+            bend[0] += max(0.0, wound) * x / far
+            bend[1] += max(0.0, wound) * y / far
+        return bend[0], bend[1]
+
+
+@pytest.mark.parametrize(
+    ("positions", "complaint"),
+    [
+        (((0.02, 0.0), (-0.02, 0.0)), ""),
+        (((-0.02, 0.0), (0.02, 0.0)), "the tip bent towards tendon 1: is the servo's id, or its sign, right?"),
+        (((0.045, 0.0), (-0.045, 0.0)), "is servo.spool_radius right"),
+    ],
+)
+def test_a_camera_confirms_each_tendon_or_says_what_does_not_fit(
+    servos: EmulatedBus,
+    config: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    positions: tuple[tuple[float, float], ...],
+    complaint: str,
+) -> None:
+    place(servos, 2000.0, 2100.0)
+    camera = FakeCamera(servos, positions)
+    monkeypatch.setattr("tendond.daemon.cli.servo_calibrate.Camera", lambda _: camera)
+    operator = Operator("", "0", "yes", "", "1", "no")  # nobody is asked for a ruler
+    if complaint:
+        with pytest.raises(DaemonError, match=re.escape(complaint)):
+            calibrate_servos(config, operator)
+    else:
+        calibrate_servos(config, operator)
+        said = capsys.readouterr().out
+        assert said.count("the camera saw") == 2
+        assert said.count("id, sign, radius fit") == 2
+    assert not any(servo.energised for servo in servos.servos)

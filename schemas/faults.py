@@ -28,7 +28,11 @@ class Fault(StrEnum):
     SILENT = "silent"
     HOT = "hot"
     REBOOT = "reboot"
+    BROWNOUT = "brownout"
+    TURNED = "turned"
     CRC = "crc"
+    LOSS = "loss"
+    LATE = "late"
     UNPLUG = "unplug"
     PLUG = "plug"
     MEND = "mend"
@@ -77,7 +81,23 @@ FAULTS = {
     Fault.SILENT: FaultKind("a servo does not answer", timed=False, servo=True, wires=True),
     Fault.HOT: FaultKind("a servo is too hot", timed=False, servo=True, wires=True),
     Fault.REBOOT: FaultKind("a servo starts anew", timed=False, servo=True, wires=True),
+    Fault.BROWNOUT: FaultKind("a servo's supply is too low, until it is mended", timed=False, servo=True, wires=True),
+    Fault.TURNED: FaultKind(
+        "a servo counts so many whole turns more",
+        timed=False,
+        size=3.0,
+        most=500.0,
+        unit="turns",
+        servo=True,
+        wires=True,
+    ),
     Fault.CRC: FaultKind("the next answers are damaged", timed=False, wires=True),
+    Fault.LOSS: FaultKind(
+        "so large a part of the answers is damaged", timed=False, size=0.2, most=1.0, unit="-", wires=True
+    ),
+    Fault.LATE: FaultKind(
+        "the adapter keeps every answer for so long", timed=False, size=0.016, most=1.0, unit="s", wires=True
+    ),
     Fault.UNPLUG: FaultKind("the port is gone", timed=False, wires=True),
     Fault.PLUG: FaultKind("and there again", timed=False, wires=True),
     Fault.MEND: FaultKind("the end of all that lasts, or of one servo's faults", timed=False),
@@ -91,7 +111,7 @@ class FaultRequest(Schema):
         fault: to cause.
         servo: id of the one that gets it: as the bus has them on wires, else 1 for the first tendon.
         seconds: simulated time that it lasts [s].
-        size: of a teleport [m], a dropout [-], noise [m], a weight [kg], an impact [N].
+        size: of a teleport [m], a dropout [-], noise [m], a weight [kg], an impact [N], a loss [-], a delay [s], turns.
         direction: of a teleport or an impact, world frame.
         place: of an impact along the rod: 1 is the tip [-].
     """

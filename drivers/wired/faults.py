@@ -9,6 +9,7 @@ from tendond.schemas.messages import ControlReply
 HOT = 75.0
 """[degree Celsius]: above the servos' own limit."""
 
+LOW_VOLTS = 3.0
 OVERLOAD_BIT = 5
 CORRUPT_ANSWERS = 20
 
@@ -28,6 +29,14 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
     if request.fault is Fault.PLUG:
         bus.plug()
         return ControlReply(done=True, message="plugged in")
+    if request.fault is Fault.LOSS:
+        bus.loss = request.amount
+        return ControlReply(done=True, message=f"of the answers {request.amount:.0%} have a wrong CRC")
+    if request.fault is Fault.LATE:
+        bus.late = request.amount
+        return ControlReply(done=True, message=f"answers come {request.amount * 1e3:g} ms late")
+    if request.fault is Fault.MEND and request.servo is None:
+        bus.loss = bus.late = 0.0
     if request.fault is Fault.CRC:
         bus.corrupt = CORRUPT_ANSWERS
         return ControlReply(done=True, message=f"the next {CORRUPT_ANSWERS} answers have a wrong CRC")
@@ -43,12 +52,16 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
         reply = others.cause(request.model_copy(update={"servo": bus.servos.index(servo) + 1}))
         if request.fault is Fault.CUT:
             return reply
-    bus.tell(lambda: _change(servo, request.fault))
+    bus.tell(lambda: _change(servo, request))
     return ControlReply(done=True, message=f"servo {request.servo}: {request.fault.value}")
 
 
-def _change(servo: EmulatedServo, fault: Fault) -> None:
-    match fault:
+def _change(servo: EmulatedServo, request: FaultRequest) -> None:
+    match request.fault:
+        case Fault.BROWNOUT:
+            servo.voltage = LOW_VOLTS
+        case Fault.TURNED:
+            servo.count_turns(round(request.amount))
         case Fault.SILENT:
             servo.silent = True
         case Fault.STUCK:
@@ -61,5 +74,5 @@ def _change(servo: EmulatedServo, fault: Fault) -> None:
             servo.power_up()
         case Fault.MEND:
             servo.silent = servo.stuck = False
-            servo.temperature = 30.0
+            servo.temperature, servo.voltage = 30.0, 12.0
             servo.power_up()

@@ -259,6 +259,10 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             Fault.OVERLOAD: lambda: second.alert,
             Fault.HOT: lambda: second.temperature > 72.0,
             Fault.CRC: lambda: bus.corrupt > 0,
+            Fault.LOSS: lambda: bus.loss == 0.2,
+            Fault.LATE: lambda: bus.late == 0.016,
+            Fault.BROWNOUT: lambda: second.voltage < 5.0,
+            Fault.TURNED: lambda: second.value(table.PRESENT_POSITION) > 3 * table.TICKS_PER_TURN,
             Fault.UNPLUG: lambda: not (tmp_path / "ttyUSB0").exists(),
             Fault.PLUG: lambda: (tmp_path / "ttyUSB0").exists(),
             Fault.REBOOT: lambda: not second.energised,
@@ -271,6 +275,8 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             assert happened(), fault
             assert cause(bus, others, FaultRequest(fault=Fault.MEND, servo=2)).done
             assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
+        assert cause(bus, others, FaultRequest(fault=Fault.MEND)).done
+        assert (bus.loss, bus.late) == (0.0, 0.0)
         refused = cause(bus, others, FaultRequest(fault=Fault.HOT, servo=9))
         assert not refused.done
         assert "the servos are 1, 2, 3, 4" in refused.message

@@ -160,6 +160,13 @@ class EmulatedServo:
             self._hold()
         return Error.NONE
 
+    def count_turns(self, turns: int) -> None:
+        """Count so many whole turns more, as if the shaft had been turned by them."""
+        self._turns += turns
+        self._measure()
+        if self.energised:
+            self._hold()
+
     def _forget_turns(self) -> None:
         """Take the shaft's place for one within a single turn."""
         self._turns = -math.floor(self._shaft.shaft / table.TICKS_PER_TURN)

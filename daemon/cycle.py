@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from tendond.daemon.actuation import attainable, follow, lead, limit_displacement, limit_tension, share
 from tendond.daemon.admission import admit, lengthened
-from tendond.daemon.commissioning.probe import Phase, advance_probe, probe_tension
+from tendond.daemon.commissioning.probe import TAKE_UP, Phase, advance_probe, probe_tension
 from tendond.daemon.laws.law import Observation
 from tendond.daemon.modes import ACTIVE, Answer, advance_mode, enter, handle_request, slack_tendon, watch_rest
+from tendond.daemon.monitors import watch_jumps, watch_pose_age, watch_reports, watch_tip
 from tendond.daemon.outlook import look_ahead
 from tendond.daemon.reference import PLANES
 from tendond.daemon.state import CycleSetup, CycleState, changed
@@ -61,13 +62,18 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     config, period = setup.config, setup.config.loop.period
     admission = admit(setup, state, inputs)
     state = watch_rest(setup, admission.state, admission.fresh)
+    state = watch_reports(setup, watch_pose_age(setup, state, inputs, admission.fresh))
     state, answer = _advance_mode(setup, state, inputs)
     fresh = np.array(state.pose.position) if admission.fresh and state.pose is not None else None
     state = _observe(setup, state, fresh)
     state = _probe(setup, state, admission.fresh)
+    if state.jump.withheld or (state.jump.over and config.control.feedback == "direct"):
+        fresh = None
     tip, choice = state.tip, state.choice
     elapsed = (state.tick - state.since) * period if state.mode is Mode.TRACKING else 0.0
     reference = choice.reference.at(elapsed, state.slip)
+
+    state = watch_tip(setup, state, admission.fresh, reference)
 
     observation, decision = None, None
     if state.mode is Mode.TRACKING:
@@ -135,8 +141,10 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
 
 def _command(state: CycleState) -> TendonCommand:
     """What the state after a cycle tells the tendons."""
+    # Letting out what is wired wrongly may wind it: its torque is cut as soon as nothing pulls.
+    let_out = state.lagging and not (state.probe is not None and state.probe.verdict)
     armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
-        state.mode is Mode.FAULT and (state.lagging or bool((state.commanded > 0.0).any()))
+        state.mode is Mode.FAULT and (let_out or bool((state.commanded > 0.0).any()))
     )
     displacement = state.displacement.tolist() if armed else [0.0] * len(state.displacement)
     return TendonCommand.trusted(
@@ -166,7 +174,13 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
     probing = state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is not Phase.REST
     if probing:  # the model runs freely, to be compared with
         fresh = None
+    elif state.mode is Mode.PROBE and state.probe is not None and fresh is not None and state.pose is not None:
+        fresh = np.array(state.probe.in_base(state.pose.position))
     observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, fresh)
+    jump = watch_jumps(setup, state, fresh is not None, observer)
+    if jump.withheld:
+        fresh = None
+        observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, None)
     way = state.way + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
     runs = state.runs
     if fresh is not None:
@@ -178,7 +192,7 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
         slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
         if slack or runs.slack:
             runs = changed(runs, slack=lengthened(runs.slack, state.tendon_interval) if slack else 0)
-    return changed(state, observer=observer, way=way, runs=runs)
+    return changed(state, observer=observer, way=way, runs=runs, jump=jump)
 
 
 def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
@@ -284,14 +298,25 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
     let_out = max(config.limits.slack, setup.probe.slack) if state.mode is Mode.PROBE else config.limits.slack
     slack = np.where(tension > 0.0, 0.0, 0.0 if error else let_out)
     asked = lead(wanted - slack, state.wound, setup.lagging)
-    if state.mode is Mode.PROBE:  # a tendon that is let go holds up no other
-        taut = lead(wanted, state.wound, setup.lagging)
-        asked = np.maximum(
-            asked, np.minimum(taut, state.displacement - config.limits.displacement_rate * config.loop.period)
-        )
-    displacement, met = limit_displacement(config.limits, config.loop.period, asked, state.displacement)
-    after = changed(after, tension=tension, commanded=command, wound=follow(displacement, state.wound, setup.lagging))
+    last, wound = state.displacement, state.wound
+    if state.mode is Mode.PROBE and state.probe is not None:  # slowly: what is wired wrongly is wound by any of it
+        rests = state.probe.phase is Phase.REST
+        if rests and state.probe.since <= 1:
+            last = wound = _held_now(state, wanted)
+        up = (1.0 if rests else TAKE_UP) * setup.probe.rate * config.loop.period
+        down = up if rests else config.limits.displacement_rate * config.loop.period
+        asked = np.clip(wanted - slack, last - down, last + up)
+    displacement, met = limit_displacement(config.limits, config.loop.period, asked, last)
+    after = changed(after, tension=tension, commanded=command, wound=follow(displacement, wound, setup.lagging))
     return _Wound(after, asked, displacement, met, error)
+
+
+def _held_now(state: CycleState, model: Array) -> Array:
+    """Displacement at which the tendons are to begin [m], shape (n,): as reported, or as the model's arm has them."""
+    report = state.tendon_state
+    if report is None or len(report.displacement) != len(model):
+        return model
+    return np.array(report.displacement)
 
 
 def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tuple[CycleState, str]:

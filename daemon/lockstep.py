@@ -11,7 +11,7 @@ from tendond.daemon.cycle import step
 from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config import RigConfig
-from tendond.schemas.messages import ControlAction, SimulatorTruth, TendonCommand, TendonState
+from tendond.schemas.messages import ControlAction, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
 
 Array = NDArray[np.float64]
@@ -30,6 +30,23 @@ class Watched:
     record: CycleRecord
     truth: SimulatorTruth
     shape: Array
+
+
+@dataclass(frozen=True)
+class Wires:
+    """What lies between plant and controller, where that is not as it should be.
+
+    Attributes:
+        pose: of a tick, from the plant's; none where none arrives.
+        command: that reaches the plant. report: of the tendons that reaches the controller.
+    """
+
+    pose: Callable[[int, TipPose | None], TipPose | None] = lambda _, pose: pose
+    command: Callable[[TendonCommand], TendonCommand] = lambda command: command
+    report: Callable[[TendonState], TendonState] = lambda report: report
+
+
+STRAIGHT = Wires()
 
 
 def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlAction]) -> Iterator[CycleRecord]:
@@ -55,13 +72,15 @@ def watched_loop(
     see_state: Callable[[CycleState], None] | None = None,
     *,
     probe: bool = False,
+    wires: Wires = STRAIGHT,
 ) -> Iterator[Watched]:
     """As `closed_loop`, with the plant beside each record; `points` of its shape, none without.
 
     A request may be given as the inputs of a recorded cycle, with all that the operator said.
 
     `see_state` is called with the controller's state before the first cycle and after each. `probe`: the tendons are
-    probed at the first arming, if the configuration asks for it; experiments begin without.
+    probed at the first arming, if the configuration asks for it; experiments begin without. `wires` lie between plant
+    and controller.
     """
     if not probe:
         config = without_probe(config)
@@ -73,16 +92,18 @@ def watched_loop(
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period / steps))
     for tick in range(cycles):
         pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
+        pose, tendon_state = wires.pose(tick, pose), wires.report(tendon_state)
         asked = requests.get(tick)
         if not isinstance(asked, CycleInputs):
             asked = CycleInputs(request=asked)
         seen: dict[str, Any] = {"pose": pose, "tendon_state": tendon_state, "unreadable": {}, "missed_ticks": 0}
+        seen["pose_lag"] = None if pose is None else tick * config.loop.period - pose.stamp_ns * 1e-9
         inputs = asked.model_copy(update=seen)
         state, command, record = step(setup, state, inputs)
         if see_state is not None:
             see_state(state)
         yield Watched(record, truth, plant.shape(points) if points else np.zeros((0, 3)))
-        plant.step(command)
+        plant.step(wires.command(command))
         for _ in range(steps - 1):
             plant.step(None)
 

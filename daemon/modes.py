@@ -10,9 +10,10 @@ import numpy as np
 
 from tendond.daemon.admission import describe_refusals
 from tendond.daemon.commissioning.averages import RestWatch
-from tendond.daemon.commissioning.probe import Phase, Probe
+from tendond.daemon.commissioning.probe import Phase, Probe, start_probe
 from tendond.daemon.commissioning.rest_check import rest_objection
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.monitors import monitored_fault, pose_age_objection
 from tendond.daemon.state import CycleSetup, CycleState, Runs, changed
 from tendond.model.errors import ModelError
 from tendond.model.observer import start_observer
@@ -38,6 +39,11 @@ def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
     return changed(state, mode=mode, reason=reason, since=state.tick)
 
 
+def pulls(state: CycleState) -> bool:
+    """Whether a tendon has tension."""
+    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0))
+
+
 def is_taut(state: CycleState) -> bool:
     """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
     return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)) or state.lagging
@@ -46,7 +52,7 @@ def is_taut(state: CycleState) -> bool:
 def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
     """Average the poses of a tip that no tendon pulls; `fresh`: the pose is new."""
     resting = state.probe is not None and state.probe.phase is Phase.REST
-    if (state.mode in (Mode.STARTING, Mode.IDLE) or (state.mode is Mode.PROBE and resting)) and not is_taut(state):
+    if (state.mode in (Mode.STARTING, Mode.IDLE) or (state.mode is Mode.PROBE and resting)) and not pulls(state):
         pose = state.pose if fresh else None
         block = setup.thresholds.rest_block
         watch = (
@@ -100,7 +106,11 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
     due = setup.config.commissioning.probe and not state.commissioned
     if not (due or probe_only):
         return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
-    state = enter(changed(state, probe=Probe(only=probe_only)), Mode.PROBE, PROBING if probe_only else ARMED)
+    state = enter(
+        changed(state, probe=start_probe(setup.rests, state.rest, only=probe_only)),
+        Mode.PROBE,
+        PROBING if probe_only else ARMED,
+    )
     return state, Answer(True, PROBING if probe_only else f"armed: {PROBING}")
 
 
@@ -156,6 +166,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
     if state.runs.solver_failures:
         return "the model has no solution"
+    if old := pose_age_objection(setup, state, 1):
+        return old
     return "" if setup.rests is None else rest_objection(setup.rests, state.rest)
 
 
@@ -183,12 +195,14 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         return f"tendons: {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
         return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
-    if runs.equal_poses >= allowed.frozen_time and state.way > limits.equal_way:
+    if state.mode is not Mode.PROBE and runs.equal_poses >= allowed.frozen_time and state.way > limits.equal_way:
         seen = _seconds(setup, runs.equal_poses)
         return f"pose frozen: equal ones for {seen} while the model's tip went {state.way * 1e3:.0f} mm"
     if runs.mismatches >= allowed.mismatch_time:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
         return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, runs.mismatches)}"
+    if monitored := monitored_fault(setup, state):
+        return monitored
     if runs.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
         assert state.tendon_state is not None
         return (

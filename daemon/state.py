@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from tendond.daemon.actuation import lag_share
 from tendond.daemon.choice import Choice, Plans
 from tendond.daemon.commissioning.averages import RESTLESS, RestWatch
-from tendond.daemon.commissioning.probe import Probe, ProbePlan
+from tendond.daemon.commissioning.probe import Probe, ProbePlan, probe_limits
 from tendond.daemon.commissioning.rests import RestFamily, configured_rests
+from tendond.daemon.commissioning.tracking import JumpWatch, TrackingBounds, TrackingWatch
 from tendond.daemon.feedback import observer_gains
 from tendond.daemon.sources import Sources
 from tendond.daemon.thresholds import Thresholds
@@ -64,6 +65,7 @@ class CycleSetup:
         rests: that a right rig may have; none: they are not compared.
         probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
         plans: references that were planned beforehand.
+        tracking: bounds of what is borne while it tracks.
     """
 
     config: RigConfig
@@ -75,6 +77,7 @@ class CycleSetup:
     rests: RestFamily | None
     probe: ProbePlan
     probe_limits: LimitsSection
+    tracking: TrackingBounds
     plans: Plans = field(default_factory=Plans)
 
     @staticmethod
@@ -100,12 +103,8 @@ class CycleSetup:
             thresholds=Thresholds.from_config(config),
             rests=rests,
             probe=ProbePlan.from_config(config, rod.parameters, rests),
-            probe_limits=config.limits.model_copy(
-                update={
-                    "tension_min": 0.0,
-                    "tension_max": config.commissioning.tension_part * config.limits.tension_max,
-                }
-            ),
+            probe_limits=probe_limits(config),
+            tracking=TrackingBounds.from_config(config),
         )
 
 
@@ -131,10 +130,30 @@ class Runs:
     occluded: int = 0
     mismatches: int = 0
     slack: int = 0
+    odd_reports: int = 0
     objection: str = ""
     since_pose: int = 0
     disorder: int = 0
     since_disorder: int = 0
+
+
+@dataclass(frozen=True)
+class PoseAge:
+    """Age of the newest pose by its stamp.
+
+    Attributes:
+        stamp_ns: of it. seconds: its age when it was used [s].
+        least: difference of the two clocks at a pose that came at once [s].
+        run: cycles for which poses have been too old.
+    """
+
+    stamp_ns: int = -1
+    seconds: float = 0.0
+    least: float = 1e18
+    run: int = 0
+
+
+YOUNG, STILL, UNWATCHED = PoseAge(), JumpWatch(), TrackingWatch()
 
 
 @dataclass(frozen=True)
@@ -162,6 +181,7 @@ class CycleState:
         rejected: inputs dropped since the start, by reason.
         rest: the tip while no tendon pulls.
         probe: that runs, or ran last; commissioned: one has passed, and nothing has changed since.
+        age: of the pose. jump: of the measured tip. tracking: the tip against its reference.
         unreadable: which field of the first malformed message was wrong, and how; empty without one.
     """
 
@@ -194,6 +214,9 @@ class CycleState:
     rest: RestWatch = RESTLESS
     probe: Probe | None = None
     commissioned: bool = False
+    age: PoseAge = YOUNG
+    jump: JumpWatch = STILL
+    tracking: TrackingWatch = UNWATCHED
 
 
 def initial_state(setup: CycleSetup) -> CycleState:

@@ -243,6 +243,25 @@ class FaultsSection(Schema):
     )
     slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
     slack_time: Positive = Field(0.2, description="[s]; of reports without pull that are a fault")
+    tracking_error: Positive = Field(
+        0.12, description="distance of the tip from a reference that rests, as a part of the rod's length [-]"
+    )
+    tracking_time: Positive = Field(2.0, description="[s]; at more than it is a fault")
+    swing: Positive = Field(0.01, description="of the tip that does not die down, as a part of the rod's length [-]")
+    tension_swing: Positive = Field(0.15, description="of a command that does not, as a part of limits.tension_max [-]")
+    orientation: Positive = Field(
+        0.175, description="between the measured tip and the model's in the same place [rad]; not with orientation 3.2"
+    )
+    orientation_time: Positive = Field(1.0, description="[s]; at more than it is a fault")
+    jump: Positive = Field(0.02, description="of a resting tip between two poses, as a part of the rod's length [-]")
+    load_margin: Positive = Field(
+        0.25, description="of limits.tension_max, by which a report may be above it, or above twice the model's [-]"
+    )
+    report_time: Positive = Field(
+        0.1, description="[s]; of reports beyond that, or far beyond the displacement's range"
+    )
+    pose_age: Positive = Field(0.05, description="[s]; by which a pose may be older than observer.delay, by its stamp")
+    age_time: Positive = Field(0.2, description="[s]; of poses that are all older")
 
 
 class SimulatorSection(Schema):

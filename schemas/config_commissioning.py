@@ -31,7 +31,7 @@ class CommissioningSection(Schema):
         description="of the markers on the tip against the tip that is borne; 3.2: their axes do not count [rad]",
     )
     motion: Annotated[float, Field(gt=0.0, le=0.05)] = Field(
-        0.025, description="of the tip that the probe of a tendon asks for, as a part of the rod's length [-]"
+        0.02, description="of the tip that the probe of a tendon asks for, as a part of the rod's length [-]"
     )
     tension_part: Annotated[float, Field(gt=0.0, le=0.2)] = Field(
         0.1, description="of limits.tension_max that the probe never exceeds [-]"

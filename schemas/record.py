@@ -21,6 +21,7 @@ class CycleInputs(Schema):
         others: further publishers that were heard since the last cycle, by key: their newest identity. "controller" is
             another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
+        pose_lag: arrival of the pose by the receiver's clock minus its `stamp_ns` [s]; none where no clock ran.
     """
 
     pose: TipPose | None = None
@@ -32,6 +33,7 @@ class CycleInputs(Schema):
     unreadable_detail: str = ""
     others: dict[str, str] = Field(default_factory=dict)
     missed_ticks: Annotated[int, Field(ge=0)] = 0
+    pose_lag: float | None = None
 
 
 class ReferencePoint(Schema):

@@ -4,7 +4,9 @@ The tip rests first (`rest`), with nothing pulled. Then one tendon after another
 takes a small tension along half a cosine (`pull`), and the mean positions of the measured and the model's tip are taken
 over short blocks. A tendon that moves the tip as it should is passed at once; where it does not, the tip is given time
 to settle, for a weight on it may swing at 1 Hz. Then the last tendon is let go (`release`), and `verdict.judge` says
-what is wrong. The model runs freely meanwhile: it keeps the force that holds it to the measured rest, unpulled.
+what is wrong. A tendon whose motion has the right direction and the wrong size is pulled half as much again, and the
+growth is compared: it does not depend on where the tendon became taut. The model runs freely meanwhile: it keeps the
+force that holds it to the measured rest, unpulled.
 """
 
 import math
@@ -16,8 +18,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.commissioning.averages import EMPTY, Average, RestWatch
 from tendond.daemon.commissioning.rest_check import rest_objection
-from tendond.daemon.commissioning.rests import RestFamily
-from tendond.daemon.commissioning.verdict import Bounds, Motion, agrees, judge
+from tendond.daemon.commissioning.rests import RestFamily, rotation_matrix, turn_by
+from tendond.daemon.commissioning.verdict import Bounds, Motion, agrees, judge, only_gain
 from tendond.model.parameters import RodParameters
 from tendond.schemas.base import Vector3
 from tendond.schemas.config import LimitsSection, RigConfig
@@ -28,14 +30,29 @@ Array = NDArray[np.float64]
 BLOCK_SECONDS = 0.1
 """Over which a mean position of the settled tip is taken."""
 
-REST_SECONDS = 0.3
+REST_SECONDS = 0.5
 """For which tip and model rest before the first pull, at least."""
 
 DOWN_SECONDS, START_SECONDS = 0.12, 0.16
 """In which a tendon is let go, and after which, it being slack, the next one is pulled."""
 
+TOGETHER = 0.004
+"""Of the rod's length, by which the resting model is off the measured rest at most; one that is not held to it is."""
+
+MOVED_AT_REST = 0.02
+"""Of the rod's length, that a resting tip moves at most while the tendons are let out."""
+
 AT_REST = 0.002
 """Of the rod's length, by which the model's tip moves in a block at most when it rests."""
+
+MORE = 1.5
+"""Times the tension for a second look, at a tendon that moves the tip too much or too little."""
+
+CLOSE = 0.85, 1.2
+"""Gains that pass without a second look."""
+
+STEADY_BLOCKS = 4
+"""Blocks in a row with the same mean, of a tip that has settled elsewhere than expected; a weight swings slower."""
 
 STEADY = 0.15
 """Of the expected motion, by which a settled tip moves in a block at most."""
@@ -43,10 +60,19 @@ STEADY = 0.15
 STOP_AT = 2.6
 """Of the motion asked for, beyond which the probe is ended at once."""
 
-SLACK_WAYS = 2.5
+SLACK_WAYS = 2.0
 """Slack of the tendons that are not pulled, in displacements that the motion asks for: 2 r motion / L each."""
 
-LOAD_PART = 2.0
+LET_OUT_SECONDS = 0.4
+"""For which the tendons are let out at first: slowly, for one that is reversed is wound by it."""
+
+TAKE_UP = 4.0
+"""Times that rate, with which a tendon's slack is taken up."""
+
+REST_LOAD_PART = 0.6
+"""Of the probe's largest tension, beyond which a tendon that is let out is wound instead."""
+
+LOAD_PART = 1.0
 """Of the probe's largest tension, beyond which a reported one ends it at once."""
 
 
@@ -67,6 +93,7 @@ class ProbePlan:
         tensions: of each tendon [N], shape (n,).
         motion: of the tip that is asked for [m].
         stop_at: motion that ends the probe [m]. load_max: reported tension that ends it [N].
+        rate: of the displacement while tendons are let out at first [m/s].
         slack: by which tendons that are not pulled are let out beyond the model's length [m]: whatever the wrong
             tendon is that is wound, it must not find one that holds against it.
         down: for which a tendon is let go; start: after which the next one is pulled; ramp: of its pull; block, rest,
@@ -80,6 +107,7 @@ class ProbePlan:
     length: float
     stop_at: float
     load_max: float
+    rate: float
     slack: float
     down: int
     start: int
@@ -98,14 +126,16 @@ class ProbePlan:
         motion = section.motion * parameters.length
         arms = np.hypot(*np.array(parameters.tendon_positions).T)
         wanted = 2.0 * parameters.bending_stiffness * motion / (np.maximum(arms, 1e-6) * parameters.length**2)
+        slack = SLACK_WAYS * 2.0 * motion * float(np.max(arms)) / parameters.length
         largest = section.tension_part * config.limits.tension_max
         return ProbePlan(
-            tensions=np.minimum(wanted, largest),
+            tensions=np.minimum(wanted, largest / MORE),
             motion=motion,
             length=parameters.length,
             stop_at=STOP_AT * motion,
             load_max=LOAD_PART * largest,
-            slack=SLACK_WAYS * 2.0 * motion * float(np.max(arms)) / parameters.length,
+            rate=slack / LET_OUT_SECONDS,
+            slack=slack,
             down=max(1, round(DOWN_SECONDS / period)),
             start=max(1, round(START_SECONDS / period)),
             ramp=max(1, round(section.ramp / period)),
@@ -128,7 +158,13 @@ class Probe:
         base, model_base: where the two rest [m]; none in the phase `rest`.
         displacement: commanded and reported at the rest [m].
         late: measured tips of the second half of the time to settle.
+        last: mean of the block before; steady: blocks in a row with about the same.
+        first: measured and expected motion at the first tension, while the second one is tried [m].
+        released: tension of the tendon before this one, against the plan's [-].
         motions: of the tendons so far.
+        start: where the tip was when the probe began [m].
+        tilt: of the base against the camera's frame, by the rest, axis times angle [rad]; offset: of it [m]. A tendon
+            that is wound feels where the tip is in the base's frame: there the model rests.
         only: the operator has asked for the probe alone.
         verdict: what is wrong; empty if nothing is, or not yet.
     """
@@ -142,9 +178,29 @@ class Probe:
     model_base: Vector3 | None = None
     displacement: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     late: Average = EMPTY
+    last: Vector3 | None = None
+    steady: int = 0
+    first: tuple[Vector3, Vector3] | None = None
+    released: float = 1.0
     motions: tuple[Motion, ...] = ()
+    start: Vector3 | None = None
+    tilt: Vector3 = (0.0, 0.0, 0.0)
+    offset: Vector3 = (0.0, 0.0, 0.0)
     only: bool = False
     verdict: str = ""
+
+    def in_base(self, position: Vector3) -> Vector3:
+        """Return a measured position in the base's frame [m]."""
+        return _vector(turn_by(np.array(self.tilt)).T @ np.subtract(position, self.offset))
+
+
+def start_probe(rests: RestFamily | None, watch: RestWatch, *, only: bool) -> Probe:
+    """Return a probe that begins; the base's place follows from the rest, where rests are compared."""
+    best = watch.best
+    if rests is None or best is None:
+        return Probe(only=only)
+    fit = rests.fit(best.mean, rotation_matrix(best.mean_orientation))
+    return Probe(only=only, start=_vector(best.mean), tilt=_vector(fit.tilt), offset=_vector(fit.offset))
 
 
 def probe_limits(config: RigConfig) -> LimitsSection:
@@ -158,11 +214,13 @@ def probe_tension(plan: ProbePlan, probe: Probe) -> Array:
     tension = np.zeros_like(plan.tensions)
     down = 1.0 - _half_cosine(probe.since / plan.down)
     if probe.phase is Phase.PULL:
-        tension[probe.tendon] = plan.tensions[probe.tendon] * _half_cosine((probe.since - plan.start) / plan.ramp)
-        if probe.tendon:
-            tension[probe.tendon - 1] = down * plan.tensions[probe.tendon - 1]
+        low, high = (0.0, 1.0) if probe.first is None else (1.0, MORE)
+        level = low + (high - low) * _half_cosine((probe.since - plan.start) / plan.ramp)
+        tension[probe.tendon] = level * plan.tensions[probe.tendon]
+        if probe.tendon and probe.first is None:
+            tension[probe.tendon - 1] = down * probe.released * plan.tensions[probe.tendon - 1]
     elif probe.phase is Phase.RELEASE:
-        tension[-1] = down * plan.tensions[-1]
+        tension[-1] = down * probe.released * plan.tensions[-1]
     return tension
 
 
@@ -232,6 +290,8 @@ def _rested(
 ) -> Probe:
     """After a block of the phase `rest`: on to the first tendon, or wait, or give up."""
     still = watch.before is not None and not watch.moved(plan.length) and block.model_spread < AT_REST * plan.length
+    apart = math.dist(probe.in_base(block.measured), block.model)
+    still = still and (apart < TOGETHER * plan.length or probe.since >= plan.rest + plan.settling)
     if probe.since >= plan.rest and still and watch.best is not None:
         if plan.rests is not None and (objection := rest_objection(plan.rests, watch)):
             return replace(probe, phase=Phase.DONE, verdict=objection)
@@ -252,24 +312,50 @@ def _pulled(plan: ProbePlan, probe: Probe, block: _Block, tendons: TendonState |
     """After a block of the phase `pull`: on to the next tendon if the tip has moved as it should, or has settled."""
     assert probe.base is not None
     assert probe.model_base is not None
+    base = probe.base
     if probe.since < plan.start + plan.ramp + plan.block:
         return probe
     expected = np.subtract(block.model, probe.model_base)
-    settled = block.spread < STEADY * float(np.linalg.norm(expected)) + 0.1 * STEADY * plan.motion
+    allowed = STEADY * float(np.linalg.norm(expected)) + 0.1 * STEADY * plan.motion
+    settled = block.spread < allowed
+    stands = probe.last is not None and math.dist(block.measured, probe.last) < 0.3 * allowed
+    probe = replace(probe, last=block.measured, steady=probe.steady + 1 if settled and stands else 0)
     motion = Motion(
-        tuple(np.subtract(block.measured, probe.base).tolist()),
-        tuple(expected.tolist()),
+        _vector(np.subtract(block.measured, base)),
+        _vector(expected),
         *_followed(probe, tendons, displacement),
+        probe.first,
     )
-    if not (settled and agrees(motion, plan.bounds)):
-        if probe.since < plan.start + plan.ramp + plan.settling:
+    fair = settled and agrees(motion, plan.bounds)
+    if fair and probe.first is None and not CLOSE[0] <= motion.gain <= CLOSE[1]:
+        return _second_look(plan, probe, motion)
+    if not fair:
+        waited = probe.since >= plan.start + plan.ramp + plan.settling
+        if not waited and probe.steady < STEADY_BLOCKS:
             return probe
-        if probe.late.count:  # whole periods of a tip that still swings
-            motion = replace(motion, measured=_vector(probe.late.mean - np.array(probe.base)))
-    probe = replace(probe, motions=(*probe.motions, motion), since=0, late=EMPTY)
+        if waited and probe.late.count:  # whole periods of a tip that still swings, too coarse for a growth
+            swings = not settled
+            motion = replace(
+                motion,
+                measured=_vector(probe.late.mean - np.array(base)),
+                first=None if swings else motion.first,
+            )
+        if probe.first is None and only_gain(
+            motion, plan.bounds
+        ):  # what was slack, or taut, before is told from a spool
+            return _second_look(plan, probe, motion)
+    level = 1.0 if probe.first is None else MORE
+    probe = replace(probe, motions=(*probe.motions, motion), since=0, late=EMPTY, last=None, steady=0)
+    probe = replace(probe, first=None, released=level)
     if probe.tendon + 1 < len(plan.tensions):
         return replace(probe, tendon=probe.tendon + 1)
     return replace(probe, phase=Phase.RELEASE, verdict=judge(probe.motions, plan.bounds, plan.arms))
+
+
+def _second_look(plan: ProbePlan, probe: Probe, motion: Motion) -> Probe:
+    """Pull the same tendon some more, to see by how much the motion grows."""
+    first = (motion.measured, motion.expected)
+    return replace(probe, first=first, since=plan.start, late=EMPTY, last=None, steady=0)
 
 
 def _followed(probe: Probe, tendons: TendonState | None, displacement: Array) -> tuple[float, float | None]:
@@ -286,15 +372,24 @@ def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: Ten
     """What ends the probe at once; empty if nothing does."""
     if tendons is not None:
         load = max(tendons.tension)
-        if load > plan.load_max:
+        if load > (REST_LOAD_PART if probe.phase is Phase.REST else 1.0) * plan.load_max:
             index = tendons.tension.index(load)
+            if probe.phase is Phase.REST:
+                return f"tendon {index} reports {load:.1f} N while all are let out: is it wound the wrong way round?"
             return (
                 f"tendon {index} reports {load:.1f} N while tendon {probe.tendon} is pulled with "
                 f"{plan.tensions[probe.tendon]:.1f} N: is the servo's calibration right?"
             )
+    if pose is not None and probe.phase is Phase.REST and probe.start is not None:
+        moved = math.dist(pose.position, probe.start)
+        if moved > MOVED_AT_REST * plan.length:
+            return (
+                f"the tip moves {moved * 1e3:.0f} mm while all tendons are let out: is one of them wound the wrong way "
+                "round?"
+            )
     if pose is not None and probe.base is not None:
         moved = math.dist(pose.position, probe.base)
-        if moved > plan.stop_at:
+        if moved > plan.stop_at * (1.0 if probe.first is None else MORE):
             return (
                 f"tendon {probe.tendon} moves the tip {moved * 1e3:.0f} mm where {plan.motion * 1e3:.0f} mm are "
                 "expected: is the spool's radius, or the rod's stiffness, right?"

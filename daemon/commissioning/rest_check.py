@@ -15,7 +15,7 @@ def rest_objection(rests: RestFamily, watch: RestWatch) -> str:
     """
     best = watch.best
     if best is None:
-        return ""
+        return "the tip has not been seen at rest yet: ask again in a moment"
     position, orientation = best.mean, best.mean_orientation
     rotation = rotation_matrix(orientation)
     fit = rests.fit(position, rotation)

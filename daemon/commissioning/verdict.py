@@ -38,17 +38,27 @@ class Motion:
     Attributes:
         measured, expected: from the rest [m].
         commanded, reported: displacement of the tendon [m]; none where the driver reports none.
+        first: the same two at a smaller tension, where the motion was looked at twice.
     """
 
     measured: Vector3
     expected: Vector3
     commanded: float = 0.0
     reported: float | None = None
+    first: tuple[Vector3, Vector3] | None = None
+
+    @property
+    def size(self) -> float:
+        """Measured against expected size [-]."""
+        return math.hypot(*self.measured) / max(math.hypot(*self.expected), 1e-12)
 
     @property
     def gain(self) -> float:
-        """Measured against expected size [-]."""
-        return math.hypot(*self.measured) / max(math.hypot(*self.expected), 1e-12)
+        """Measured against expected size; of the growth, where the motion was looked at twice [-]."""
+        if self.first is None:
+            return self.size
+        measured, expected = self.first
+        return math.dist(self.measured, measured) / max(math.dist(self.expected, expected), 1e-12)
 
     @property
     def angle(self) -> float:
@@ -70,6 +80,11 @@ def agrees(motion: Motion, bounds: Bounds) -> bool:
         and motion.gain > 0.0
         and motion.angle <= bounds.angle
     )
+
+
+def only_gain(motion: Motion, bounds: Bounds) -> bool:
+    """Whether nothing but the size of a motion is wrong."""
+    return motion.follows and (motion.angle <= bounds.angle or motion.size < DEAD)
 
 
 def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (), *, finished: bool = True) -> str:

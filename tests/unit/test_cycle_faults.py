@@ -150,7 +150,7 @@ def test_a_model_without_solution_holds_and_then_faults(monkeypatch: pytest.Monk
 
 def sick(seq: int, fault: str = "") -> TendonState:
     """A driver's report of tendons that are taut."""
-    return TendonState(seq=seq, stamp_ns=0, displacement=(0.0,) * 4, tension=(60.0,) * 4, fault=fault)
+    return TendonState(seq=seq, stamp_ns=0, displacement=(0.0,) * 4, tension=(12.0,) * 4, fault=fault)
 
 
 def test_a_servo_error_releases_all_tendons_together() -> None:
@@ -225,7 +225,9 @@ def test_a_model_at_rest_may_have_equal_poses_for_ever() -> None:
     for k in range(300):
         driver = sick(1000 + k)
         state, _, last = step(
-            setup, state, CycleInputs(pose=pose(still.seq + 1 + k, still.position), tendon_state=driver)
+            setup,
+            state,
+            CycleInputs(pose=pose(still.seq + 1 + k, still.position, still.orientation), tendon_state=driver),
         )
         assert last.mode is Mode.TRACKING, last.reason
 

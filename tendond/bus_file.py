@@ -16,6 +16,8 @@ FILES = {
 }  # fmt: skip
 """Keys that name files: Zenoh says of a client's that nobody can be connected to, where one is missing."""
 
+PEM = b"-----BEGIN "
+
 
 def read_bus_file() -> zenoh.Config:
     """Zenoh's configuration in that file; Zenoh's defaults where the variable is not set.
@@ -35,7 +37,17 @@ def read_bus_file() -> zenoh.Config:
         section = json.loads(found.get_json(place))
         for name in names:
             file = section.get(name)
-            if file and not os.access(file, os.R_OK):
-                why = "may not be read by this user" if Path(file).exists() else "is not there"
+            if file and (why := _objection(Path(file), pem=place.endswith("tls"))):
                 raise ConfigError(f"{CONFIG_VARIABLE} = {path}: {place}/{name} = {file}: {why}; mend it")
     return found
+
+
+def _objection(file: Path, *, pem: bool) -> str:
+    """What is wrong with a file that is named there, in words; empty for one that can be used."""
+    if not file.exists():
+        return "is not there"
+    if not os.access(file, os.R_OK):
+        return "may not be read by this user"
+    if pem and PEM not in file.read_bytes():
+        return "is no certificate or key in PEM"
+    return ""

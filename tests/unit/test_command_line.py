@@ -280,7 +280,7 @@ def test_names_that_a_terminal_or_a_locale_cannot_show_are_replaced_and_the_stat
         assert "Prüfstand" in (tmp_path / "Prüfstand.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("broken", ["missing", "no json5", "names a missing certificate"])
+@pytest.mark.parametrize("broken", ["missing", "no json5", "names a missing certificate", "names an empty one"])
 @pytest.mark.parametrize("command", ["run --cycles 1", "vicon", "simulate", "status", "arm", "watch --once"])
 def test_a_bus_file_that_cannot_be_used_is_a_wrong_configuration_for_every_process(
     command: str, broken: str, tmp_path: Path
@@ -290,6 +290,9 @@ def test_a_bus_file_that_cannot_be_used_is_a_wrong_configuration_for_every_proce
         file.write_text("{ this is not json5")
     elif broken == "names a missing certificate":
         file.write_text('{transport: {link: {tls: {root_ca_certificate: "/nowhere/ca.pem"}}}}')
+    elif broken == "names an empty one":
+        (tmp_path / "ca.pem").touch()
+        file.write_text(f'{{transport: {{link: {{tls: {{root_ca_certificate: "{tmp_path}/ca.pem"}}}}}}}}')
     (tmp_path / "rig.toml").write_text(f"[vicon]\nport = {free_port(socket.SOCK_DGRAM)}\n")
     found = subprocess.run(
         [*TENDOND, *command.split(), "--config", "rig.toml"],

@@ -10,6 +10,7 @@ UNITS = {
     "measured": "m",
     "net_tension": "N",
     "offset": "m",
+    "pose_lag": "s",
     "position": "m",
     "pull": "N",
     "residual": "N",

@@ -68,7 +68,7 @@ def test_info_tells_what_is_in_a_log_and_that_it_is_whole() -> None:
     assert (found["complete"], found["damage"], found["missing_ticks"]) == (True, [], 0)
     assert found["duration_s"] == pytest.approx(0.01 * CYCLES)
     assert found["rejected"]["occluded"] == 2
-    assert [fault["tick"] for fault in found["faults"]] == [95, 165]
+    assert [fault["tick"] for fault in found["faults"]] == [95, 182]
     assert "pose stale" in found["faults"][0]["reason"]
     assert found["snapshots"] == 2
     assert found["metadata"]["rig"] == "paper"

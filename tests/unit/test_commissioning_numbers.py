@@ -193,13 +193,14 @@ def test_a_probe_pulls_by_the_rods_stiffness_and_no_more_than_its_part_of_the_la
     largest = section.tension_part * 60.0
     assert wanted < largest
     assert PLAN.tensions == pytest.approx([wanted] * 4)
-    assert PLAN.load_max == pytest.approx(2.0 * largest)
+    assert PLAN.load_max == pytest.approx(largest)
     assert PLAN.stop_at == pytest.approx(2.6 * section.motion * 0.5)
-    assert PLAN.slack == pytest.approx(2.5 * 2.0 * section.motion * 0.02)
-    assert (PLAN.down, PLAN.start, PLAN.block, PLAN.rest) == (12, 16, 10, 30)
+    assert PLAN.slack == pytest.approx(2.0 * 2.0 * section.motion * 0.02)
+    assert PLAN.rate == pytest.approx(PLAN.slack / 0.4)
+    assert (PLAN.down, PLAN.start, PLAN.block, PLAN.rest) == (12, 16, 10, 50)
     assert (PLAN.ramp, PLAN.settling) == (round(section.ramp / 0.01), round(section.settling / 0.01))
     _, stiff = plan("[rod]\nyoungs_modulus = 1e12\n[limits]\ntension_max = 30.0\n[reference]\nacross = 0.01\n")
-    assert stiff.tensions == pytest.approx([section.tension_part * 30.0] * 4)
+    assert stiff.tensions == pytest.approx([section.tension_part * 30.0 / 1.5] * 4)  # half as much again is allowed
     limits = probe_limits(CONFIG)
     assert limits.tension_min == 0.0
     assert limits.tension_max == pytest.approx(largest)
@@ -296,22 +297,39 @@ def test_a_tendon_that_moves_the_tip_as_it_should_is_followed_by_the_next_and_th
     assert stand.go().phase is Phase.DONE
 
 
-def test_a_tendon_that_does_not_move_the_tip_is_given_the_time_to_settle() -> None:
+def test_a_tendon_that_does_not_move_the_tip_is_pulled_half_as_much_again_before_it_is_named() -> None:
     stand = Stand(dataclasses.replace(PULLED, tendon=3, motions=(Motion(WAY, WAY),) * 3))
+    pulled = []
     while len(stand.probe.motions) == 3:
         stand.go(beyond(0.001), beyond(0.01))
-    time = PLAN.start + PLAN.ramp + PLAN.settling
-    assert time <= stand.seq <= time + PLAN.block
-    assert stand.probe.motions[3].gain == pytest.approx(0.1)
+        pulled.append(probe_tension(PLAN, stand.probe)[3])
+    assert max(pulled[: PLAN.start + PLAN.ramp + PLAN.block]) == pytest.approx(PLAN.tensions[3])
+    assert max(pulled) == pytest.approx(1.5 * PLAN.tensions[3])
+    assert stand.seq <= 2 * (PLAN.start + PLAN.ramp + PLAN.settling + PLAN.block)
+    assert stand.probe.motions[3].size == pytest.approx(0.1)
     assert stand.probe.verdict.startswith("tendon 3 does not move the tip (1.0 of 10.0 mm)")
+
+
+@pytest.mark.parametrize(("growth", "verdict"), [(0.01, ""), (0.025, "tendon 3 moves the tip 2.5 times as far")])
+def test_a_motion_of_the_wrong_size_is_judged_by_what_more_tension_adds(growth: float, verdict: str) -> None:
+    """The tip is 5 mm short at the first tension: slack was taken up, or the spool is small."""
+    stand = Stand(dataclasses.replace(PULLED, tendon=3, motions=tuple(Motion(way, way) for way in WAYS[1:])))
+    while len(stand.probe.motions) == 3:
+        part = probe_tension(PLAN, stand.probe)[3] / PLAN.tensions[3]
+        more = part - 1.0 if stand.probe.first is not None else 0.0
+        stand.go(beyond(0.007 + growth * more), beyond(0.01 + 0.01 * more))
+    assert stand.probe.motions[3].gain == pytest.approx(growth / 0.01, rel=0.05)
+    assert stand.probe.verdict.startswith(verdict)
+    assert bool(stand.probe.verdict) == bool(verdict)
 
 
 def test_a_tip_that_still_swings_is_judged_by_its_mean_over_the_second_half_of_the_time() -> None:
     stand = Stand(dataclasses.replace(PULLED, tendon=3, motions=(Motion(WAY, WAY),) * 3))
     while len(stand.probe.motions) == 3:
         early = stand.seq < PLAN.start + PLAN.ramp + PLAN.settling // 2
-        stand.go(beyond(0.03 if early else 0.005 + 0.01 * (stand.seq % 2)), beyond(0.01))
-    assert stand.probe.motions[3].gain == pytest.approx(1.0, abs=0.02)
+        swing = 0.012 * math.sin(2.0 * math.pi * stand.seq / 23.0)
+        stand.go(beyond((0.014 if early else 0.01) + swing), beyond(0.01))
+    assert stand.probe.motions[3].size == pytest.approx(1.0, abs=0.15)
     assert stand.probe.verdict == ""
 
 

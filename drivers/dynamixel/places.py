@@ -48,8 +48,11 @@ def places_file(folder: Path, section: ServoSection) -> Path:
     if state := os.environ.get(STATE_DIRECTORY):
         return Path(state.split(":")[0]) / name
     absolute = folder.absolute()
-    if absolute.is_relative_to(INSTALLED) and (kept := STATES / absolute.relative_to(INSTALLED)).is_dir():
-        return kept / name
+    if absolute.is_relative_to(INSTALLED):
+        kept = STATES / absolute.relative_to(INSTALLED)
+        with suppress(OSError):  # of another user
+            if kept.is_dir():
+                return kept / name
     return folder / Path(section.calibration).with_name(name)
 
 

@@ -96,6 +96,19 @@ class ServoBus:
         """Wait so long for an answer from now on, beside its time on the wire [s]."""
         self._port.answer_timeout = seconds
 
+    @property
+    def lateness(self) -> str:
+        """Answers that came too late, and the likely cause, in words; empty if none did."""
+        if not self.late:
+            return ""
+        by = self.late_by * 1e3
+        return f"; {self.late} answers came late, by up to {by:.0f} ms: is the adapter's latency timer 1 ms?"
+
+    def wire_seconds(self, servos: int) -> float:
+        """What a read of so many servos takes on the wire alone [s]."""
+        asked = 14 + servos
+        return 1e-3 * self._port.tx_time_per_byte * (asked + servos * (QUESTIONS[0].length + STATUS_BYTES))
+
     def close(self) -> None:
         """Let go of the port; once is enough."""
         if self._port.is_open:
@@ -194,7 +207,8 @@ class ServoBus:
             if result == COMM_SUCCESS:
                 break
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"servo {identifier}: {what}: {_plain(self._packets.getTxRxResult(result))}")
+            said = _plain(self._packets.getTxRxResult(result))
+            raise NoAnswerError(f"servo {identifier}: {what}: {said}{self.lateness}")
         if error & ~ALERT:
             raise RefusedError(f"servo {identifier}: {what}: {_plain(self._packets.getRxPacketError(error & ~ALERT))}")
         return data

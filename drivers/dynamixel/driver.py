@@ -263,7 +263,7 @@ class ServoDriver:
                 silent = self._bus.absent(self._servos.ids)
                 names = ", ".join(map(str, silent))
                 fault = f"servo {names}: does not answer" if silent else f"bad answers: {error}"
-                self._fail(now, fault + self._lateness)
+                self._fail(now, fault + self._bus.lateness)
             return
         self._unanswered = 0
         before, since = self.displacement, now - self._seen
@@ -286,6 +286,11 @@ class ServoDriver:
                 self._fail(now, fault)
 
     @property
+    def wire_seconds(self) -> float:
+        """What a read of all servos takes on the wire alone [s]."""
+        return self._bus.wire_seconds(len(self._servos.ids))
+
+    @property
     def health(self) -> Health:
         """How the serial bus does; the round trips are those since it was last asked for."""
         trips = sorted(self._bus.round_trips)
@@ -299,13 +304,6 @@ class ServoDriver:
             round_trip_max=trips[-1] if trips else 0.0,
             load=tuple(one.load * table.LOAD_UNIT for one in self._readings),
         )
-
-    @property
-    def _lateness(self) -> str:
-        late, by = self.late
-        if not late:
-            return ""
-        return f"; {late} answers came late, by up to {by * 1e3:.0f} ms: is the adapter's latency timer 1 ms?"
 
     def _watch_release(self, now: float) -> None:
         """Drop a tendon that pulls harder while it is let out; while tendons stand still, let out sooner."""

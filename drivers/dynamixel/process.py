@@ -27,6 +27,9 @@ CONNECT_SECONDS = 120.0
 ANSWER_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
+SLOW_SECONDS = 0.012
+"""Beside its time on the wire, from which on the adapter keeps an answer: it does so for 16 ms as it is shipped."""
+
 SAY_SECONDS = 10.0
 """Between two lines about reads that were lost or late."""
 
@@ -122,7 +125,9 @@ class ServoProcess:
                 self._say(heard)
             if now - told >= HEALTH_SECONDS:
                 told = now
-                healths.put(encode(self._health(driver)))
+                health = self._health(driver)
+                healths.put(encode(health))
+                ear.note(health.round_trip - driver.wire_seconds)
             if now - before <= self._section.watchdog:  # a lost port or a fault waits for a person, not for a restart
                 self._supervisor.alive()
             before = now
@@ -202,6 +207,11 @@ class Listener:
     def __init__(self, now: float) -> None:
         self._since = now
         self._lost = self._late = 0
+        self._slow = 0.0
+
+    def note(self, beyond: float) -> None:
+        """Hear how much longer than on the wire alone reads take [s]."""
+        self._slow = beyond if beyond > SLOW_SECONDS else 0.0
 
     def news(self, now: float, lost: int, late: tuple[int, float]) -> str:
         """A line about reads that were lost or late since the last one; empty if there are none, or it is too soon.
@@ -212,14 +222,16 @@ class Listener:
             late: answers that came too late so far, and how late the latest was [s].
         """
         count, by = late
-        if now - self._since < SAY_SECONDS or (lost, count) == (self._lost, self._late):
+        if now - self._since < SAY_SECONDS or ((lost, count) == (self._lost, self._late) and not self._slow):
             return ""
         new, new_late, span = lost - self._lost, count - self._late, now - self._since
         self._since, self._lost, self._late = now, lost, count
         said = f"{new} reads without an answer in {span:.0f} s"
         if new_late > 0:
-            said += f", {new_late} answers late, by up to {by * 1e3:.0f} ms: is the adapter's latency timer 1 ms?"
-        return said
+            said += f", {new_late} answers late, by up to {by * 1e3:.0f} ms"
+        if self._slow:
+            said += f", answers take {self._slow * 1e3:.0f} ms beside their time on the wire"
+        return said + (": is the adapter's latency timer 1 ms?" if new_late > 0 or self._slow else "")
 
 
 def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = False) -> ControlReply:

@@ -236,12 +236,9 @@ def find(bus: ServoBus, identifiers: Sequence[int], tries: int = TRIES) -> None:
     missing = bus.absent(identifiers, tries)
     if missing:
         names = ", ".join(map(str, missing))
-        late = (
-            f"; answers come {bus.late_by * 1e3:.0f} ms late: is the adapter's latency timer 1 ms?" if bus.late else ""
-        )
         raise NoAnswerError(
             f"{bus.port}: no answer from servo {names}: is it powered, and its id and rate right? Try"
-            f" 'tendond servo scan'{late}"
+            f" 'tendond servo scan'{bus.lateness}"
         )
 
 

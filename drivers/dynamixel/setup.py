@@ -23,7 +23,9 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
     """
     model = _ping(bus, old)
     if model is None:
-        raise ServoError(f"servo {old}: does not answer: see 'tendond servo scan'")
+        raise ServoError(
+            f"servo {old}: does not answer, or several do: plug in one at a time, and see 'tendond servo scan'"
+        )
     if model != table.MODEL_NUMBER:
         raise ServoError(f"servo {old}: is model {model}, not {table.MODEL_NUMBER} ({table.MODEL_NAME})")
     if new != old and _ping(bus, new) is not None:

@@ -199,3 +199,21 @@ def test_a_line_that_never_falls_silent_does_not_keep_a_read(servos: EmulatedBus
     finally:
         ended.set()
         thread.join()
+
+
+def test_a_register_is_not_read_from_an_answer_to_another_question(servos: EmulatedBus, tmp_path: Path) -> None:
+    """Both registers have four bytes; answers come after the bus has given up, for a while."""
+    servos.tell(lambda: servos.servos[0]._store(table.PROFILE_VELOCITY, 77))
+    with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, 0.01) as impatient:
+        servos.late = 0.018
+        with pytest.raises(NoAnswerError, match=r"answers came late, by up to \d+ ms: is the adapter's latency timer"):
+            impatient.read(1, table.PROFILE_VELOCITY)
+        servos.late = 0.0
+        impatient.set_answer_timeout(ANSWER_SECONDS)
+        assert impatient.read(1, table.PRESENT_POSITION) == 2048
+        assert impatient.read(1, table.PROFILE_VELOCITY) == 77
+
+
+def test_what_a_read_takes_on_the_wire_is_known(bus: ServoBus) -> None:
+    """15 or so bytes there, 94 back for each servo, ten bits each."""
+    assert bus.wire_seconds(4) == pytest.approx(1e-5 * (18 + 4 * 94))

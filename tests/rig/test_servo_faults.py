@@ -152,6 +152,13 @@ def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time
         "9 reads without an answer in 10 s, 4 answers late, by up to 17 ms: is the adapter's latency timer 1 ms?"
     )
     assert ear.news(40.0, 30, (4, 0.017)) == ""
+    ear.note(0.002)
+    assert ear.news(60.0, 30, (4, 0.017)) == ""
+    ear.note(0.0165)
+    assert ear.news(80.2, 30, (4, 0.017)) == (
+        "0 reads without an answer in 60 s, answers take 16 ms beside their time on the wire: is the adapter's latency"
+        " timer 1 ms?"
+    )
 
 
 def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again(bench: Bench) -> None:

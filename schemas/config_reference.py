@@ -11,6 +11,9 @@ from tendond.schemas.config_space import SPACE_KINDS, SpaceKeys
 TARGETS = ("position", "across", "angle", "direction")
 """Ways to name a target; exactly one is used."""
 
+CLOSEST = 1e-4
+"""[s] Between two samples: the shortest cycle takes ten times as long."""
+
 Time = Annotated[float, Field(ge=0.0, description="[s]")]
 Sample = tuple[Time, float, float] | tuple[Time, float, float, float]
 
@@ -39,8 +42,8 @@ class ReferenceSection(SpaceKeys):
     kind: Literal[
         "exponential", "step", "minimum_jerk", "samples", "point", "line", "circle", "helix", "figure_eight"
     ] = Field("exponential", description="course in time; exponential: 1 - exp(-rate t); from 'point' on: in space")
-    rate: Annotated[float, Field(gt=0.0, le=1000.0, description="of the exponential [1/s]")] = 20.0
-    duration: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(
+    rate: Annotated[float, Field(ge=1e-3, le=1000.0, description="of the exponential [1/s]")] = 20.0
+    duration: Annotated[float, Field(ge=1e-3, le=3600.0)] = Field(
         1.0, description="of the minimum-jerk course, and of the way to a course in space [s]"
     )
     file: str = Field(
@@ -59,8 +62,8 @@ class ReferenceSection(SpaceKeys):
             if len({len(sample) for sample in self.samples}) > 1:
                 raise ValueError("the samples must all have three numbers, or all four")
             times = [sample[0] for sample in self.samples]
-            if (times and times[0] != 0.0) or any(late <= early for early, late in pairwise(times)):
-                raise ValueError("the samples' times must start at 0 and increase")
+            if (times and times[0] != 0.0) or any(late - early < CLOSEST for early, late in pairwise(times)):
+                raise ValueError(f"the samples' times must start at 0 and increase, by {CLOSEST:g} s or more")
         elif self.kind == "point" and given not in (["position"], ["direction"]):
             raise ValueError("kind = 'point' needs a position or a direction")
         elif self.kind in SPACE_KINDS[1:] and given:

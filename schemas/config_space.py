@@ -30,7 +30,7 @@ class SpaceKeys(Schema):
     radius_end: Annotated[float, Field(gt=0.0, le=10.0)] = Field(
         0.1, description="of a helix, its last [m]; its height is what the shape makes of it"
     )
-    period: Annotated[float, Field(gt=0.0, le=3600.0, description="of a turn, or of a line there and back [s]")] = 4.0
+    period: Annotated[float, Field(ge=1e-3, le=3600.0, description="of a turn, or of a line there and back [s]")] = 4.0
     laps: Annotated[int, Field(ge=1, le=1000, description="turns")] = 2
     moved_max: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         0.02, description="by which a course may be moved to where the tip can rest; one that needs more is refused [m]"

@@ -121,15 +121,21 @@ def difference(folder: Path, name: str) -> str:
     return "\n".join(f"    {line}" for line in lines if re.match(r"[-+](?!--|\+\+)", line))
 
 
-def examine(name: str, target: Target, jobs: int, digits: str) -> bool:
-    """Run a target, or the mutants whose number ends in one of `digits`, and print what became of it.
+def examine(name: str, target: Target, jobs: int, digits: str, without: list[str]) -> bool:
+    """Run a target, or a sample of it, and print what became of it.
+
+    Args:
+        name: of the target. target: itself.
+        jobs: mutants at once.
+        digits: only mutants whose number ends in one of them; empty: all.
+        without: tests to leave out.
 
     Returns:
         Whether the goal is met.
     """
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        prepare(folder, target)
+        prepare(folder, Target(target.modules, (*target.tests, *(f"--deselect={test}" for test in without))))
         mutmut(folder, "run", "--max-children", str(jobs), *(f"*{digit}" for digit in digits))
         found = {mutant: verdict for mutant, verdict in verdicts(folder).items() if verdict != "not checked"}
         counts = Counter(found.values())
@@ -147,12 +153,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(TARGETS)} (default: all)")
     parser.add_argument("--jobs", type=int, default=1, help="mutants at once (default: 1)")
     parser.add_argument("--digits", default="", help="a sample: mutants whose number ends in one of them, as in 37")
+    parser.add_argument("--deselect", action="append", default=[], metavar="TEST", help="leave a test out")
     options = parser.parse_args(arguments)
     if unknown := set(options.targets) - set(TARGETS):
         parser.error(f"no target is called {', '.join(sorted(unknown))}; choose of {', '.join(TARGETS)}")
     if find_spec("mutmut") is None:
         parser.error("mutmut is not installed: run '.venv/bin/pip install mutmut'")
-    met = [examine(name, TARGETS[name], options.jobs, options.digits) for name in options.targets or TARGETS]
+    met = [
+        examine(name, TARGETS[name], options.jobs, options.digits, options.deselect)
+        for name in options.targets or TARGETS
+    ]
     return 0 if all(met) else 1
 
 

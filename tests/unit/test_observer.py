@@ -54,9 +54,10 @@ def test_a_delay_that_is_known_changes_nothing(kind: str) -> None:
 
 def test_a_lag_that_is_known_is_led_and_an_unknown_one_is_not() -> None:
     """Time constant of 45 ms: a fifth of a step in the first cycle. The command leads, the arm moves as if without."""
-    plain = tips(run(""))
-    known = tips(run("[observer]\nlag = 0.045\n[simulator.servo]\nlag = 0.045"))
-    unknown = tips(run("[simulator.servo]\nlag = 0.045"))
+    fast = "[limits]\ntension_rate = 6000.0\n"  # a lead is faster than what it leads
+    plain = tips(run(fast))
+    known = tips(run(f"{fast}[observer]\nlag = 0.045\n[simulator.servo]\nlag = 0.045"))
+    unknown = tips(run(f"{fast}[simulator.servo]\nlag = 0.045"))
     assert np.abs(np.diff(known[:, 0])).sum() == pytest.approx(np.abs(np.diff(plain[:, 0])).sum(), rel=0.01)
     first = [int(np.flatnonzero(run_[:, 0] > 0.9 * 0.34)[0]) for run_ in (plain, known, unknown)]
     assert first[1] <= first[0] + 4 < first[2] + 4

@@ -66,24 +66,20 @@ def law_rates(config: RigConfig) -> LawRates:
 
 
 def lowered(config: RigConfig, rod: RodParameters) -> str:
-    """Which gains are lower than the configuration asks for, and why; empty where none is."""
+    """Which gains are lower than the configuration itself asks for, and why; empty where none is."""
     section, gains = config.observer, observer_gains(config, rod)
     if gains.kind != "force":
         return ""
     changes = [
-        f"{name} {asked:g} -> {used:.3g}"
-        for name, asked, used in (
-            ("integral", section.integral, gains.integral),
-            ("proportional", section.proportional, gains.proportional),
-            ("derivative", section.derivative, gains.derivative),
-        )
-        if used < asked
+        f"observer.{name} {getattr(section, name):g} -> {getattr(gains, name):.3g}"
+        for name in ("integral", "proportional", "derivative")
+        if name in section.model_fields_set and getattr(gains, name) < getattr(section, name)
     ]
     if not changes:
         return ""
     mass = unknown_tip_mass(config, rod)
     return (
-        f"observer: {', '.join(changes)}, to stay stable with 0 to {mass * 1e3:.0f} g on the tip that the model does "
+        f"{', '.join(changes)}, to stay stable with 0 to {mass * 1e3:.0f} g on the tip that the model does "
         f"not know and poses {section.delay * 1e3:.0f} ms old; a smaller observer.tip_mass_max or delay admits more"
     )
 

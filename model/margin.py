@@ -12,7 +12,7 @@ it with the opposite sign. With one mode, mass M, damping c and stiffness k, and
     M e'''+ (c + k Kd) e'' + k (1 + Kp) e' + k Li e = 0,    stable where (c/k + Kd)(1 + Kp) > (M/k) Li  (Routh):
 
 a mass asks for a small integral, and damping by Kd admits a larger one. Gravity takes from k what a hanging mass has
-above its support in a bent arm, up to 1.3 m g / L (`softest`).
+above its support in a bent arm, up to 1.5 m g / L (`softest`).
 """
 
 import math
@@ -41,7 +41,7 @@ UNKNOWN_DELAY = 1
 BENT_STIFFNESS = 1.2
 """Smallest tip stiffness of the arm bent by a right angle, of the straight one's; `tendond study margin` prints it."""
 
-GRAVITY_SOFTENING = 1.3
+GRAVITY_SOFTENING = 1.5
 """Of m g / L, by which a mass above its support softens the bent arm; from the same table."""
 
 TIP_LOAD = 1.65

@@ -19,6 +19,7 @@ from tendond.daemon.cli import (
     operator_commands,
     process_commands,
     servo_commands,
+    study_commands,
 )
 from tendond.daemon.cli.kernel_folder import NOWHERE, prepare_for_numba
 from tendond.daemon.cli.signals import INTERRUPTED, leave_at_the_end, leave_on_interrupt, was_interrupted
@@ -63,6 +64,7 @@ for commands in (
     bench_commands,
     log_commands,
     identify_commands,
+    study_commands,
 ):
     commands.add_to(app)
 

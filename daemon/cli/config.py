@@ -114,6 +114,8 @@ def _start_objections(config: RigConfig) -> Iterator[str]:
 def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
     """What is not wrong with the configuration, but will keep a process from running as things stand."""
     from tendond.daemon.bus import hub_settings
+    from tendond.daemon.feedback import lowered
+    from tendond.daemon.state import rod_from_section
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed
 
@@ -121,6 +123,8 @@ def _notes(config: RigConfig, file: Path | None) -> Iterator[str]:
         hub_settings(config)
     except ConfigError as error:
         yield str(error)
+    if gains := lowered(config, rod_from_section(config.rod, config.loop.period).parameters):
+        yield gains
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (

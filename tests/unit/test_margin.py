@@ -9,9 +9,11 @@ import pytest
 from tendond.daemon import feedback
 from tendond.daemon.feedback import law_rates, lowered, observer_gains
 from tendond.daemon.lockstep import watched_loop
+from tendond.daemon.robustness.margin import LoopRow, run_loop, stiffness_rows
 from tendond.daemon.state import rod_from_section
 from tendond.model.margin import (
     GAIN_MARGIN,
+    STIFFNESS_RANGE,
     FeedbackGains,
     LawRates,
     UnknownPlant,
@@ -82,6 +84,28 @@ def test_the_real_loop_swings_where_the_poles_say_so_and_settles_where_they_do_n
     assert ripple(good, 0.05, monkeypatch) < 1e-3
 
 
+@pytest.mark.parametrize("law", ["backstepping", "sensitivity"])
+def test_the_real_loop_with_a_hundred_grams_settles_by_default(law: str) -> None:
+    case = LoopRow(law, 100.0, 0.1, 0.85, 3, 0, None, None, "", passes=False)
+    found = run_loop(RigConfig(), case)
+    assert found.passes, found
+    assert found.settling is not None
+    assert found.settling < 4.0
+
+
+def test_a_run_that_swings_fails_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feedback, "_admitted", lambda rod, period, alpha, wanted, *rest: wanted)
+    eager = parse_config("[observer]\nintegral = 12.0\nderivative = 0.02\nquiet_share = 1.0\n", "eager")
+    found = run_loop(eager, LoopRow("backstepping", 100.0, 0.1, 1.0, 0, 0, None, None, "", passes=False))
+    assert not found.passes
+
+
+def test_a_hanging_mass_softens_the_bent_arm_no_more_than_the_margin_assumes() -> None:
+    for row in stiffness_rows(RigConfig()):
+        if row.mass > 0.0:
+            assert row.arm / row.observer >= softest(ROD, row.mass) - STIFFNESS_RANGE[0] + 1.0
+
+
 @pytest.mark.parametrize("period", [0.01, 0.004])
 @pytest.mark.parametrize("late", [0, 1, 3])
 @pytest.mark.parametrize("ahead", [False, True])
@@ -106,8 +130,11 @@ def test_gains_are_never_raised_and_fall_with_mass_and_delay() -> None:
 
 def test_the_papers_robot_bears_a_hundred_grams_by_default() -> None:
     assert default_tip_mass(ROD) == pytest.approx(0.1, rel=0.01)
-    config = RigConfig()
-    assert "100 g" in lowered(config, rod_from_section(config.rod, 0.01).parameters)
+    config = parse_config("[observer]\nintegral = 20.0\n", "eager")
+    said = lowered(config, rod_from_section(config.rod, 0.01).parameters)
+    assert said.startswith("observer.integral 20 -> ")
+    assert "0 to 100 g" in said
+    assert lowered(RigConfig(), rod_from_section(config.rod, 0.01).parameters) == ""
 
 
 def test_a_robot_whose_tip_is_known_keeps_its_gains() -> None:

@@ -1,0 +1,49 @@
+"""Studies: their options and their help; what they do stands in the modules that they import."""
+
+from typing import Annotated
+
+import typer
+
+from tendond.daemon.cli.options import Config, Json
+from tendond.daemon.cli.signals import leave_on_signals
+
+study = typer.Typer(
+    name="study", help="Show what the controller bears, on simulated rigs.", no_args_is_help=True, rich_markup_mode=None
+)
+
+Processes = Annotated[
+    int | None, typer.Option("--processes", min=1, help="To share the work. Default: one per processor.")
+]
+
+
+def processor_count() -> int:
+    """Processors that this process may use."""
+    import os
+
+    return len(os.sched_getaffinity(0))
+
+
+@study.command("margin")
+def study_margin(
+    config: Config = None,
+    json: Json = False,
+    short: Annotated[bool, typer.Option("--short", help="Only the corners, at 100 Hz.")] = False,
+    processes: Processes = None,
+) -> None:
+    """Show the loop's margin for a mass on the tip.
+
+    Prints the gains that the margin admits, the stiffness of the bent arm, and runs of the real loop with masses that
+    the controller does not know. Exit status 1 where a run does not settle or swings by more than 0.2 mm.
+
+    Example: tendond study margin --short
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.study import run_margin
+
+    if not run_margin(config, json, short, processes or processor_count()):
+        raise typer.Exit(1)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add these commands."""
+    app.add_typer(study)

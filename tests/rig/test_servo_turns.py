@@ -133,3 +133,17 @@ def test_places_are_in_the_services_state_directory_where_there_is_one(
     assert places_file(tmp_path, ServoSection()) == tmp_path / "calibration-places.json"
     monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/tendond/arm1")
     assert places_file(tmp_path, ServoSection()) == Path("/var/lib/tendond/arm1/calibration-places.json")
+
+
+@pytest.mark.parametrize(("grip", "holds"), [(0.1, True), (0.0, False)])
+def test_gears_hold_a_tendon_without_torque_or_give_way(tmp_path: Path, grip: float, holds: bool) -> None:
+    with emulated(tmp_path) as servos:
+        first = servos.servos[0]
+
+        def pulled() -> None:
+            first.grip = grip
+            first.torque = lambda position: -0.09
+
+        servos.tell(pulled)
+        time.sleep(0.3)
+        assert (first.position == 2048.0) is holds

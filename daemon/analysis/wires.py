@@ -57,6 +57,7 @@ def wires(log: Log) -> list[Wires]:
     reported = np.array([state.displacement for state in states if state is not None])
     tensions = np.array([state.tension for state in states if state is not None])
     period = log.config.loop.period
+    passed = np.diff([record.tick for record in armed]) * period  # a cycle without a report is left out
     radius = log.config.servo.spool_radius
     found = []
     for tendon in range(commanded.shape[1]):
@@ -69,7 +70,7 @@ def wires(log: Log) -> list[Wires]:
                 lag=lag * period,
                 error=error,
                 still=abs(float(reported[-1, tendon] - commanded[-1, tendon])),
-                rate=float(np.abs(np.diff(commanded[:, tendon])).max()) / period,
+                rate=float(np.abs(np.diff(commanded[:, tendon]) / passed).max()),
                 tension=tension,
                 load=load,
                 motor=NO_LOAD_SPEED * max(0.0, 1.0 - load) * radius,

@@ -24,6 +24,7 @@ class Record:
             return 0.5 * PEAK * (1.0 - math.cos(2.0 * math.pi * max(cycle, 0) / CYCLES))
 
         self.mode = Mode.TRACKING
+        self.tick = number
         self.command = TendonCommand(
             seq=number, stamp_ns=0, pose_seq=None, displacement=(place(number), 0.0), tension=(0.0, 0.0), armed=True
         )
@@ -53,6 +54,13 @@ def test_lag_error_and_load_of_a_tendon_are_found_again() -> None:
     assert moving.rate == pytest.approx(math.pi * PEAK / (CYCLES * log.config.loop.period), rel=0.01)
     assert moving.load == pytest.approx(40.0 * 0.015 / STALL_TORQUE, rel=1e-3)
     assert (resting.travel, resting.rate, resting.tension) == (0.0, 0.0, 0.0)
+
+
+def test_a_cycle_without_a_report_makes_no_command_look_faster() -> None:
+    whole: Any = Log()
+    gapped: Any = Log()
+    del gapped.records[CYCLES // 4]
+    assert wires(gapped)[0].rate == pytest.approx(wires(whole)[0].rate, rel=1e-3)
 
 
 def test_the_pace_is_said_in_the_servos_own_figures() -> None:

@@ -49,8 +49,8 @@ TARGETS = {
     ),
     "modes": _target(
         "daemon/modes",
-        "unit/test_cycle unit/test_cycle_faults unit/test_fault_table unit/test_refusals unit/test_sources "
-        "unit/test_probe",
+        "unit/test_requests unit/test_cycle unit/test_cycle_faults unit/test_fault_table unit/test_refusals "
+        "unit/test_sources unit/test_probe",
     ),
     "cycle": _target(
         "daemon/cycle",

@@ -199,3 +199,44 @@ def test_a_reference_that_cannot_be_planned_is_refused_with_the_reason(tmp_path:
 def test_no_controller_is_said_before_anything_is_asked_of_it(tmp_path: Path) -> None:
     with rig(tmp_path) as one, pytest.raises(BusError, match="no controller"), open_client(one.endpoint, 0.1):
         pass
+
+
+def test_an_operator_is_told_where_two_controllers_answer_and_a_stop_goes_to_both(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        one.controller()
+        with one.session() as session, one.session() as second:
+            status = one.status(session)
+            stopped = threading.Event()
+
+            def also(query: zenoh.Query) -> None:
+                own = status.model_copy(update={"source": "controller-second"})
+                stopping = str(query.key_expr).endswith("stop")
+                message = "stopped: releasing the tendons" if stopping else "tracking"
+                query.reply(query.key_expr, encode(ControlReply(done=True, message=message, status=own)))
+                query.drop()
+                if stopping:
+                    stopped.set()
+
+            queryables = [
+                second.declare_queryable(control_key(one.name, name), also, complete=True)
+                for name in ("status", "stop")
+            ]
+            deadline = time.monotonic() + PATIENCE_SECONDS
+            while True:  # until the controller's side knows of the second one
+                try:
+                    ask(session, one.name, ControlAction.ARM)
+                except BusError as error:
+                    said = str(error)
+                    break
+                assert time.monotonic() < deadline
+            assert said == (
+                f"2 controllers of rig 'sil' answer: '{status.source}' and 'controller-second'; stop all but one"
+            ) or said.endswith(f"'controller-second' and '{status.source}'; stop all but one")
+            reply = ask(session, one.name, ControlAction.STOP)
+            assert stopped.wait(5.0)
+            assert reply.done
+            assert reply.message.startswith("2 controllers answer: ")
+            assert "nothing to stop: idle" in reply.message
+            assert "stopped: releasing the tendons" in reply.message
+            for queryable in queryables:
+                queryable.undeclare()

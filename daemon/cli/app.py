@@ -61,10 +61,10 @@ for commands in (
     config_commands,
     doctor_commands,
     experiment_commands,
+    study_commands,
     bench_commands,
     log_commands,
     identify_commands,
-    study_commands,
 ):
     commands.add_to(app)
 

@@ -1,5 +1,6 @@
 """Studies: their options and their help; what they do stands in the modules that they import."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -41,6 +42,36 @@ def study_margin(
     from tendond.daemon.cli.study import run_margin
 
     if not run_margin(config, json, short, processes or processor_count()):
+        raise typer.Exit(1)
+
+
+@study.command("wiring")
+def study_wiring(
+    law: Annotated[list[str] | None, typer.Option("--law", help="Only this law; may be repeated.")] = None,
+    row: Annotated[list[str] | None, typer.Option("--row", help="Only this kind of mistake; may be repeated.")] = None,
+    setups: Annotated[int, typer.Option("--setups", min=0, max=1_000_000, help="Right rigs, drawn at random.")] = 100,
+    processes: Processes = None,
+    out: Annotated[Path | None, typer.Option("--out", help="File for the table, as Markdown.")] = None,
+    json: Json = False,
+) -> None:
+    """Arm wrongly wired rigs, and right ones.
+
+    Every mistake of a camera's frame, of lengths and quaternions, of the tendons' order, sign and spools, poses of
+    another robot and old ones, for each law, with ideal tendons and with servos: refused or in fault before the tip has
+    moved far or anything pulls hard? And no alarm on right rigs? The exit status is 1 where a row falls short.
+
+    In lockstep; takes several minutes.
+
+    Example: tendond study wiring --setups 1000 --out out/wiring.md
+    """
+    leave_on_signals(130)
+    from tendond.daemon.cli.study_wiring import run_wiring
+    from tendond.daemon.laws import LAWS
+
+    for name in law or ():
+        if name not in LAWS:
+            raise typer.BadParameter(f"'{name}': choose among {', '.join(LAWS)}", param_hint="--law")
+    if not run_wiring(tuple(law or ()), setups, tuple(row or ()), processes, out, as_json=json):
         raise typer.Exit(1)
 
 

@@ -328,17 +328,19 @@ def _pulled(plan: ProbePlan, probe: Probe, block: _Block, tendons: TendonState |
     )
     fair = settled and agrees(motion, plan.bounds)
     if fair and probe.first is None and not CLOSE[0] <= motion.gain <= CLOSE[1]:
-        return _second_look(plan, probe, motion)
+        if probe.steady >= STEADY_BLOCKS:
+            return _second_look(plan, probe, motion)
+        if probe.since < plan.start + plan.ramp + plan.settling:
+            return probe
     if not fair:
         waited = probe.since >= plan.start + plan.ramp + plan.settling
         if not waited and probe.steady < STEADY_BLOCKS:
             return probe
         if waited and probe.late.count:  # whole periods of a tip that still swings, too coarse for a growth
-            swings = not settled
             motion = replace(
                 motion,
                 measured=_vector(probe.late.mean - np.array(base)),
-                first=None if swings else motion.first,
+                first=None,
             )
         if probe.first is None and only_gain(
             motion, plan.bounds

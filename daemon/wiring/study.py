@@ -30,6 +30,9 @@ MOVED, PULLED = 0.1, 0.2
 PROBED = 0.03
 """Of the rod's length, that the probe moves the tip."""
 
+RIGHT = "right rigs"
+"""Group of the rigs that nothing is wrong with."""
+
 EVERY_LAW = ("tendons in another order and reversed",)
 """Groups that are run with one law only: 345 of them, and none that gets beyond the probe, which knows no law."""
 
@@ -98,7 +101,7 @@ def run_job(job: Job) -> Outcome:
     """Run one."""
     if job.mistake is None:
         config, wires, text = right_rig(job)
-        return run(config, wires, "right rigs", text, job)
+        return run(config, wires, RIGHT, text, job)
     mistake = _mistakes(job.chain)[job.mistake]
     return run(_config(job.chain, job.law), mistake.wires(), mistake.group, mistake.name, job)
 

@@ -68,6 +68,7 @@ class Rig:
         config_file: it is from, if from a file.
         log_folder: of its logs.
         ask_servos: whether servos may be asked for what they are.
+        probe: whether the tendons are pulled a little, one after another.
         machine: that it runs on.
     """
 
@@ -75,6 +76,7 @@ class Rig:
     config_file: Path | None
     log_folder: Path
     ask_servos: bool = True
+    probe: bool = False
     machine: Machine = field(default_factory=Machine)
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tendond import TendondError, __version__
 from tendond.daemon.cli.common import load_config
-from tendond.daemon.cli.doctor import bus, camera, files, machine, servos
+from tendond.daemon.cli.doctor import bus, camera, commissioning, files, machine, servos
 from tendond.daemon.cli.doctor.check import Check, Outcome, Result, Rig, bad, good
 from tendond.daemon.errors import LawError, UsageError
 from tendond.daemon.laws import select_law
@@ -29,12 +29,14 @@ CHECKS: dict[str, Check] = {
     "log speed": files.log_speed,
     "controller": bus.controller,
     "poses": bus.poses,
+    "rest": commissioning.rest,
     "pose sender": camera.sender,
     "servo driver": bus.driver,
     "servo port": servos.port,
     "latency": servos.latency,
     "servos": servos.servos,
     "calibration": files.calibration,
+    "tendons": commissioning.probe,
 }
 """In the order in which they are made and shown; the configuration's comes before them."""
 
@@ -46,7 +48,9 @@ class SickError(TendondError):
     """At least one check has failed."""
 
 
-def examine(config_file: Path | None, log_folder: Path | None, *, ask_servos: bool, as_json: bool) -> None:
+def examine(
+    config_file: Path | None, log_folder: Path | None, *, ask_servos: bool, as_json: bool, probe: bool = False
+) -> None:
     """Make every check and print the results; see `tendond doctor --help`.
 
     Raises:
@@ -58,7 +62,7 @@ def examine(config_file: Path | None, log_folder: Path | None, *, ask_servos: bo
     if not as_json:
         _show("configuration", result)
     if config is not None:
-        rig = Rig(config, config_file, log_folder or _logs(config_file), ask_servos)
+        rig = Rig(config, config_file, log_folder or _logs(config_file), ask_servos, probe)
         for name, one in made(rig):
             results[name] = one
             if not as_json:

@@ -302,21 +302,15 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
     if state.mode is Mode.PROBE and state.probe is not None:  # slowly: what is wired wrongly is wound by any of it
         rests = state.probe.phase is Phase.REST
         if rests and state.probe.since <= 1:
-            last = wound = _held_now(state, wanted)
-        up = (1.0 if rests else TAKE_UP) * setup.probe.rate * config.loop.period
-        down = up if rests else config.limits.displacement_rate * config.loop.period
+            last = wound = wanted if state.probe.held is None else np.array(state.probe.held)
+        slow = setup.probe.rate * config.loop.period
+        up, down = (slow, slow) if rests else (TAKE_UP * slow, config.limits.displacement_rate * config.loop.period)
+        if rests and state.probe.held is not None:  # only out: the model may still be on its way to the arm
+            wanted = np.minimum(wanted, state.probe.held)
         asked = np.clip(wanted - slack, last - down, last + up)
     displacement, met = limit_displacement(config.limits, config.loop.period, asked, last)
     after = changed(after, tension=tension, commanded=command, wound=follow(displacement, wound, setup.lagging))
     return _Wound(after, asked, displacement, met, error)
-
-
-def _held_now(state: CycleState, model: Array) -> Array:
-    """Displacement at which the tendons are to begin [m], shape (n,): as reported, or as the model's arm has them."""
-    report = state.tendon_state
-    if report is None or len(report.displacement) != len(model):
-        return model
-    return np.array(report.displacement)
 
 
 def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tuple[CycleState, str]:

@@ -162,7 +162,8 @@ class Probe:
         first: measured and expected motion at the first tension, while the second one is tried [m].
         released: tension of the tendon before this one, against the plan's [-].
         motions: of the tendons so far.
-        start: where the tip was when the probe began [m].
+        start: where the tip was when the probe began [m]. held: displacement that the tendons reported then [m]; none
+            without a report.
         tilt: of the base against the camera's frame, by the rest, axis times angle [rad]; offset: of it [m]. A tendon
             that is wound feels where the tip is in the base's frame: there the model rests.
         only: the operator has asked for the probe alone.
@@ -184,6 +185,7 @@ class Probe:
     released: float = 1.0
     motions: tuple[Motion, ...] = ()
     start: Vector3 | None = None
+    held: tuple[float, ...] | None = None
     tilt: Vector3 = (0.0, 0.0, 0.0)
     offset: Vector3 = (0.0, 0.0, 0.0)
     only: bool = False
@@ -194,13 +196,20 @@ class Probe:
         return _vector(turn_by(np.array(self.tilt)).T @ np.subtract(position, self.offset))
 
 
-def start_probe(rests: RestFamily | None, watch: RestWatch, *, only: bool) -> Probe:
-    """Return a probe that begins; the base's place follows from the rest, where rests are compared."""
+def start_probe(
+    rests: RestFamily | None, watch: RestWatch, held: tuple[float, ...] | None = None, *, only: bool
+) -> Probe:
+    """Return a probe that begins; the base's place follows from the rest, where rests are compared.
+
+    Args:
+        rests: that a right rig may have. watch: of the tip at rest.
+        held: reported displacement [m]. only: the operator has asked for the probe alone.
+    """
     best = watch.best
     if rests is None or best is None:
-        return Probe(only=only)
+        return Probe(only=only, held=held)
     fit = rests.fit(best.mean, rotation_matrix(best.mean_orientation))
-    return Probe(only=only, start=_vector(best.mean), tilt=_vector(fit.tilt), offset=_vector(fit.offset))
+    return Probe(only=only, held=held, start=_vector(best.mean), tilt=_vector(fit.tilt), offset=_vector(fit.offset))
 
 
 def probe_limits(config: RigConfig) -> LimitsSection:

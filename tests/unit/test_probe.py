@@ -51,7 +51,7 @@ def within_the_probe(config: RigConfig, seen: list[Watched], most: float = 0.06)
     ("text", "longest"),
     [
         ("", 3.2),
-        ("[simulator.rod]\nyoungs_modulus = 152e9\n", 6.0),
+        ("[simulator.rod]\nyoungs_modulus = 152e9\n", 7.0),
         ("[simulator.rod]\nyoungs_modulus = 228e9\n", 6.0),
         ("[simulator.weight]\nmass = 0.05\n", 14.0),
         ("[simulator.weight]\nmass = 0.1\n[simulator.rod]\nyoungs_modulus = 152e9\n", 16.0),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import TypeVar
@@ -46,6 +47,7 @@ class Arrivals:
     """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
 
     Attributes:
+        pose_lag: by which the pose arrived after its capture, by the clock of this host [s]; none in lockstep.
         others: further publishers, by key: their newest identity.
         inputs: payloads of poses and tendon states that have come in, readable or not.
         detail: which field of the first unreadable one was wrong, and how.
@@ -53,6 +55,7 @@ class Arrivals:
     """
 
     pose: TipPose | None = None
+    pose_lag: float | None = None
     tendon_state: TendonState | None = None
     inputs: int = 0
     unreadable: dict[str, int] = field(default_factory=dict)
@@ -135,7 +138,10 @@ class Hub:
             repeating: the sender says the same again until it is answered; that is no message out of order.
         """
         arrivals = arrivals or Arrivals()
-        arrivals.pose = self._newest(TipPose, TIP_POSE, self._poses, arrivals.pose, arrivals, repeating)
+        before = arrivals.pose
+        arrivals.pose = self._newest(TipPose, TIP_POSE, self._poses, before, arrivals, repeating)
+        if arrivals.pose is not None and arrivals.pose is not before and not repeating:
+            arrivals.pose_lag = (time.monotonic_ns() - arrivals.pose.stamp_ns) * 1e-9
         arrivals.tendon_state = self._newest(
             TendonState, TENDON_STATE, self._states, arrivals.tendon_state, arrivals, repeating
         )

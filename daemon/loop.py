@@ -272,7 +272,7 @@ def _inputs(
         unreadable_detail=arrivals.detail,
         others=dict(arrivals.others),
         missed_ticks=missed,
-        pose_lag=None if arrivals.pose is None else (time.monotonic_ns() - arrivals.pose.stamp_ns) * 1e-9,
+        pose_lag=arrivals.pose_lag,
     )
 
 

@@ -106,8 +106,10 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
     due = setup.config.commissioning.probe and not state.commissioned
     if not (due or probe_only):
         return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
+    report = state.tendon_state
+    held = None if report is None or len(report.displacement) != len(state.tension) else tuple(report.displacement)
     state = enter(
-        changed(state, probe=start_probe(setup.rests, state.rest, only=probe_only)),
+        changed(state, probe=start_probe(setup.rests, state.rest, held, only=probe_only)),
         Mode.PROBE,
         PROBING if probe_only else ARMED,
     )

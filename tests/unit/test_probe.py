@@ -77,8 +77,7 @@ def test_a_right_rig_passes_with_little_tension_and_soon_tracks(text: str, longe
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (tendons(2, 1, 0, 3), "tendon 0 moves the tip as tendon 2 should; tendon 2 moves the tip as tendon 0 should; "
-                              "are tendons 0 and 2 swapped?"),
+        (tendons(2, 1, 0, 3), "are tendons 0 and 2 swapped?"),
         (tendons(1, 0, 2, 3), "are tendons 0 and 1 swapped?"),
         (tendons(0, 3, 2, 1), "are tendons 1 and 3 swapped?; or is the camera's frame mirrored in y?"),
         (tendons(1, 2, 3, 0), "are the tendons connected in another order?; or is the camera's frame rotated by 90"),

@@ -25,6 +25,7 @@ from tendond.daemon.identify.simulate import Drive
 from tendond.daemon.robustness.run import write_whole
 from tendond.model.announce import announce_compilation
 from tendond.schemas.config import RigConfig
+from tendond.schemas.config_simulator import Weight
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""
@@ -106,7 +107,8 @@ def write_results(result: Identification, out: Path, now: datetime, console: Con
         figures = draw(result, out)
     console.print(_table(result))
     for ratio in result.ratios:
-        console.print(f"{ratio.name} = {ratio.value:.5g}, error {ratio.error / ratio.value:.2%}", highlight=False)
+        error = f"{ratio.error / ratio.value:.2%}" if ratio.value else f"{ratio.error:.2g}"
+        console.print(f"{ratio.name} = {ratio.value:.5g}, error {error}", highlight=False)
     for line in (f"scale of force: {result.scale}", *warnings(result)):
         console.print(line, highlight=False, soft_wrap=True)
     for recorded in result.held_out:
@@ -150,10 +152,10 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     weight = proposed_weight(config)
     print(
         f"next: tendond identify run{option} --log free.mcap\n"
-        f"then hang a known weight on the tip, about {weight * 1e3:.0f} g, and when it hangs still:\n"
+        f"then fix a known weight to the tip, about {weight * 1e3:.0f} g, and when it is still:\n"
         f"      tendond identify run{option} --log weighted.mcap --parts steps --reach 0.6 --weight {weight:g}\n"
         "      tendond identify free.mcap weighted.mcap\n"
-        "without a log with a known weight only ratios can be found: rho/E, Bbt/E, C/E, tendon_stiffness/E"
+        "without a log with a known weight only ratios can be found: rho/E, Bbt/E, C/E, tendon_stiffness/E, tip_mass/E"
     )
 
 
@@ -180,7 +182,7 @@ def rig_of_model(config: RigConfig, weight: float = 0.0) -> RigConfig:
             "rod": config.rod,
             "period": config.loop.period,
             "impacts": (),
-            "weight": config.simulator.weight.model_copy(update={"mass": weight, "string": 0.0, "time": 0.0}),
+            "weight": Weight(mass=weight),
         }
     )
     return config.model_copy(update={"simulator": simulator, "servo": None, "vicon": None})

@@ -31,7 +31,7 @@ identify = typer.Typer(
 )
 Parts = Annotated[str, typer.Option("--parts", help="Of the excitation: sway, steps, chirp, with commas.")]
 Reach = Annotated[float, typer.Option("--reach", min=0.5, max=1.0, help="Part of the way that the limits allow.")]
-WeightOnTip = Annotated[float, typer.Option("--weight", min=0.0, max=10.0, help="That hangs on the tip [kg].")]
+WeightOnTip = Annotated[float, typer.Option("--weight", min=0.0, max=10.0, help="Fixed to the tip [kg].")]
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="At once. Left out: one per core.")]
 PARTS = "sway,steps,chirp"
 
@@ -41,10 +41,13 @@ def identify_fit(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="To fit to, each from a rest on.")],
     parameters: Annotated[
         str | None,
-        typer.Option("--parameters", help="Names with commas. Left out: E,rho,Bbt,C,tendon_stiffness,delay,lag,spool."),
+        typer.Option(
+            "--parameters",
+            help="Names with commas. Left out: E,rho,Bbt,C,tendon_stiffness,tip_mass,delay,lag,spool,backlash.",
+        ),
     ] = None,
     weight: Annotated[
-        list[str] | None, typer.Option("--weight", help="LOG=KG that hung on the tip; before what the log says.")
+        list[str] | None, typer.Option("--weight", help="LOG=KG fixed to the tip; before what the log says.")
     ] = None,
     hold_out: Annotated[
         list[Path] | None, typer.Option("--hold-out", help="Log to compare on and not to fit to; repeatable.")

@@ -31,6 +31,7 @@ from tendond.daemon.identify.proof import (
     record,
     redraw,
     truth,
+    unknowns,
 )
 from tendond.daemon.robustness.executors import spread
 from tendond.daemon.robustness.run import write_whole
@@ -40,7 +41,7 @@ from tendond.model.warm import warm_up
 
 SEEDS_FILE = "seeds.jsonl"
 SUMMARY = "summary.json"
-STUDIED = "stiff"
+STUDIED = "tool"
 """The plant that other noise is put on."""
 
 
@@ -167,7 +168,7 @@ def _summary(
                     "configuration": next(f.nominal for f in result.parameters if f.parameter.name == name),
                     "value": value,
                     "standard_error": outcome.errors[name],
-                    "off_percent": 100.0 * (value / true[name] - 1.0),
+                    "off_percent": 100.0 * (value / true[name] - 1.0) if true[name] else None,
                     "off_in_standard_errors": (value - true[name]) / outcome.errors[name],
                 }
                 for name, value in outcome.values.items()
@@ -181,7 +182,10 @@ def _summary(
     return {
         "goals": GOALS,
         "rigs": rigs,
-        "control": {"means": means(rows), "points": rows},
+        "control": {
+            "means": {words: means([row for row in rows if row["rig"] in plants]) for words, plants in unknowns()},
+            "points": rows,
+        },
         "coverage": coverage(outcomes) if outcomes else None,
         "seconds": round(seconds, 1),
         "cores": len(os.sched_getaffinity(0)),
@@ -197,19 +201,21 @@ def _say(summary: dict[str, Any], console: Console, out: Path) -> None:
         table.add_column(name, justify="left" if name in ("rig", "parameter") else "right")
     for plant, one in summary["rigs"].items():
         for name, row in one["parameters"].items():
-            off, scaled = f"{row['off_percent']:.3f} %", f"{row['off_in_standard_errors']:.2f}"
+            off = "-" if row["off_percent"] is None else f"{row['off_percent']:.3f} %"
+            scaled = f"{row['off_in_standard_errors']:.2f}"
             table.add_row(plant, name, f"{row['truth']:.5g}", f"{row['value']:.5g}", off, scaled)
     console.print(table)
-    control = Table(
-        box=None, padding=(0, 2, 0, 0), pad_edge=False, title="control, E off by 15 %", title_justify="left"
-    )
-    for name in ("feedback", "model", "points", "meet", *MEASURES):
-        control.add_column(name, justify="left" if name in ("feedback", "model") else "right")
-    for feedback, models in summary["control"]["means"].items():
-        for model, row in models.items():
-            numbers = (f"{row[name]:.3f}" if name in row else "-" for name in MEASURES)
-            control.add_row(feedback, model, str(row["points"]), str(row["meet"]), *numbers)
-    console.print(control)
+    for words, feedbacks in summary["control"]["means"].items():
+        control = Table(
+            box=None, padding=(0, 2, 0, 0), pad_edge=False, title=f"control, {words}", title_justify="left"
+        )  # fmt: skip
+        for name in ("feedback", "model", "points", "meet", *MEASURES):
+            control.add_column(name, justify="left" if name in ("feedback", "model") else "right")
+        for feedback, models in feedbacks.items():
+            for model, row in models.items():
+                numbers = (f"{row[name]:.3f}" if name in row else "-" for name in MEASURES)
+                control.add_row(feedback, model, str(row["points"]), str(row["meet"]), *numbers)
+        console.print(control)
     if summary["coverage"]:
         for name, row in summary["coverage"].items():
             within = f"truth within two errors {row['within_two']:.0%}, spread {row['spread']:.2f}"

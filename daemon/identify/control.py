@@ -1,11 +1,14 @@
-"""What an identified model is worth: points of `tendond robustness` where Young's modulus is off, by both models."""
+"""What an identified model is worth: points of `tendond robustness` on plants that the controller does not know.
+
+Their Young's modulus is off, and one has a tool on the tip; each is controlled by the model as built and as identified.
+"""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from tendond.daemon.identify.parameters import with_values
-from tendond.daemon.identify.proof import BUILT, CONTROLLER, FACTORS
+from tendond.daemon.identify.proof import BUILT, CONTROLLER, FACTORS, TIP_MASS
 from tendond.daemon.robustness.evaluate import Result, evaluate
 from tendond.daemon.robustness.points import Point
 from tendond.schemas.config import RigConfig, check_config
@@ -29,7 +32,8 @@ class Match:
 
     Attributes:
         plant: of `FACTORS`. feedback: 'force' or 'offset'. case: of `CASES`.
-        values: that were identified, by name; none: the controller knows the rod as built, but for its Young's modulus.
+        values: that were identified, by name; none: the controller knows the rod as built, but neither its Young's
+            modulus nor what is on its tip.
     """
 
     plant: str
@@ -39,10 +43,10 @@ class Match:
 
     @property
     def point(self) -> Point:
-        """As `tendond robustness` names it."""
-        return Point(
-            "axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **CASES[self.case]
-        )  # fmt: skip
+        """As `tendond robustness` names it: what is on the tip, and a weight that nobody knows beside it."""
+        case = {"load_g": 0.0, **CASES[self.case]}
+        case["load_g"] += 1e3 * TIP_MASS[self.plant]
+        return Point("axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **case)
 
 
 def as_built() -> RigConfig:
@@ -78,7 +82,8 @@ def table(played: Sequence[tuple[Match, Result]]) -> list[dict[str, Any]]:
     rows: dict[tuple[str, str, int], dict[str, Any]] = {}
     for match, result in played:
         row = rows.setdefault(
-            (match.plant, match.feedback, match.case), {"plant": str(match.point), "feedback": match.feedback}
+            (match.plant, match.feedback, match.case),
+            {"rig": match.plant, "plant": str(match.point), "feedback": match.feedback},
         )
         believed = "nominal" if match.values is None else "identified"
         row[believed] = {name: asdict(result)[name] for name in (*MEASURES, "meets", "mode", "reason")}

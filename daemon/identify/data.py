@@ -41,8 +41,7 @@ class Recording:
     Attributes:
         path: of the log.
         config: of the rig when it was recorded.
-        weight: on the tip [kg]; zero: none.
-        weighed: the log or the user says so; else there is none as far as is known.
+        weight: known mass fixed to the tip, beside the rod's own tip_mass [kg]; zero: none.
         period: of the cycle [s].
         times: at which each cycle's command was given, shape (k,).
         armed: of each command, shape (k,).
@@ -59,7 +58,6 @@ class Recording:
     path: Path
     config: RigConfig
     weight: float
-    weighed: bool
     period: float
     times: Array
     armed: NDArray[np.bool_]
@@ -87,11 +85,6 @@ class Recording:
         return float(self.times[-1])
 
     @property
-    def force(self) -> Array:
-        """Of the weight on the tip [N], shape (3,)."""
-        return self.weight * np.array(self.config.rod.gravity)
-
-    @property
     def has_reports(self) -> bool:
         """Whether the servos reported in nearly all cycles in which they were armed."""
         return len(self.report_times) > 0.9 * len(self.times)
@@ -109,7 +102,6 @@ def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
         DataError: it has no poses, or no rest from which the motion could be computed.
     """
     arrays = load(path)
-    weight, weighed = _weight(arrays, path, weights)
     period = arrays.config.loop.period
     missed = np.cumsum(arrays["inputs.missed_ticks"])
     cycle = (arrays["tick"] - arrays["tick"][0] + missed) * period
@@ -137,8 +129,7 @@ def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
     return Recording(
         path=path,
         config=arrays.config,
-        weight=weight,
-        weighed=weighed,
+        weight=_weight(arrays, path, weights),
         period=period,
         times=cycle[part] - origin,
         armed=armed[part],
@@ -157,15 +148,15 @@ def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
     )
 
 
-def _weight(arrays: Arrays, path: Path, weights: Mapping[str, float]) -> tuple[float, bool]:
+def _weight(arrays: Arrays, path: Path, weights: Mapping[str, float]) -> float:
     for name in (str(path), path.name):
         if name in weights:
-            return weights[name], True
+            return weights[name]
     text = arrays.metadata.get(WEIGHT_NOTE)
     if text is None:
-        return 0.0, False
+        return 0.0
     try:
-        return parse_weight(text), True
+        return parse_weight(text)
     except ValueError:
         raise DataError(f"{path}: says that its weight is '{text}', which is none: give --weight") from None
 

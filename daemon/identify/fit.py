@@ -287,8 +287,7 @@ def refine(
     whole, row = at, memory.get("fine", at, partial(fine.residuals, at))
     for _ in range(FINER_ROUNDS):
         root = np.sqrt(loss_weights(loss, row, OUTLIER * noise))
-        step = np.linalg.lstsq(root[:, None] * jacobian, -root * row, rcond=1e-8)[0]
-        at = np.clip(at + step, span[:, 0], span[:, 1])
+        at = at + bounded_step(root[:, None] * jacobian, root * row, span[:, 0] - at, span[:, 1] - at)
         row = memory.get("fine", at, partial(fine.residuals, at))
         if not np.all(np.isfinite(row)):
             raise FitError("the fit did not stay where the rod has a solution when its time step was halved")
@@ -307,6 +306,24 @@ def refine(
             if min(place - low, high - place) < 1e-3
         ),
     )
+
+
+def bounded_step(jacobian: Array, residuals: Array, low: Array, high: Array) -> Array:
+    """Gauss-Newton step within bounds, shape (p,): what stops at a bound leaves the others a step of their own.
+
+    Args:
+        jacobian: shape (r, p). residuals: shape (r,). low, high: of the step, shape (p,); low <= 0 <= high.
+    """
+    step, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
+    while np.any(free):
+        missing = residuals + jacobian[:, ~free] @ step[~free]
+        step[free] = np.linalg.lstsq(jacobian[:, free], -missing, rcond=1e-8)[0]
+        beyond = free & ((step < low) | (step > high))
+        if not np.any(beyond):
+            break
+        step[beyond] = np.clip(step, low, high)[beyond]
+        free &= ~beyond
+    return step
 
 
 def servo_start(

@@ -156,7 +156,7 @@ def identify(
     if bad:
         raise DataError("\n".join(finding.text for finding in bad))
     config = recordings[0].config
-    start = starts(config, parameters)
+    starts(config, parameters)  # refused before anything is computed
     scale, known = _scale(recordings, parameters, options)
     simulations = tuple(Simulation(recording, drive) for recording in recordings)
     noise = float(np.median([recording.noise for recording in recordings])) or 1e-5
@@ -166,12 +166,17 @@ def identify(
     })  # fmt: skip
     why: dict[str, str] = {}
     free = list(parameters)
+    if known and _weight_hides_tip_mass(recordings, parameters, options):
+        why["tip_mass"] = "the same weight hangs in every log, and only the sum is seen: add a log without it"
+        free = [parameter for parameter in free if parameter.name != "tip_mass"]
+        scale += f", beside rod.tip_mass = {nominal(config)['tip_mass']:g} kg, which these logs cannot check"
     if not known:
         free = [parameter for parameter in free if parameter.name != "E"]
     first: Statistics | None = None
     while True:
         if not free:
             raise DataError("the logs tell none of the parameters: " + "; ".join(why.values()))
+        start = starts(config, free)
         problem = Problem(simulations, free, start, options.load_noise, options.jobs, report)
         result = fit(problem, kept, options.loss, noise, servo_start(simulations, free, start))
         told = statistics(result)
@@ -230,19 +235,24 @@ def _scale(recordings: Sequence[Recording], parameters: Sequence[Parameter], opt
             f"the servos' load, taken to be right to {options.load_noise:g} N; an error of its scale is one of E's",
             True,
         )
-    for held in ("rho", "E"):
-        if held not in names:
+    values = nominal(recordings[0].config)
+    for held in ("rho", "E", "tip_mass"):
+        if held not in names and values[held] > 0.0:
             key = PARAMETERS[held].key
-            return (
-                f"{held}, which is not fitted: all others rest on rod.{key} = {nominal(recordings[0].config)[held]:g}",
-                True,
-            )
+            return f"{held}, which is not fitted: all others rest on rod.{key} = {values[held]:g}", True
     return (
-        "nothing: displacements and poses fix only ratios of E, rho, Bbt, C and tendon_stiffness. Record a log with a "
-        "known weight on the tip ('tendond identify run --weight 0.05'), use the servos' load (--load 2), or leave out "
-        "a parameter that you have measured otherwise (rho, by weighing)",
+        "nothing: displacements and poses fix only ratios of E, rho, Bbt, C, tendon_stiffness and tip_mass. Record a "
+        "log with a known weight on the tip ('tendond identify run --weight 0.05'), use the servos' load (--load 2), "
+        "or leave out a parameter that you have measured otherwise (rho, by weighing)",
         False,
     )
+
+
+def _weight_hides_tip_mass(recordings: Sequence[Recording], parameters: Sequence[Parameter], options: Options) -> bool:
+    """Whether a weight fixes the scale of force alone, and is never off: then it is one with the body on the tip."""
+    names = {parameter.name for parameter in parameters}
+    alone = options.load_noise is None and {"E", "rho", "tip_mass"} <= names
+    return alone and recordings[0].weight > 0.0 and len({recording.weight for recording in recordings}) == 1
 
 
 def _lost(result: Fit, told: Statistics) -> dict[str, str]:
@@ -268,7 +278,7 @@ def _lost(result: Fit, told: Statistics) -> dict[str, str]:
 
 
 def _is_none(parameter: Parameter, result: Fit) -> bool:
-    """A delay, lag or backlash of zero is a result."""
+    """A delay, lag, backlash or mass on the tip of zero is a result."""
     return parameter.least < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
 
 
@@ -298,7 +308,7 @@ def _ratios(start: Mapping[str, float], result: Fit, told: Statistics) -> list[R
     for k, parameter in enumerate(result.parameters):
         if parameter.force:
             value = result.values[parameter.name] / result.values["E"]
-            error = value * float(told.deviations[k])
+            error = parameter.error(result.values[parameter.name], float(told.deviations[k])) / result.values["E"]
             found.append(Ratio(f"{parameter.name}/E", start[parameter.name] / start["E"], value, error))
     return found
 

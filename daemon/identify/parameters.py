@@ -81,6 +81,18 @@ PARAMETERS: dict[str, Parameter] = {
         _factor("Bbt", "N m^2 s", "bending damping", "rod", "bending_damping", force=True, far=100.0),
         _factor("C", "kg/m^2", "square-law drag", "rod", "drag", force=True, far=100.0),
         _factor("tendon_stiffness", "N/m", "of each tendon", "rod", "tendon_stiffness", force=True, far=100.0),
+        Parameter(
+            "tip_mass",
+            "kg",
+            "of a body on the tip, beside a known weight",
+            "rod",
+            "tip_mass",
+            0.01,
+            0.0,
+            1.0,
+            force=True,
+            told=0.001,
+        ),
         _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", far=2.0),
         Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, told=0.005),
         Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, told=0.01),
@@ -90,10 +102,10 @@ PARAMETERS: dict[str, Parameter] = {
 }
 """By name."""
 
-DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag", "spool", "backlash")
+DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "tip_mass", "delay", "lag", "spool", "backlash")
 
-FROM = {"lag": 2e-3, "backlash": 2e-5}
-"""[s], [m] From which a fit of these starts at least: at none at all their derivatives vanish."""
+FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3}
+"""[s], [m], [kg] From which a fit of these starts at least: at none at all derivatives vanish, or steps do."""
 
 
 def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
@@ -120,6 +132,7 @@ def nominal(config: RigConfig) -> dict[str, float]:
         "Bbt": rod.bending_damping[0],
         "C": rod.drag[0],
         "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,
+        "tip_mass": rod.tip_mass,
         "spool": 1.0,
         "backlash": 0.0,
         "delay": observer.delay,
@@ -139,6 +152,7 @@ def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParamet
     fields["youngs_modulus"], fields["density"] = values["E"], values["rho"]
     fields["bending_damping"] = _diagonal(config.rod.bending_damping, values["Bbt"])
     fields["drag"] = _diagonal(config.rod.drag, values["C"])
+    fields["tip_mass"] = values["tip_mass"]
     return RodParameters(**fields)
 
 
@@ -150,6 +164,7 @@ def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
         "density": known["rho"],
         "bending_damping": _diagonal(config.rod.bending_damping, known["Bbt"]),
         "drag": _diagonal(config.rod.drag, known["C"]),
+        "tip_mass": known["tip_mass"],
     }
     if "tendon_stiffness" in values:
         rod["tendon_stiffness"] = known["tendon_stiffness"]
@@ -163,7 +178,7 @@ def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
 
 
 def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, float]:
-    """Where the fit starts, by name: the configuration's values, moved off bounds where a derivative would vanish.
+    """Where the fit starts, by name: the configuration's values, those to be fitted moved off bounds.
 
     Raises:
         UsageError: a value of zero, of which there is no logarithm.

@@ -58,8 +58,8 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
             error = f"{found.error:.2g}{part}"
         yield f"| {parameter.name} | {parameter.unit} | {found.nominal:.6g} | {value} | {error} | {found.why} |"
     for ratio in result.ratios:
-        share = ratio.error / ratio.value
-        yield f"| {ratio.name} | | {ratio.nominal:.6g} | {ratio.value:.6g} | {ratio.error:.2g} ({share:.2%}) | ratio |"
+        share = f" ({ratio.error / ratio.value:.2%})" if ratio.value else ""
+        yield f"| {ratio.name} | | {ratio.nominal:.6g} | {ratio.value:.6g} | {ratio.error:.2g}{share} | ratio |"
     yield ""
     lines = warnings(result)
     if lines:

@@ -1,7 +1,8 @@
 """What a recording's tip should have done if the parameters were such and such: the displacement-driven rod, offline.
 
 Servos follow the commands with a first-order lag (or their own reports are believed), pull on elastic tendons, and the
-tip is seen a delay later. Where the torque is off the tendons are slack. The rod starts at rest, as the arm did.
+tip is seen a delay later. Where the torque is off the tendons are slack. The rod starts at rest, as the arm did. A
+known weight is a rigid body on the tip, with the inertia of a brass ball.
 """
 
 import math
@@ -20,6 +21,7 @@ from tendond.daemon.identify.parameters import rod_parameters
 from tendond.model.course import course
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod import Rod
+from tendond.model.tip_body import ball_inertia
 
 Array = NDArray[np.float64]
 Drive = Literal["measured", "command"]
@@ -174,6 +176,7 @@ class Simulation:
         recording = self.recording
         try:
             rod = Rod(rod_parameters(recording.config, values), time_step=self.step, alpha=ALPHA)
+            rod.load_tip(recording.weight, ball_inertia(recording.weight))
         except ParameterError as error:
             raise SimulationError(f"{recording.path}: {error}") from error
         measured = self.drive == "measured"
@@ -181,10 +184,10 @@ class Simulation:
         ends = values["spool"] * ends + values["zero"]
         ends[~self._armed] = LET_GO
         start = ends[0] if self._armed[0] else np.full(ends.shape[1], LET_GO)
-        loads = np.tile(rod.loads(start, tip_force=recording.force), (len(ends), 1))
+        loads = np.tile(rod.loads(start), (len(ends), 1))
         loads[:, : ends.shape[1]] = ends
         try:
-            rest = rod.solve_static(displacements=start, tip_force=recording.force)
+            rest = rod.solve_static(displacements=start)
         except ConvergenceError as error:
             raise SimulationError(f"{recording.path}: the rod has no rest to start from: {error}") from error
         found = course(rod, rest, loads)

@@ -23,17 +23,6 @@ SPREAD = 0.05
 """Half width of a push that is not at the tip, as a part of the rod's length: a hand, not a needle."""
 
 
-BALL_DENSITY = 8500.0
-"""[kg/m^3] Of brass, as weights are."""
-
-
-def ball_inertia(mass: float) -> tuple[float, float, float]:
-    """Inertia of a brass ball about its centre [kg m^2], for a mass [kg]: 2/5 m r^2."""
-    radius = (3.0 * mass / (4.0 * math.pi * BALL_DENSITY)) ** (1.0 / 3.0)
-    inertia = 0.4 * mass * radius * radius
-    return inertia, inertia, inertia
-
-
 class HungWeight:
     """A mass on the tip: fixed to it, a bob on an elastic string that pulls where it swings, or gravity's pull alone.
 

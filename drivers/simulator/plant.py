@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.friction import Middles, grip
-from tendond.drivers.simulator.loads import SPREAD, HungWeight, ball_inertia, impacts_at
+from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
 from tendond.model.rod import Rod
 from tendond.model.rod_state import RodState
+from tendond.model.tip_body import ball_inertia
 from tendond.schemas.config import RigConfig
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose

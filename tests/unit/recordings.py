@@ -58,7 +58,6 @@ def recording(
         path=Path(f"made-{seed}-{weight:g}.mcap"),
         config=config,
         weight=weight,
-        weighed=weight > 0.0,
         period=PERIOD,
         times=times,
         armed=armed,

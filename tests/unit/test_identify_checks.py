@@ -7,7 +7,7 @@ import pytest
 
 from tendond.daemon.identify.checks import check
 from tendond.daemon.identify.data import Recording
-from tests.unit.recordings import CONFIG, recording
+from tests.unit.recordings import CONFIG, TRUE, recording
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +55,16 @@ def test_wrong_rig_by_name_and_by_geometry(good: Recording) -> None:
     assert named(good, replace(good, config=other)) == {"wrong rig"}
     longer = good.config.model_copy(update={"rod": good.config.rod.model_copy(update={"radius": 1.1e-3})})
     assert named(good, replace(good, config=longer)) == {"wrong rig"}
+
+
+def test_logs_of_two_tip_masses_are_told(good: Recording) -> None:
+    loaded = good.config.model_copy(update={"rod": good.config.rod.model_copy(update={"tip_mass": 0.02})})
+    assert "tip mass" in named(good, replace(good, config=loaded), level="warning")
+    assert "tip mass" not in named(good, good, level="warning")
+
+
+def test_a_tool_that_is_not_configured_does_not_make_another_rig() -> None:
+    assert named(recording({**TRUE, "tip_mass": 0.03})) == set()
 
 
 def test_wrong_rig_by_where_the_arm_rests_and_where_it_goes(good: Recording) -> None:

@@ -1,21 +1,30 @@
 """The fit: what it finds, what it refuses, how it goes on after an interruption."""
 
+import tomllib
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from tendond.daemon.errors import UsageError
 from tendond.daemon.identify.data import DataError, Recording
-from tendond.daemon.identify.fit import Memory, Problem
+from tendond.daemon.identify.fit import Memory, Problem, bounded_step
 from tendond.daemon.identify.identify import Identification, Options, identify
+from tendond.daemon.identify.parameter_file import parameter_file
 from tendond.daemon.identify.parameters import chosen, nominal, starts, with_values
+from tendond.daemon.identify.report import report
 from tendond.daemon.identify.simulate import Simulation
+from tendond.model.tip_body import ball_inertia
 from tests.unit.recordings import CONFIG, TRUE, recording
 
 NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
+TOOL = {**TRUE, "tip_mass": 0.03}
+FORCES = ("E", "rho", "Bbt", "tendon_stiffness", "tip_mass", "delay")
+SMALL = (0.02, 0.01, 0.025)
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +35,12 @@ def free() -> Recording:
 @pytest.fixture(scope="module")
 def weighted() -> Recording:
     return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
+
+
+@pytest.fixture(scope="module")
+def tool() -> Recording:
+    """Of a rig with 30 g on its tip that its configuration does not know of."""
+    return recording(TOOL)
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +82,85 @@ def test_without_a_known_force_only_ratios_are_reported(free: Recording) -> None
     assert "known weight" in result.scale
 
 
+def test_a_known_weight_is_a_body_with_the_inertia_of_a_ball(free: Recording) -> None:
+    mass = 0.04
+    ball = CONFIG.model_copy(update={"rod": CONFIG.rod.model_copy(update={"tip_inertia": ball_inertia(mass)})})
+    hung = Simulation(replace(free, weight=mass), "measured").motion(TRUE)
+    own = Simulation(replace(free, config=ball), "measured").motion({**TRUE, "tip_mass": mass})
+    assert np.abs(hung.tips - own.tips).max() < 1e-7
+
+
+def test_a_body_on_the_tip_is_found_beside_a_known_weight(tool: Recording) -> None:
+    weighted = recording(TOOL, seed=1, weight=0.04, levels=SMALL)
+    result = identify([tool, weighted], [], Options((*NAMES, "tip_mass")))
+    told = {one.parameter.name: one for one in result.parameters}
+    one = told["tip_mass"]
+    assert one.found
+    assert abs(one.value - 0.03) <= 2.0 * one.error
+    assert one.value == pytest.approx(0.03, rel=0.03)
+    assert 0.0 < one.error < 2e-4
+    assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.01)
+    assert result.values["rho"] == pytest.approx(TRUE["rho"], rel=0.01)
+    text = parameter_file(result, datetime(2026, 1, 2, tzinfo=UTC))
+    assert tomllib.loads(text)["rod"]["tip_mass"] == pytest.approx(one.value, rel=1e-5)
+    assert "| tip_mass | kg | 0 | 0.0" in report(result, "file.toml")
+    believed = with_values(CONFIG, result.values)
+    assert believed.rod.tip_mass == one.value
+
+
+def test_a_bare_tip_is_found_to_be_bare(free: Recording, weighted: Recording) -> None:
+    result = identify([free, weighted], [], Options((*NAMES, "tip_mass")))
+    told = {one.parameter.name: one for one in result.parameters}
+    assert told["tip_mass"].found
+    assert told["tip_mass"].value <= 2.0 * told["tip_mass"].error < 2e-4
+    for name in ("E", "rho", "tendon_stiffness"):
+        assert abs(told[name].value - TRUE[name]) <= 4.0 * told[name].error
+    assert result.rms == pytest.approx(1e-4, rel=0.03), "a bound keeps the others from their best values"
+
+
+def test_a_body_on_the_tip_without_a_known_force_is_a_ratio(tool: Recording) -> None:
+    result = identify([tool], [], Options(FORCES))
+    assert set(result.values) == {"delay"}
+    ratios = {one.name: one for one in result.ratios}
+    assert ratios["tip_mass/E"].value == pytest.approx(0.03 / TRUE["E"], rel=0.03)
+    assert 0.0 < ratios["tip_mass/E"].error < 0.01 * ratios["tip_mass/E"].value
+    assert "tip_mass/E = " in parameter_file(result, datetime(2026, 1, 2, tzinfo=UTC))
+
+
+def test_a_ratio_of_nothing_is_reported_as_such(free: Recording) -> None:
+    result = identify([free], [], Options(FORCES))
+    (ratio,) = [one for one in result.ratios if one.name == "tip_mass/E"]
+    assert ratio.value <= 2.0 * ratio.error
+    assert "| tip_mass/E | | 0 |" in report(replace(result, ratios=(replace(ratio, value=0.0),)), "file.toml")
+
+
+def test_one_and_the_same_weight_in_every_log_hides_a_body_on_the_tip(weighted: Recording) -> None:
+    result = identify([weighted], [], Options(FORCES))
+    told = {one.parameter.name: one for one in result.parameters}
+    assert "add a log without it" in told["tip_mass"].why
+    assert result.fit.values["tip_mass"] == 0.0, "the configuration's value, not where a fit would start"
+    assert "which these logs cannot check" in result.scale
+    assert told["E"].value == pytest.approx(TRUE["E"], rel=0.01)
+
+
+def test_a_body_on_the_tip_that_is_not_fitted_fixes_the_scale(tool: Recording) -> None:
+    known = replace(tool, config=with_values(CONFIG, {"tip_mass": 0.03, "C": TRUE["C"]}))
+    result = identify([known], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay")))
+    assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.01)
+    assert "all others rest on rod.tip_mass = 0.03" in result.scale
+
+
+def test_a_step_to_a_bound_is_the_best_one_there() -> None:
+    random = np.random.default_rng(3)
+    jacobian, residuals = random.standard_normal((40, 3)), random.standard_normal(40)
+    jacobian[:, 1] += 3.0 * jacobian[:, 0]
+    residuals += jacobian[:, 0]
+    low, high = np.array([-0.01, -1.0, -1.0]), np.ones(3)
+    best = lsq_linear(jacobian, -residuals, bounds=(low, high), tol=1e-14).x
+    assert best[0] == pytest.approx(-0.01), "a bound is active"
+    assert bounded_step(jacobian, residuals, low, high) == pytest.approx(best, abs=1e-6)
+
+
 def test_a_density_that_was_measured_otherwise_fixes_the_scale(free: Recording) -> None:
     known = replace(free, config=with_values(CONFIG, {"rho": TRUE["rho"], "C": TRUE["C"]}))
     result = identify([known], [], Options(("E", "Bbt", "tendon_stiffness", "delay")))
@@ -106,7 +200,9 @@ def test_commands_do_where_the_servos_report_nothing() -> None:
 def test_a_robust_loss_bears_poses_that_are_far_off(free: Recording, weighted: Recording) -> None:
     position = free.position.copy()
     position[::15] += 0.02
-    wild = replace(free, position=position)
+    # What is not fitted is right: then only the wild poses lead astray.
+    known = with_values(CONFIG, {"C": TRUE["C"], "tendon_stiffness": TRUE["tendon_stiffness"]})
+    wild, weighted = replace(free, position=position, config=known), replace(weighted, config=known)
     names = ("E", "rho", "Bbt", "delay")
     plain = identify([wild, weighted], [], Options(names)).values
     robust = identify([wild, weighted], [], Options(names, loss="huber")).values

@@ -18,6 +18,7 @@ from tendond.daemon.identify.plan import PlanError, Request, propose
 from tendond.daemon.identify.proof import Outcome, Task, coverage, met, truth
 from tendond.daemon.identify.rehearse import rehearse
 from tendond.schemas.config import RigConfig, check_config
+from tendond.schemas.config_simulator import Weight
 from tendond.schemas.messages import ControlAction
 from tests.unit.records import cycle_record, write_log
 
@@ -59,9 +60,8 @@ def test_a_recording_is_the_log_from_its_rest_on(logs: tuple[Path, Path]) -> Non
     assert free.has_reports
     assert not free.armed[0]
     assert free.armed.any()
-    assert (free.weight, free.weighed) == (0.0, False)
-    assert (weighted.weight, weighted.weighed) == (0.04, True)
-    assert weighted.force[0] == pytest.approx(-0.04 * 9.81)
+    assert free.weight == 0.0
+    assert weighted.weight == 0.04
     assert load_recording(logs[1], {"weighted.mcap": 0.03}).weight == 0.03
 
 
@@ -155,6 +155,20 @@ def test_a_plan_keeps_to_the_limits_and_asks_for_nothing_while_the_arm_moves() -
     assert came_to.displacement < 0.6 * config.limits.displacement_max
 
 
+@pytest.mark.parametrize("mass", [0.045, 0.1])
+def test_a_rehearsed_weight_is_a_body_and_the_plan_for_it_stays_safe(mass: float) -> None:
+    """The proposed weight, and the heaviest that the controller's defaults bear."""
+    config = config_with()
+    idealised = check_config({**BASE, "simulator": {"weight": {"force_only": True, "string": 0.3}}}, "test")
+    assert rig_of_model(idealised, mass).simulator.weight == Weight(mass=mass)
+    came_to = rehearse(rig_of_model(config, mass), propose(config, ("steps",), 0.6))
+    assert came_to.tension < config.limits.tension_max
+    assert came_to.displacement < config.limits.displacement_max
+    assert came_to.speed < config.faults.tip_speed_max
+    half = len(came_to.tip) // 20
+    assert float(np.ptp(came_to.tip[-half:], axis=0).max()) < 0.2 * config.rod.length
+
+
 def test_a_plan_that_the_rig_does_not_survive_is_refused() -> None:
     strict = check_config({**BASE, "limits": {**BASE["limits"], "limit_time": 0.01}}, "test")
     with pytest.raises(PlanError, match="ends in a fault"):
@@ -179,11 +193,12 @@ def test_the_proposed_weight_bends_the_rod_by_a_quarter_of_its_length() -> None:
 
 
 def test_goals_and_coverage_are_counted_against_the_truth() -> None:
-    true = truth("soft")
-    values = {**true, "C": 1.3 * true["C"]}
+    true = truth("tool")
+    values = {**true, "C": 1.3 * true["C"], "tip_mass": true["tip_mass"] + 0.0008}
     errors = {name: 0.01 * value for name, value in true.items()}
-    outcome = Outcome(Task("soft", 1, ""), values, errors, (), 30.0)
-    assert met(outcome) == {"E": True, "rho": True, "Bbt": True, "C": False, "delay": True}
+    outcome = Outcome(Task("tool", 1, ""), values, errors, (), 30.0)
+    assert met(outcome) == {"E": True, "rho": True, "Bbt": True, "C": False, "tip_mass": True, "delay": True}
+    assert not met(replace(outcome, values={**true, "tip_mass": true["tip_mass"] - 0.001}))["tip_mass"]
     counted = coverage([outcome, replace(outcome, values={**values, "E": 1.015 * true["E"]})])
     assert counted["C"]["within_two"] == 0.0
     assert counted["E"] == pytest.approx({"fits": 2, "within_two": 1.0, "spread": 1.5 / 2**0.5, "bias": 0.75})

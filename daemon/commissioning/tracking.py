@@ -134,7 +134,9 @@ class TrackingWatch:
 
     Attributes:
         error_run: cycles at more than the allowed distance; error: that distance now [m].
-        tip: swings of the tip's three coordinates about its reference. tension: of each tendon's command.
+        tip: swings of the tip's three coordinates about its reference, since that last started, stopped or turned back.
+        tension: of each tendon's command.
+        heading: velocity of the reference in the cycle before [m/s]; zeros where it rested.
         orientation_run: cycles at more than the allowed angle; angle: now [rad].
     """
 
@@ -142,6 +144,7 @@ class TrackingWatch:
     error: float = 0.0
     tip: tuple[Swing, ...] = ()
     tension: tuple[Swing, ...] = ()
+    heading: Vector3 = (0.0, 0.0, 0.0)
     orientation_run: int = 0
     angle: float = 0.0
 
@@ -169,7 +172,11 @@ def watch_tracking(
     factor = 1.0 if rests else MOVING
     apart = [a - b for a, b in zip(measured, reference, strict=True)]
     error = math.hypot(*apart)
-    tip, tension = watch.tip or (Swing(),) * 3, watch.tension
+    heading = (0.0, 0.0, 0.0) if rests else reference_velocity
+    # A reference that starts, stops or turns back makes the arm sway: what it excites is no limit cycle of the loop.
+    along = sum(a * b for a, b in zip(heading, watch.heading, strict=True))
+    excited = along < 0.0 or (rests is not (math.hypot(*watch.heading) == 0.0))
+    tip, tension = (() if excited else watch.tip) or (Swing(),) * 3, watch.tension
     tip = tuple(one.add(value, tick, factor * bounds.swing) for one, value in zip(tip, apart, strict=True))
     if rests:
         tension = tension or (Swing(),) * len(commanded)
@@ -184,6 +191,7 @@ def watch_tracking(
         error=error,
         tip=tip,
         tension=tension,
+        heading=heading,
         orientation_run=watch.orientation_run + interval if turned else 0,
         angle=angle or 0.0,
     )

@@ -2,12 +2,22 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from tendond.daemon.commissioning.tracking import JumpWatch, Swing, TrackingBounds, watch_jump
+from tendond.daemon.commissioning.tracking import (
+    JumpWatch,
+    Swing,
+    TrackingBounds,
+    TrackingWatch,
+    tracking_fault,
+    watch_jump,
+    watch_tracking,
+)
 from tendond.daemon.lockstep import STRAIGHT, Wires, watched_loop
+from tendond.schemas.base import Vector3
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
 from tendond.schemas.record import CycleRecord
@@ -161,6 +171,44 @@ def test_a_swing_that_dies_down_or_is_small_is_none(ratio: float) -> None:
         small = small.add(0.4 * BOUNDS.swing * math.cos(phase), tick, BOUNDS.swing)
         assert dying.sustained(0.01) is None
         assert small.sustained(0.01) is None
+
+
+def swung(position: Callable[[float], float], velocity: Callable[[float], Vector3], seconds: float) -> str:
+    """What the watch says of a tip that is off its reference in x [m], while that moves [m/s]."""
+    watch, still = TrackingWatch(), (0.0, 0.0, 0.0)
+    for tick in range(round(seconds / 0.01)):
+        now = 0.01 * tick
+        tip = (position(now), 0.0, 0.0)
+        watch = watch_tracking(BOUNDS, watch, tick, 1, tip, still, velocity(now), (0.0,) * 4, 0.0)
+        if found := tracking_fault(BOUNDS, watch, saturated=False):
+            return found
+    return ""
+
+
+def test_a_tip_that_swings_as_its_reference_does_is_not_the_loops_fault() -> None:
+    """A chirp that the tip follows late, and a reference that starts and stops twice in a second."""
+
+    def sway(now: float) -> float:
+        return 0.04 * math.sin(2.0 * math.pi * 2.0 * now)
+
+    def back_and_forth(now: float) -> Vector3:
+        return (0.3 * math.cos(2.0 * math.pi * 2.0 * now), 0.0, 0.0)
+
+    def steps(now: float) -> Vector3:
+        return (0.1 if now % 1.0 < 0.4 else 0.0, 0.0, 0.0)
+
+    assert swung(sway, back_and_forth, 20.0) == ""
+    assert swung(sway, steps, 20.0) == ""
+
+
+@pytest.mark.parametrize("turning", [0.0, 0.3])
+def test_a_swing_about_a_reference_that_rests_or_goes_round_is_a_limit_cycle(turning: float) -> None:
+    def round_and_round(now: float) -> Vector3:
+        angle = 2.0 * math.pi * 0.3 * now
+        return (turning * math.cos(angle), turning * math.sin(angle), 0.0)
+
+    found = swung(lambda now: 0.04 * math.sin(2.0 * math.pi * 2.0 * now), round_and_round, 5.0)
+    assert found.startswith("limit cycle: the tip swings by 80 mm in x at 2.0 Hz")
 
 
 def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:

@@ -155,8 +155,8 @@ def test_a_run_that_never_tracks_is_plotted_and_reported_too(tmp_path: Path) -> 
 def test_events_are_those_of_the_run() -> None:
     records = load(FAULTS).records
     found = events(records)
-    assert [event.tick for event in found if event.kind == FAULT] == [95, 165]
-    assert [event.tick for event in found if event.kind == REQUEST] == [5, 70, 125, 130]
+    assert [event.tick for event in found if event.kind == FAULT] == [95, 182]
+    assert [event.tick for event in found if event.kind == REQUEST] == [5, 70, 125, 160]
     assert [event.text for event in found if event.kind == REJECTED][:2] == ["occluded", "occluded"]
     assert [event.tick for event in found if event.kind == MODE][:3] == [0, 5, 25]
     spans = mode_spans(records)

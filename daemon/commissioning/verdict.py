@@ -73,18 +73,13 @@ class Motion:
 
 
 def agrees(motion: Motion, bounds: Bounds) -> bool:
-    """Whether a tendon moves the tip as the model says, and its servo reports what it is told."""
-    return (
-        motion.follows
-        and bounds.gain_min <= motion.gain <= bounds.gain_max
-        and motion.gain > 0.0
-        and motion.angle <= bounds.angle
-    )
+    """Whether a tendon moves the tip as the model says."""
+    return bounds.gain_min <= motion.gain <= bounds.gain_max and motion.gain > 0.0 and motion.angle <= bounds.angle
 
 
 def only_gain(motion: Motion, bounds: Bounds) -> bool:
     """Whether nothing but the size of a motion is wrong."""
-    return motion.follows and (motion.angle <= bounds.angle or motion.size < DEAD)
+    return motion.angle <= bounds.angle or motion.size < DEAD
 
 
 def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (), *, finished: bool = True) -> str:
@@ -125,7 +120,7 @@ def _moves_as(
 
 def _describe(index: int, motions: Sequence[Motion], moves_as: int | None) -> str:
     motion = motions[index]
-    if not motion.follows and motion.reported is not None:
+    if motion.gain < DEAD and not motion.follows and motion.reported is not None:
         return (
             f"tendon {index} reports {motion.reported * 1e3:.1f} mm where {motion.commanded * 1e3:.1f} mm are "
             "commanded: does its servo turn?"

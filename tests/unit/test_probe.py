@@ -111,7 +111,7 @@ def motions(*measured: tuple[float, float, float] | None) -> list[Motion]:
         (motions(None, None, (-0.0064, 0.0, -0.0005), None), "tendon 2 moves the tip 0.5 times as far"),
         (motions(*[(0.0, 0.0, 0.0)] * 4), "is the power of the servos on, and the arm free?"),
         (motions((0.009, 0.009, 0.0), None, None, None), "tendon 0 moves the tip 45 degrees off its direction"),
-        ([*motions(None, None, None, None)[:3], Motion(WAYS[3], WAYS[3], 0.003, 0.0001)], "does its servo turn?"),
+        ([*motions(None, None, None, None)[:3], Motion((0.0, 0.0, 0.0), WAYS[3], 0.003, 0.0)], "does its servo turn?"),
     ],
 )  # fmt: skip
 def test_the_verdict_names_the_tendon_and_what_is_wrong_with_it(found: list[Motion], words: str) -> None:

@@ -145,6 +145,9 @@ def admitted_gains(
     Those are plants with 0 to `mass` [kg] on the tip, a stiffness within `STIFFNESS_RANGE` and as soft as gravity makes
     them, and up to `UNKNOWN_DELAY` cycles of delay beside the configured `delay` [s]. Kp and Kd are lowered together
     where the delay asks for it, then Li where the mass does.
+
+    A law that sets the velocity of a model with a heavy tip makes its second mode grow, whatever the gains are
+    (`unstable_law_poles`). No gain mends that, so those poles are left aside.
     """
     step = max(period, delay / MAX_CYCLES)
     known = round(delay / step)
@@ -157,10 +160,17 @@ def admitted_gains(
         for stiffness in (softest(rod, load), STIFFNESS_RANGE[1])
     ]
 
+    laws = {ahead: unstable_law_poles(rod, step, alpha, rates, ahead=ahead) for ahead in (False, True)}
+
+    def radius(wanted: FeedbackGains, plant: UnknownPlant, ahead: bool) -> float:
+        poles = loop_poles(rod, step, alpha, wanted, rates, plant, known, ahead=ahead)
+        for pole in laws[ahead]:
+            poles = np.delete(poles, np.argmin(np.abs(poles - pole)))
+        return float(np.max(np.abs(poles)))
+
     def stable(wanted: FeedbackGains) -> bool:
         return all(
-            abs(loop_poles(rod, step, alpha, replace(wanted, quiet_share=share), rates, plant, known, ahead=ahead)[0])
-            < 1.0 + ROUNDING
+            radius(replace(wanted, quiet_share=share), plant, ahead) < 1.0 + ROUNDING
             for plant in plants
             for ahead in (False, True)
             for share in (1.0, gains.quiet_share)
@@ -176,6 +186,18 @@ def admitted_gains(
         if stable(_times(found, integral=GAIN_MARGIN)):
             break
     return found
+
+
+def unstable_law_poles(rod: RodParameters, period: float, alpha: float, rates: LawRates, *, ahead: bool) -> Array:
+    """Unstable poles of the law on its own model, without an observer [complex, -]; none without a heavy tip.
+
+    Args:
+        rod: of the model. period: of the cycle [s]. alpha: of BDF-alpha.
+        rates: of the laws. ahead: as in `loop_poles`.
+    """
+    blind = FeedbackGains(0.0, 0.0, 0.0, period, 1.0)
+    poles = loop_poles(rod, period, alpha, blind, rates, UnknownPlant(), 0, ahead=ahead)
+    return poles[np.abs(poles) > 1.0 + ROUNDING]
 
 
 def _shrinking() -> list[float]:

@@ -11,6 +11,7 @@ from tendond.daemon.identify.parameters import with_values
 from tendond.daemon.identify.proof import BUILT, CONTROLLER, FACTORS, TIP_MASS
 from tendond.daemon.robustness.evaluate import Result, evaluate
 from tendond.daemon.robustness.points import Point
+from tendond.model.tip_body import ball_inertia
 from tendond.schemas.config import RigConfig, check_config
 
 CASES: tuple[dict[str, Any], ...] = (
@@ -43,10 +44,10 @@ class Match:
 
     @property
     def point(self) -> Point:
-        """As `tendond robustness` names it: what is on the tip, and a weight that nobody knows beside it."""
-        case = {"load_g": 0.0, **CASES[self.case]}
-        case["load_g"] += 1e3 * TIP_MASS[self.plant]
-        return Point("axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **case)
+        """As `tendond robustness` names it."""
+        return Point(
+            "axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **CASES[self.case]
+        )  # fmt: skip
 
 
 def as_built() -> RigConfig:
@@ -70,11 +71,11 @@ def matches(values: dict[str, dict[str, float]]) -> list[Match]:
 def play(match: Match) -> Result:
     """Run it. Delay and lag are the point's: what was identified is of another camera and other servos."""
     base = as_built()
-    model = None
-    if match.values is not None:
-        known = {name: value for name, value in match.values.items() if name not in ("delay", "lag")}
-        model = with_values(base, known).rod
-    return evaluate(base, match.point, 0, model)
+    known = {name: value for name, value in (match.values or {}).items() if name not in ("delay", "lag")}
+    model = with_values(base, known).rod if known else base.rod
+    mass = TIP_MASS[match.plant]
+    built = base.rod.model_copy(update={"tip_mass": mass, "tip_inertia": ball_inertia(mass)})
+    return evaluate(base.model_copy(update={"rod": built}), match.point, 0, model)
 
 
 def table(played: Sequence[tuple[Match, Result]]) -> list[dict[str, Any]]:

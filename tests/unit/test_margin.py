@@ -9,7 +9,9 @@ import pytest
 from tendond.daemon import feedback
 from tendond.daemon.feedback import law_rates, lowered, observer_gains
 from tendond.daemon.lockstep import watched_loop
+from tendond.daemon.robustness.evaluate import evaluate
 from tendond.daemon.robustness.margin import LoopRow, run_loop, stiffness_rows
+from tendond.daemon.robustness.points import Point
 from tendond.daemon.state import rod_from_section
 from tendond.model.margin import (
     GAIN_MARGIN,
@@ -135,6 +137,27 @@ def test_the_papers_robot_bears_a_hundred_grams_by_default() -> None:
     assert said.startswith("observer.integral 20 -> ")
     assert "0 to 100 g" in said
     assert lowered(RigConfig(), rod_from_section(config.rod, 0.01).parameters) == ""
+
+
+@pytest.mark.parametrize("mass", [0.02, 0.03, 0.05])
+def test_a_configured_mass_on_the_tip_does_not_switch_the_observer_off(mass: float) -> None:
+    bare, loaded = (
+        admitted_gains(rod, 0.01, -0.2, ASKED, RATES, 0.0, 0.1) for rod in (ROD, replace(ROD, tip_mass=mass))
+    )
+    assert loaded.integral > 0.4 * bare.integral
+    assert loaded.proportional > 0.4 * bare.proportional
+
+
+def test_an_unknown_weight_beside_a_configured_mass_is_borne_and_found() -> None:
+    """In the closed loop, on the full rod: 30 g known, 50 g not."""
+    base = RigConfig()
+    base = base.model_copy(update={"rod": base.rod.model_copy(update={"tip_mass": 0.03})})
+    result = evaluate(base, Point("axes", "backstepping", "force", load_g=50.0), 0)
+    assert result.mode == "tracking", result.reason
+    assert result.steady_error_mm is not None
+    assert result.steady_error_mm < 0.5
+    assert result.force_error_n is not None
+    assert result.force_error_n < 0.1 * 0.05 * 9.81
 
 
 def test_a_robot_whose_tip_is_known_keeps_its_gains() -> None:

@@ -126,7 +126,7 @@ def truth(plant: str) -> dict[str, float]:
 def unknowns() -> list[tuple[str, list[str]]]:
     """What the controller does not know, in words, and the plants of which that holds."""
     bare = [plant for plant in FACTORS if TIP_MASS[plant] == 0.0]
-    shown = "a tool of which nobody told it, and E too low"
+    shown = "a tool that is not configured, E off by 10 %"
     return [("E off by 15 %", bare), (shown, [plant for plant in FACTORS if plant not in bare])]
 
 

@@ -250,7 +250,7 @@ class FaultsSection(Schema):
     swing: Positive = Field(0.01, description="of the tip that does not die down, as a part of the rod's length [-]")
     tension_swing: Positive = Field(0.15, description="of a command that does not, as a part of limits.tension_max [-]")
     orientation: Positive = Field(
-        0.175, description="between the measured tip and the model's in the same place [rad]; not with orientation 3.2"
+        0.8, description="between the measured tip and the model's in the same place [rad]; not with orientation 3.2"
     )
     orientation_time: Positive = Field(1.0, description="[s]; at more than it is a fault")
     jump: Positive = Field(0.02, description="of a resting tip between two poses, as a part of the rod's length [-]")

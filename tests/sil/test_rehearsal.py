@@ -65,7 +65,8 @@ def run(path: Path, config: RigConfig, *, rehearse: bool) -> Log:
 
 def test_a_rehearsed_run_is_the_same_to_the_last_bit_and_is_used_where_nothing_came_after(tmp_path: Path) -> None:
     one = Rig(tmp_path)
-    config = check_config({"rig": {"name": one.name}, "bus": {"endpoint": one.endpoint}}, "test")
+    tables = {"rig": {"name": one.name}, "bus": {"endpoint": one.endpoint}, "commissioning": {"probe": False}}
+    config = check_config(tables, "test")
     plain = run(tmp_path / "plain.mcap", config, rehearse=False)
     rehearsed = run(tmp_path / "rehearsed.mcap", config, rehearse=True)
     assert [r.model_dump_json() for r in rehearsed.records] == [r.model_dump_json() for r in plain.records]

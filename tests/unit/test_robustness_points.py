@@ -109,7 +109,7 @@ def test_servos_have_a_rate_limit_that_the_controller_knows_and_tendons_stretch_
 def test_an_impact_comes_when_the_tip_has_tracked_for_long() -> None:
     point = Point("axes", "backstepping", "force", impact_n=3.0, impact_direction="-z", impact_ms=50.0)
     (impact,) = rig_of(BASE, point, 0).simulator.impacts
-    assert impact.time == pytest.approx(1.0 + BASE.pretension.duration + 2.5)
+    assert impact.time == pytest.approx(1.0 + BASE.pretension.duration + 6.0)
     assert (impact.force, impact.duration, impact.place) == ((0.0, 0.0, -3.0), 0.05, 1.0)
 
 

@@ -54,7 +54,8 @@ def test_the_file_passes_the_mcap_librarys_own_checks() -> None:
 def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ever(tmp_path: Path) -> None:
     """In space: a push out of the plane, seen in the log that lockstep writes."""
     impact = {"time": 0.6, "duration": 0.05, "force": (0.0, 2.0, 0.0)}
-    config = check_config({"simulator": {"impacts": [impact]}, "log": {"shape_period": 2}}, "test")
+    tables = {"simulator": {"impacts": [impact]}, "log": {"shape_period": 2}, "commissioning": {"probe": False}}
+    config = check_config(tables, "test")
     path = tmp_path / "space.mcap"
     setup = CycleSetup.from_config(config)
     records = record_lockstep(setup, 160, {5: ControlAction.ARM}, path)

@@ -100,10 +100,13 @@ class Rig:
         return status
 
     def arm(self, session: zenoh.Session) -> None:
-        """Arm, once there are poses, and wait until it tracks."""
+        """Arm, once there are poses and the tip rests, and wait until it tracks."""
         self.until(session, lambda status: status.tip is not None)
-        reply = self.ask(session, ControlAction.ARM)
-        assert reply.done, reply.message
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not (reply := self.ask(session, ControlAction.ARM)).done:
+            assert "wait until it rests" in reply.message, reply.message
+            assert time.monotonic() < deadline, reply.message
+            time.sleep(0.1)
         self.until(session, lambda status: status.mode is Mode.TRACKING)
 
     def end(self, process: subprocess.Popen[str], number: int = signal.SIGTERM) -> tuple[int, str]:

@@ -68,7 +68,8 @@ def ripple(gains: tuple[float, float, float], mass: float, monkeypatch: pytest.M
     integral, proportional, derivative = gains
     config = parse_config(
         f"[observer]\nintegral = {integral}\nproportional = {proportional}\nderivative = {derivative}\n"
-        f"quiet_share = 1.0\n[simulator.weight]\nmass = {mass}\n[commissioning]\nrest = false\nprobe = false\n",
+        f"quiet_share = 1.0\n[simulator.weight]\nmass = {mass}\n[commissioning]\nrest = false\nprobe = false\n"
+        "[faults]\nswing = 10.0\ntension_swing = 10.0\n",
         "margin",
     )
     x = [watched.truth.position[0] for watched in watched_loop(config, 900, {100: ControlAction.ARM})]
@@ -82,7 +83,7 @@ def test_the_real_loop_swings_where_the_poles_say_so_and_settles_where_they_do_n
     plant = UnknownPlant(0.05, stiffness=0.6)
     assert growth(FeedbackGains(*bad, 0.07, 1.0), plant) > 0.3
     assert growth(FeedbackGains(*good, 0.07, 1.0), plant) < -0.3
-    assert ripple(bad, 0.05, monkeypatch) > 0.01
+    assert ripple(bad, 0.05, monkeypatch) > 0.01  # with the fault that would end it switched off
     assert ripple(good, 0.05, monkeypatch) < 1e-3
 
 

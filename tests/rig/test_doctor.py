@@ -1,6 +1,7 @@
 """The doctor at real rigs: a controller, emulated servos on a pseudo-terminal, poses from a scripted Tracker."""
 
 import json
+import math
 import subprocess
 import threading
 import time
@@ -38,6 +39,10 @@ def examined(one: Rig, *arguments: str) -> tuple[int, dict[str, dict[str, str]],
     return result.returncode, {line["check"]: line for line in report["checks"]}, result
 
 
+REST, TURNED = (-0.02767, 0.0, 0.49912), (math.cos(0.03692), 0.0, -math.sin(0.03692), 0.0)
+"""The paper's robot at rest under its own weight: tip [m], and its quaternion."""
+
+
 @contextmanager
 def poses_at(one: Rig, hertz: float) -> Iterator[None]:
     """Published as a driver does."""
@@ -48,9 +53,7 @@ def poses_at(one: Rig, hertz: float) -> Iterator[None]:
         with one.session() as session:
             while not ending.wait(1.0 / hertz):
                 seq += 1
-                pose = TipPose(
-                    seq=seq, stamp_ns=time.monotonic_ns(), position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0)
-                )
+                pose = TipPose(seq=seq, stamp_ns=time.monotonic_ns(), position=REST, orientation=TURNED)
                 session.put(key(one.name, TIP_POSE), encode(pose))
 
     thread = threading.Thread(target=publish)

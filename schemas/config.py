@@ -244,9 +244,9 @@ class FaultsSection(Schema):
     slack_tension: Positive = Field(5.0, description="of the model, from which on a tendon is watched for that [N]")
     slack_time: Positive = Field(0.2, description="[s]; of reports without pull that are a fault")
     tracking_error: Positive = Field(
-        0.12, description="distance of the tip from a reference that rests, as a part of the rod's length [-]"
+        0.07, description="distance of the tip from a reference that rests, as a part of the rod's length [-]"
     )
-    tracking_time: Positive = Field(2.0, description="[s]; at more than it is a fault")
+    tracking_time: Positive = Field(1.5, description="[s]; at more than it is a fault")
     swing: Positive = Field(0.01, description="of the tip that does not die down, as a part of the rod's length [-]")
     tension_swing: Positive = Field(0.15, description="of a command that does not, as a part of limits.tension_max [-]")
     orientation: Positive = Field(

@@ -325,7 +325,7 @@ class RigConfig(Schema):
 
     def with_own_rates(self) -> "RigConfig":
         """The configuration with the robot's own rates in [limits] where none are named."""
-        limits = with_own_rates(self.limits, self.rod)
+        limits = with_own_rates(self.limits, self.rod, self.observer.lag, self.loop.period)
         return self if limits is self.limits else self.model_copy(update={"limits": limits})
 
     @model_validator(mode="after")
@@ -370,7 +370,7 @@ class RigConfig(Schema):
             self.servo,
             len(self.rod.tendon_positions),
             limits.tension_max,
-            with_own_rates(limits, self.rod).displacement_rate,
+            self.with_own_rates().limits.displacement_rate,
             limits.displacement_min,
             limits.displacement_max,
         )

@@ -38,13 +38,24 @@ def own_displacement_rate(rod: "RodSection") -> float:
     return 2.0 * REACH * _arm(rod) * natural_frequency(rod)
 
 
-def with_own_rates(limits: "LimitsSection", rod: "RodSection") -> "LimitsSection":
-    """The limits with the robot's own rates where none are named."""
+def with_own_rates(
+    limits: "LimitsSection", rod: "RodSection", lag: float = 0.0, period: float = 0.01
+) -> "LimitsSection":
+    """The limits with the robot's own rates where none are named.
+
+    The rates are meant for what the tendons do. A command that leads a lag changes by 1 / (1 - exp(-period/lag)) times
+    as much as they do in a cycle, and may do so: bounded by the tendons' own rate it would come too late to be stable.
+
+    Args:
+        limits, rod: of the configuration.
+        lag: time constant of the actuators, as configured [s]. period: of the cycle [s].
+    """
+    lead = 1.0 / (1.0 - math.exp(-period / lag)) if lag > 0.0 else 1.0
     changes = {}
     if limits.tension_rate == 0.0:
-        changes["tension_rate"] = own_tension_rate(rod)
+        changes["tension_rate"] = lead * own_tension_rate(rod)
     if limits.displacement_rate == 0.0:
-        changes["displacement_rate"] = own_displacement_rate(rod)
+        changes["displacement_rate"] = lead * own_displacement_rate(rod)
     return limits.model_copy(update=changes) if changes else limits
 
 

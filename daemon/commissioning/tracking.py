@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config import RigConfig
 
-SWINGS = 8
+SWINGS = 12
 """Half periods of a swing that count as sustained."""
 
 DYING = 0.6
-"""Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.02 over eight."""
+"""Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.014 over twelve."""
 
 SLOWEST = 0.4
 """[Hz] Of a swing that is watched for."""

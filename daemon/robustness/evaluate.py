@@ -104,11 +104,10 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
     Raises:
         ConfigError: the point does not fit the configuration.
     """
-    base = base.with_own_rates()
     period, rod, limits = base.loop.period, base.rod, base.limits
     if point.drive == "displacement":
         rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})
-        rate = min(limits.displacement_rate, SERVO_RATE)
+        rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
         limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
     told_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.told, 0)
     told_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.told, 0.0)
@@ -147,7 +146,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
         "mocap": {"latency": point.delay_cycles * period, "noise": point.noise_mm / 1e3},
     }
     values["vicon"] = values["servo"] = None
-    return check_config(values, f"plant '{point}'")
+    return check_config(values, f"plant '{point}'").with_own_rates()
 
 
 def time_constant(part: float, period: float) -> float:

@@ -87,6 +87,8 @@ def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: Obs
         return JumpWatch() if state.jump != JumpWatch() else state.jump
     if not fresh:
         return state.jump
+    if state.runs.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
+        return JumpWatch()
     x, y, z = state.earlier.tolist()
     step = math.dist(state.pose.position, (x, y, z)) / state.interval
     change = float(np.linalg.norm(observer.innovation - state.observer.innovation)) / state.interval

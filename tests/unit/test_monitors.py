@@ -16,11 +16,13 @@ from tendond.daemon.commissioning.tracking import (
     watch_jump,
     watch_tracking,
 )
+from tendond.daemon.cycle import step
 from tendond.daemon.lockstep import STRAIGHT, Wires, watched_loop
+from tendond.daemon.state import CycleSetup, initial_state
 from tendond.schemas.base import Vector3
 from tendond.schemas.config import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
-from tendond.schemas.record import CycleRecord
+from tendond.schemas.record import CycleInputs, CycleRecord
 
 ARM, SETTLED = 20, 250
 BOUNDS = TrackingBounds.from_config(RigConfig())
@@ -213,8 +215,8 @@ def test_a_swing_about_a_reference_that_rests_or_goes_round_is_a_limit_cycle(tur
 
 def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:
     watch = JumpWatch()
-    for step in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
-        watch = watch_jump(BOUNDS, watch, step, step, (0.0, 0.0, 0.5))
+    for way in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
+        watch = watch_jump(BOUNDS, watch, way, way, (0.0, 0.0, 0.5))
         assert not watch.lasting
     watch = JumpWatch()
     for step in (0.0, 0.001, 0.03, 0.0005):
@@ -232,3 +234,16 @@ def test_no_right_run_is_a_fault_however_fast(law: str, stiffness: float, kind: 
     )
     records = run(text, cycles=500)
     assert records[-1].mode is Mode.TRACKING, records[-1].reason
+
+
+def test_a_pose_after_missed_deadlines_is_no_jump() -> None:
+    """While the controller stood still the arm went on, and the model did not."""
+    setup = CycleSetup.from_config(parse_config("[commissioning]\nrest = false\nprobe = false\n", "test"))
+    state = initial_state(setup)
+    for tick, missed in enumerate((0, 0, 6, 0)):
+        x = 0.0 if tick < 2 else 0.12
+        pose = TipPose(seq=tick, stamp_ns=0, position=(x, 0.0, 0.48), orientation=(1.0, 0.0, 0.0, 0.0))
+        request = ControlAction.ARM if tick == 1 else None
+        state, _, record = step(setup, state, CycleInputs(pose=pose, missed_ticks=missed, request=request))
+        assert not state.jump.withheld
+    assert record.mode is not Mode.FAULT

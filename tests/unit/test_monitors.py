@@ -219,8 +219,8 @@ def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:
         watch = watch_jump(BOUNDS, watch, way, way, (0.0, 0.0, 0.5))
         assert not watch.lasting
     watch = JumpWatch()
-    for step in (0.0, 0.001, 0.03, 0.0005):
-        watch = watch_jump(BOUNDS, watch, step, step, (0.0, 0.0, 0.5))
+    for way in (0.0, 0.001, 0.03, 0.0005):
+        watch = watch_jump(BOUNDS, watch, way, way, (0.0, 0.0, 0.5))
     assert watch.lasting
 
 

@@ -88,11 +88,11 @@ def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: Obs
     if not fresh:
         return state.jump
     if state.runs.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
-        return JumpWatch()
+        return JumpWatch(gap=state.interval)
     x, y, z = state.earlier.tolist()
-    step = math.dist(state.pose.position, (x, y, z)) / state.interval
-    change = float(np.linalg.norm(observer.innovation - state.observer.innovation)) / state.interval
-    return watch_jump(setup.tracking, state.jump, step, change, (x, y, z))
+    way = math.dist(state.pose.position, (x, y, z))
+    change = float(np.linalg.norm(observer.innovation - state.observer.innovation))
+    return watch_jump(setup.tracking, state.jump, state.interval, way, change, (x, y, z))
 
 
 def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: ReferencePoint) -> CycleState:

@@ -58,9 +58,13 @@ class Planner:
         self._process = context.Process(
             target=_work, args=(setup, theirs, write, self._requests, self._results), daemon=True
         )
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the process inherits it
-        self._process.start()
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        # The process inherits the mask: it is ended by its parent, and must not run the parent's handlers before it
+        # has its own. What comes to the parent meanwhile is kept.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP, signal.SIGTERM})
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         theirs.close()
         os.close(write)
         os.set_blocking(self._results, False)
@@ -134,6 +138,7 @@ def _work(setup: "CycleSetup", requests: Connection, results: int, *theirs: "Con
     for end in theirs:  # else this process would keep its own pipes open
         os.close(end if isinstance(end, int) else end.fileno())
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     signal.signal(signal.SIGALRM, _too_long)
     os.nice(NICENESS)
     with suppress(EOFError, OSError):

@@ -235,11 +235,13 @@ class JumpWatch:
     """The last steps of the measured tip.
 
     Attributes:
-        last: step before the newest one [m].
+        last: the newest step [m]; per cycle, as `size`.
         before: where the tip was before a step that looks like a jump [m]; none where none does.
         size: of that step [m].
         lasting: a tip has jumped and rests where it jumped to.
         over: the pose before the newest one was not believed: a difference of the two is no speed.
+        gap: cycles over which the way to the newest pose may be spread: poses that were held up come in quick
+            succession afterwards, and each of them then goes further than its own interval says.
     """
 
     last: float = 0.0
@@ -247,6 +249,7 @@ class JumpWatch:
     size: float = 0.0
     lasting: bool = False
     over: bool = False
+    gap: int = 1
 
     @property
     def withheld(self) -> bool:
@@ -254,7 +257,9 @@ class JumpWatch:
         return self.before is not None
 
 
-def watch_jump(bounds: TrackingBounds, watch: JumpWatch, step: float, change: float, before: Vector3) -> JumpWatch:
+def watch_jump(
+    bounds: TrackingBounds, watch: JumpWatch, interval: int, way: float, change: float, before: Vector3
+) -> JumpWatch:
     """Return the watch after a fresh pose.
 
     A tip has mass: it does not move by a jump in one interval, and rest before and after. One that goes on moving was
@@ -262,14 +267,17 @@ def watch_jump(bounds: TrackingBounds, watch: JumpWatch, step: float, change: fl
 
     Args:
         bounds: of what is borne. watch: so far.
-        step: of the measured tip since the pose before [m]; per interval of the cycle.
+        interval: cycles since the pose before.
+        way: of the measured tip since then [m].
         change: of measured against model tip since then [m].
         before: measured tip before the step [m].
     """
+    gap = max(interval, watch.gap - 1)
+    step = way / gap
     if watch.before is not None:
-        return JumpWatch(last=step, lasting=step < BEFORE_AND_AFTER * watch.size, size=watch.size, over=True)
-    sudden = min(step, change) > bounds.jump and watch.last < BEFORE_AND_AFTER * step
-    return JumpWatch(last=step, before=before if sudden else None, size=step)
+        return JumpWatch(step, lasting=step < BEFORE_AND_AFTER * watch.size, size=watch.size, over=True, gap=gap)
+    sudden = min(way, change) > bounds.jump * gap and watch.last < BEFORE_AND_AFTER * step
+    return JumpWatch(step, before=before if sudden else None, size=step, gap=gap)
 
 
 def tip_angle(one: Quaternion, other: Quaternion) -> float:

@@ -216,11 +216,24 @@ def test_a_swing_about_a_reference_that_rests_or_goes_round_is_a_limit_cycle(tur
 def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:
     watch = JumpWatch()
     for way in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
-        watch = watch_jump(BOUNDS, watch, way, way, (0.0, 0.0, 0.5))
+        watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
         assert not watch.lasting
     watch = JumpWatch()
     for way in (0.0, 0.001, 0.03, 0.0005):
-        watch = watch_jump(BOUNDS, watch, way, way, (0.0, 0.0, 0.5))
+        watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
+    assert watch.lasting
+
+
+def test_poses_that_were_held_up_are_no_jump_when_they_come_at_once() -> None:
+    """The first of seven after a gap, then the newest of the rest: six ways in one cycle."""
+    watch = JumpWatch()
+    for interval, way in ((1, 0.006), (1, 0.006), (7, 0.006), (1, 0.036), (1, 0.006), (1, 0.006)):
+        watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
+        assert not watch.withheld
+        assert not watch.lasting
+    watch = JumpWatch()
+    for interval, way in ((1, 0.001), (7, 0.006), (1, 0.3), (1, 0.001)):  # further than any arm gets in the time
+        watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
     assert watch.lasting
 
 

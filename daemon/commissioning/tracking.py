@@ -18,6 +18,10 @@ SWINGS = 12
 DYING = 0.6
 """Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.014 over twelve."""
 
+EVEN = 3.0
+"""Times their mean that one half period may last: a longer one is a rest between two swings, as a transient and a push
+leave it. Two that alternate, however unequal, last at most twice their mean."""
+
 SLOWEST = 0.4
 """[Hz] Of a swing that is watched for."""
 
@@ -29,6 +33,10 @@ MOVING = 2.5
 
 BEFORE_AND_AFTER = 0.3
 """Of a jump, by which a tip that cannot have jumped moves in the poses before and after."""
+
+POSES_AFTER = 3
+"""In a row, in which a tip that has jumped moves no further. One that was hit springs back: stiff tendons, noise and
+the turning point of a push of a single cycle leave one small step, not three."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +67,12 @@ class Swing:
         if len(self.reversals) <= SWINGS:
             return None
         sizes = [abs(b[1] - a[1]) for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
-        seconds = (self.reversals[-1][0] - self.reversals[0][0]) * period
+        half_periods = [b[0] - a[0] for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
+        seconds = sum(half_periods) * period
         frequency = 0.5 * SWINGS / max(seconds, period)
         if frequency < SLOWEST or min(sizes[-2:]) < DYING * max(sizes):
+            return None
+        if max(half_periods) * SWINGS > EVEN * sum(half_periods):
             return None
         return sizes[-1], frequency
 
@@ -240,6 +251,7 @@ class JumpWatch:
         size: of that step [m].
         lasting: a tip has jumped and rests where it jumped to.
         over: the pose before the newest one was not believed: a difference of the two is no speed.
+        rested: poses since such a step, in which the tip stayed where it had gone to.
         gap: cycles over which the way to the newest pose may be spread: poses that were held up come in quick
             succession afterwards, and each of them then goes further than its own interval says.
     """
@@ -249,6 +261,7 @@ class JumpWatch:
     size: float = 0.0
     lasting: bool = False
     over: bool = False
+    rested: int = 0
     gap: int = 1
 
     @property
@@ -275,7 +288,12 @@ def watch_jump(
     gap = max(interval, watch.gap - 1)
     step = way / gap
     if watch.before is not None:
-        return JumpWatch(step, lasting=step < BEFORE_AND_AFTER * watch.size, size=watch.size, over=True, gap=gap)
+        if step >= BEFORE_AND_AFTER * watch.size:
+            return JumpWatch(step, size=watch.size, over=True, gap=gap)
+        rested = watch.rested + 1
+        if rested < POSES_AFTER:
+            return JumpWatch(step, before=watch.before, size=watch.size, rested=rested, gap=gap)
+        return JumpWatch(step, lasting=True, size=watch.size, over=True, rested=rested, gap=gap)
     sudden = min(way, change) > bounds.jump * gap and watch.last < BEFORE_AND_AFTER * step
     return JumpWatch(step, before=before if sudden else None, size=step, gap=gap)
 

@@ -11,7 +11,8 @@ import tendond
 from tendond.schemas.config import RigConfig
 
 SOURCES = ("model", "schemas", "drivers/simulator", "daemon/laws", "daemon/space", "daemon/*.py",
-           "daemon/analysis/metrics.py", "daemon/robustness/points.py", "daemon/robustness/evaluate.py")  # fmt: skip
+           "daemon/analysis/metrics.py", "daemon/robustness/points.py", "daemon/robustness/evaluate.py",
+           "daemon/robustness/alarms.py", "daemon/commissioning")  # fmt: skip
 """Of the package: what a result depends on. A better figure does not make results old."""
 
 

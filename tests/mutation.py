@@ -55,15 +55,19 @@ TARGETS = {
     "cycle": _target(
         "daemon/cycle",
         "unit/test_cycle unit/test_cycle_direct unit/test_cycle_faults unit/test_mirrored unit/test_missed_ticks "
-        "unit/test_observer unit/test_safe_command unit/test_thresholds",
+        "unit/test_monitor_numbers unit/test_observer unit/test_probe unit/test_safe_command unit/test_thresholds",
     ),
-    "observer": _target(
-        "model/observer daemon/outlook", "unit/test_observer unit/test_observer_bounds unit/test_cycle"
-    ),
+    "observer": _target("model/observer", "unit/test_observer_bounds unit/test_observer"),
+    "outlook": _target("daemon/outlook", "unit/test_space"),
     "commissioning": _target(
         "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/verdict",
         "unit/test_commissioning_numbers unit/test_probe unit/test_rest_check",
     ),
+    "rests": _target(
+        "daemon/commissioning/mistakes daemon/commissioning/rest_check daemon/commissioning/rests",
+        "unit/test_rest_check unit/test_wiring",
+    ),
+    "monitors": _target("daemon/commissioning/tracking daemon/monitors", "unit/test_monitor_numbers"),
     "guard": _target("drivers/dynamixel/guard", "unit/test_servo_guard unit/test_servo_limits"),
 }
 

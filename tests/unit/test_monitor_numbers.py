@@ -359,3 +359,45 @@ def test_the_tip_is_watched_while_tracking_on_fresh_poses_that_are_believed() ->
     assert "the commands have been there" in monitored_fault(SETUP, limited)
     limited = changed(limited, runs=changed(limited.runs, limited=1))
     assert "the command is at a limit" in monitored_fault(SETUP, limited)
+
+
+def test_a_step_that_is_no_jump_is_remembered_as_the_speed_before_the_next() -> None:
+    step = 0.9 * BOUNDS.jump
+    assert watch_jump(BOUNDS, JumpWatch(), 2, 2.0 * step, 9.0, STILL).last == pytest.approx(step)
+
+
+def test_a_displacement_that_cannot_be_is_said_in_millimetres() -> None:
+    odd = reported(displacement=(0.0, 0.0, 0.0, 0.5))
+    long = changed(odd, runs=changed(odd.runs, odd_reports=BOUNDS.report_time))
+    assert monitored_fault(SETUP, long).startswith(
+        "tendon report: tendon 3 reports 500 mm, far beyond limits.displacement_min and _max; is its servo's"
+    )
+
+
+def test_a_load_as_large_as_the_largest_is_borne_where_the_model_has_as_much() -> None:
+    for load, odd in ((BOUNDS.load_max, 0), (BOUNDS.load_max + 1e-9, 2)):
+        told = TendonState(seq=1, stamp_ns=0, tension=(0.0, load, 0.0, 0.0), displacement=(0.0,) * 4)
+        state = changed(
+            START, mode=Mode.TRACKING, tension=np.array([0.0, 60.0, 0.0, 0.0]), tendon_state=told, tendon_age=0,
+            tendon_interval=2,
+        )  # fmt: skip
+        assert watch_reports(SETUP, state).runs.odd_reports == odd
+
+
+@pytest.mark.parametrize(
+    ("text", "watched_for"),
+    [
+        ("", True),
+        ('[observer]\nkind = "offset"\n', False),
+        (f"[commissioning]\norientation = {math.pi}\n", False),
+    ],
+)
+def test_the_orientation_is_watched_where_the_model_is_held_to_the_tip_and_the_markers_count(
+    text: str, watched_for: bool
+) -> None:
+    setup = replace(SETUP, config=parse_config(text, "test"))
+    setup = replace(setup, observer=replace(SETUP.observer, kind=setup.config.observer.kind))
+    upright = (1.0, 0.0, 0.0, 0.0)
+    state = changed(START, mode=Mode.TRACKING, pose=pose(2, orientation=upright))
+    reference = ReferencePoint(position=STILL, velocity=STILL, acceleration=STILL, target=STILL)
+    assert bool(watch_tip(setup, state, True, reference).tracking.angle) is watched_for

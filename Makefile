@@ -34,7 +34,7 @@ rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in ou
 
 figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
-	@$(BIN)/python -m tendond.daemon.manual.pictures out/demo/demo.mcap docs/images/watch.svg
+	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap docs/images/watch.svg
 	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site
@@ -62,7 +62,7 @@ bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
 
 example: .venv/.dev ## write deploy/rig.toml, the example with every key, anew from the schema
-	@$(BIN)/python -m tendond.daemon.annotate > deploy/rig.toml
+	@$(BIN)/python -m tendond.cli.manual.annotate > deploy/rig.toml
 
 dist: .venv/.dev ## build source distribution and wheel into dist/; tests/deploy installs them
 	@rm -rf dist && $(BIN)/uv build -q --no-build-isolation --python $(BIN)/python

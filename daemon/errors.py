@@ -1,7 +1,7 @@
 """What the daemon raises."""
 
 from tendond import TendondError
-from tendond.schemas.config import ConfigError
+from tendond.schemas.config.rig import ConfigError
 
 
 class DaemonError(TendondError):

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from tendond.daemon.analysis import load
+from tendond.offline.logs import load
 
 run = load(sys.argv[1])
 print(f"{run.path}: {len(run)} cycles of rig '{run.config.rig.name}', law {run.config.control.law}")

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tendond.model.allocation import Allocation
-from tendond.model.announce import announce_compilation
-from tendond.model.course import course
-from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
-from tendond.model.parameters import RodParameters
-from tendond.model.rod import Rod
+from tendond.model.estimation.observer import ObserverGains, observe, start_observer, tip_compliance
+from tendond.model.numerics.announce import announce_compilation
+from tendond.model.rod.parameters import RodParameters
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.trajectory import course
+from tendond.model.tendons.allocation import Allocation
 
 
 def warm_up() -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
-from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.config.reference import ReferenceSection
 
 ENCODING = "application/json"
 LARGEST_PAYLOAD = 65536

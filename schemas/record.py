@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
-from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
 
 

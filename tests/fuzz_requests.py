@@ -17,13 +17,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tendond.daemon.cycle import step
-from tendond.daemon.laws import LAWS
-from tendond.daemon.lockstep import without_probe
-from tendond.daemon.planner import make_plan
-from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.runtime.planner import make_plan
+from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import check_config
+from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.wire import decode, encode

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from tendond.model.compile import sources_digest
+from tendond.model.numerics.compile import sources_digest
 
 ROOT = Path(__file__).parents[1]
 GOAL = 0.9
@@ -39,32 +39,33 @@ def _target(modules: str, tests: str) -> Target:
 
 TARGETS = {
     "actuation": _target(
-        "daemon/actuation",
-        "unit/test_actuation unit/test_limits unit/test_laws unit/test_cycle_direct unit/test_safe_command",
+        "daemon/control/actuation",
+        "unit/control/test_actuation unit/reference/test_limits unit/reference/test_laws unit/control/test_cycle_direct unit/control/test_safe_command",
     ),
     "admission": _target(
-        "daemon/admission daemon/sources",
-        "unit/test_admission_numbers unit/test_cycle_faults unit/test_fault_table unit/test_missed_ticks "
-        "unit/test_refusals unit/test_sources unit/test_thresholds",
+        "daemon/control/admission daemon/control/sources",
+        "unit/control/test_admission_numbers unit/control/test_cycle_faults unit/control/test_fault_table unit/control/test_missed_ticks "
+        "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
-        "daemon/modes",
-        "unit/test_requests unit/test_cycle unit/test_cycle_faults unit/test_fault_table unit/test_refusals "
-        "unit/test_sources unit/test_probe",
+        "daemon/control/modes",
+        "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults unit/control/test_fault_table unit/commissioning/test_refusals "
+        "unit/control/test_sources unit/commissioning/test_probe",
     ),
     "cycle": _target(
-        "daemon/cycle",
-        "unit/test_cycle unit/test_cycle_direct unit/test_cycle_faults unit/test_mirrored unit/test_missed_ticks "
-        "unit/test_observer unit/test_safe_command unit/test_thresholds",
+        "daemon/control/cycle",
+        "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults unit/model/test_mirrored unit/control/test_missed_ticks "
+        "unit/model/test_observer unit/control/test_safe_command unit/control/test_thresholds",
     ),
     "observer": _target(
-        "model/observer daemon/outlook", "unit/test_observer unit/test_observer_bounds unit/test_cycle"
+        "model/estimation/observer daemon/control/prediction",
+        "unit/model/test_observer unit/model/test_observer_bounds unit/control/test_cycle",
     ),
     "commissioning": _target(
-        "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/verdict",
-        "unit/test_commissioning_numbers unit/test_probe unit/test_rest_check",
+        "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
+        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe unit/commissioning/test_rest_check",
     ),
-    "guard": _target("drivers/dynamixel/guard", "unit/test_servo_guard unit/test_servo_limits"),
+    "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }
 
 SETTINGS = """\
@@ -91,7 +92,9 @@ def prepare(folder: Path, target: Target) -> None:
     for module in modules:
         path = folder / module
         path.write_text(re.sub(r"^@(kernel|inlined)\n", "", path.read_text(), flags=re.MULTILINE))
-    compiling = folder / "tendond/model/compile.py"  # kernels of other modules are those that are on the disk already
+    compiling = (
+        folder / "tendond/model/numerics/compile.py"
+    )  # kernels of other modules are those that are on the disk already
     text = compiling.read_text().replace("_SOURCES = sources_digest()", f"_SOURCES = {sources_digest()!r}")
     compiling.write_text(text)
     (folder / "pyproject.toml").write_text(SETTINGS.format(modules=modules, tests=list(target.tests)))

@@ -16,12 +16,12 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from tendond.daemon.analysis.log import load
-from tendond.daemon.cycle import step
-from tendond.daemon.journal import Journal
-from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.recording.run_log import Journal
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import RigConfig, parse_config
+from tendond.offline.logs.log import load
+from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs, LoopTiming
 from tests.sil.rig import rig
@@ -103,7 +103,7 @@ def real_time(minutes: float) -> bool:
         with one.session() as session:
             one.arm(session)
             bare = subprocess.Popen(
-                [sys.executable, "-m", "tendond.daemon.bench.loop", "bare", str(60.0 * minutes), "0.01"],
+                [sys.executable, "-m", "tendond.offline.bench.loop", "bare", str(60.0 * minutes), "0.01"],
                 stdout=subprocess.PIPE,
                 text=True,
             )

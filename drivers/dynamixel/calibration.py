@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 from tendond.schemas.calibration import Calibration as Calibration
 from tendond.schemas.calibration import TendonCalibration as TendonCalibration
-from tendond.schemas.config import ConfigError
-from tendond.schemas.explain import explain
+from tendond.schemas.config.rig import ConfigError
+from tendond.schemas.errors.explain import explain
 
 
 class CalibrationError(ConfigError):

@@ -15,14 +15,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.bus import NoAnswerError, PortLostError, ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.guard import SLIP, Guard, ReleaseWatch, away_from_zero, let_out, limited, standing_fault
-from tendond.drivers.dynamixel.reading import Reading
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.reading import Reading
 from tendond.drivers.dynamixel.servos import Servos
 from tendond.drivers.dynamixel.turns import FURTHER, Located
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.reading import Reading
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.reading import Reading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.turns import Located
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
 SLIP = 0.002
 """[m] by which a tendon may be outside its range before that is a fault."""

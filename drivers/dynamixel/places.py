@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.schemas.base import SCHEMA_VERSION, Schema
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
 STATE_DIRECTORY = "STATE_DIRECTORY"
 """Set by systemd for a service that has one."""

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import zenoh
 
-from tendond.drivers.dynamixel.adapter import latency_warning
-from tendond.drivers.dynamixel.bus import ServoBus, ServoError
+from tendond.bus.client import BusError, StoppedError, open_client
+from tendond.bus.followed import Followed
+from tendond.bus.identity import new_source
+from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
-from tendond.drivers.followed import Followed
-from tendond.drivers.session import BusError, StoppedError, open_client
-from tendond.identity import new_source
-from tendond.notify import Supervisor
-from tendond.schemas.config import RigConfig
-from tendond.schemas.config_servo import ServoSection
+from tendond.drivers.dynamixel.serial.adapter import latency_warning
+from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
 from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, TendonCommand, TendonState
 from tendond.schemas.wire import UnreadableError, decode, encode

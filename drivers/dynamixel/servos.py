@@ -4,15 +4,15 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.bus import TRIES, NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import Calibration
-from tendond.drivers.dynamixel.reading import Reading
-from tendond.drivers.dynamixel.requirements import require
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.bus import TRIES, NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.reading import Reading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
+from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import locate
-from tendond.schemas.config_servo import WATCHDOG_UNIT, ServoSection
+from tendond.schemas.config.servo import WATCHDOG_UNIT, ServoSection
 
 PWM_STEP = 18
 """[units of Goal PWM] A change that is worth a packet: 2 % of all."""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.calibration import TendonCalibration
-from tendond.drivers.dynamixel.table import LOAD_UNIT, TICK, TICKS_PER_TURN
-from tendond.schemas.config_servo import STALL_TORQUE
+from tendond.drivers.dynamixel.serial.table import LOAD_UNIT, TICK, TICKS_PER_TURN
+from tendond.schemas.config.servo import STALL_TORQUE
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import math
 
-from tendond.drivers.dynamixel.table import FULL_PWM
-from tendond.schemas.config_servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
+from tendond.drivers.dynamixel.serial.table import FULL_PWM
+from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
 
 RATED_VOLTS = 11.1
 """At which the manual gives stall torque and speed; both grow in proportion to the voltage."""

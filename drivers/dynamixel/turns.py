@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.calibration import TendonCalibration
+from tendond.drivers.dynamixel.serial.table import TICKS_PER_TURN
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.table import TICKS_PER_TURN
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
 FURTHER = 0.125
 """Of a turn, by which a tendon may stand beyond the last known place: the servo went on while nobody wrote it down. On

@@ -6,8 +6,8 @@ from contextlib import suppress
 
 import zenoh
 
-from tendond.drivers.session import BusError, open_client
-from tendond.schemas.config import RigConfig
+from tendond.bus.client import BusError, open_client
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
 from tendond.schemas.messages import ENCODING, ControlReply

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.schemas.base import Vector3
-from tendond.schemas.config_simulator import Impact, Weight
+from tendond.schemas.config.simulator import Impact, Weight
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
-from tendond.model.rotation import quaternion
-from tendond.model.tip import Tip
-from tendond.schemas.config_simulator import SimulatedMocap
+from tendond.model.numerics.rotation import quaternion
+from tendond.model.rod.tip import Tip
+from tendond.schemas.config.simulator import SimulatedMocap
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import TipPose
 

@@ -10,10 +10,10 @@ from tendond.drivers.simulator.friction import Middles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.servo import Servos
-from tendond.model.rod import Rod
-from tendond.model.rod_state import RodState
-from tendond.model.tip_body import ball_inertia
-from tendond.schemas.config import RigConfig
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.state import RodState
+from tendond.model.rod.tip_body import ball_inertia
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 

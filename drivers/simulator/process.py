@@ -6,12 +6,12 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
-from tendond.drivers.followed import Followed
-from tendond.drivers.session import StoppedError, open_client
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.followed import Followed
+from tendond.bus.identity import new_source
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
-from tendond.identity import new_source
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ENCODING, ControlReply, SimulatorTruth, TendonCommand, TendonState, TipPose

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.friction import between
-from tendond.schemas.config_simulator import SimulatedServos
+from tendond.schemas.config.simulator import SimulatedServos
 
 Array = NDArray[np.float64]
 

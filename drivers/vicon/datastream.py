@@ -19,8 +19,8 @@ from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_quaternion
 from tendond.drivers.vicon.packet import NOT_FINITE
 from tendond.drivers.vicon.udp import POLL_SECONDS, STALE_NS
-from tendond.schemas.config import ConfigError
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import ConfigError
+from tendond.schemas.config.vicon import ViconSection
 
 LONGEST_LINE = 65536
 RECONNECT_SECONDS = 2.0

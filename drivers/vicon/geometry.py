@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.rotation import quaternion
+from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion, Vector3
-from tendond.schemas.config_vicon import Axes, EulerOrder, ViconSection, axis_vector
+from tendond.schemas.config.vicon import Axes, EulerOrder, ViconSection, axis_vector
 
 Array = NDArray[np.float64]
 

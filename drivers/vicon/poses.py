@@ -6,7 +6,7 @@ from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import WORLD, Alignment, continued
 from tendond.drivers.vicon.level import Level
 from tendond.schemas.base import Vector3
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.messages import TipPose
 
 MISSING = "not in the stream"

@@ -5,15 +5,15 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Protocol
 
-from tendond.drivers.session import StoppedError, open_client
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.identity import new_source
+from tendond.bus.systemd import Supervisor
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
-from tendond.identity import new_source
-from tendond.notify import Supervisor
-from tendond.schemas.config import RigConfig
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ENCODING
 from tendond.schemas.wire import encode

@@ -7,7 +7,7 @@ from contextlib import suppress
 from ipaddress import IPv4Interface
 
 from tendond import TendondError
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.vicon import ViconSection
 
 EVERYWHERE, EVERYONE = "0.0.0.0", "255.255.255.255"
 SIOCGIFADDR, SIOCGIFNETMASK = 0x8915, 0x891B

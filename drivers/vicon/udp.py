@@ -12,7 +12,7 @@ from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
 from tendond.drivers.vicon.packet import Block, PacketError, Reading, parse
 from tendond.drivers.vicon.senders import Senders
 from tendond.drivers.vicon.sockets import IP_PKTINFO, close, listen
-from tendond.schemas.config_vicon import EulerOrder, ViconSection
+from tendond.schemas.config.vicon import EulerOrder, ViconSection
 
 MILLIMETRE = 1e-3
 LARGEST = 2048

@@ -8,23 +8,23 @@ from pathlib import Path
 import numpy as np
 import zenoh
 
-from tendond.drivers.dynamixel import table
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.identity import new_source
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
-from tendond.drivers.dynamixel.requirements import REQUIREMENTS
-from tendond.drivers.session import StoppedError, open_client
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, Reading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
-from tendond.identity import new_source
-from tendond.schemas.config import ConfigError, RigConfig
-from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.config_simulator import SimulatedServos
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.config.simulator import SimulatedServos
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.faults import Fault
 from tendond.schemas.keys import SIMULATOR_TRUTH, key
 from tendond.schemas.messages import ENCODING, TendonCommand, TipPose

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from tendond.daemon.cycle import step
-from tendond.daemon.journal import Journal
-from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.recording.run_log import Journal
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import RigConfig, parse_config
+from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs
 from tests.rig.servos import calibration

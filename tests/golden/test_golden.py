@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tendond.daemon.analysis import load
-from tendond.daemon.analysis.log import open_run
-from tendond.daemon.journal import run_metadata
-from tendond.daemon.replay.rerun import rerun
+from tendond.daemon.recording.run_log import run_metadata
+from tendond.offline.logs import load
+from tendond.offline.logs.log import open_run
+from tendond.offline.replay.rerun import rerun
 from tests.golden.renew import what_changed
 from tests.golden.scripts import CYCLES, FOLDER, RUNS, record
 

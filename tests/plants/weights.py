@@ -17,9 +17,9 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
-from tendond.daemon.cycle import step
-from tendond.daemon.state import CycleSetup, initial_state
-from tendond.schemas.config import RigConfig, check_config
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 from tests.plants.mujoco_robot import DivergedError, Robot

@@ -5,10 +5,10 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tendond.drivers.dynamixel.bus import ServoBus
 from tendond.drivers.dynamixel.driver import Phase, ServoDriver
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
-from tendond.schemas.config_servo import ServoSection
+from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, calibration, hang_springs
 

@@ -15,19 +15,19 @@ import numpy as np
 import pytest
 import zenoh
 
-from tendond.daemon.analysis.log import load
-from tendond.daemon.state import rod_from_section
-from tendond.drivers.dynamixel import table
+from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.process import request_reset
+from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.faults import Faults, request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.faults import cause
 from tendond.drivers.wired.rig import WiredError, WiredRig, without_servos
-from tendond.schemas.config import RigConfig, check_config, parse_config
+from tendond.offline.logs.log import load
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.rig import RigConfig, check_config, parse_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.messages import ControlAction, ControlReply, Mode
-from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import free_port
 from tests.sil.rig import Rig

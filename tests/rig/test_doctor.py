@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
+from tendond.drivers.dynamixel.serial import table
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ControlAction, TipPose
-from tendond.schemas.presets import WIRED, WIRED_SERVO
 from tendond.schemas.wire import encode
 from tests.rig.servos import calibration, emulated
 from tests.sil.rig import Rig, rig

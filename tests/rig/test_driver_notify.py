@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tendond.drivers.dynamixel.calibration import save_calibration
-from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import BASE, TIP, Tracker, free_port
 from tests.sil.rig import rig

@@ -18,15 +18,15 @@ import pytest
 import zenoh
 from scipy.spatial.transform import Rotation
 
-from tendond.daemon.bus import Hub
+from tendond.daemon.runtime.bus import Hub
 from tendond.drivers.vicon import sockets
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.packet import Block, Reading, build
 from tendond.drivers.vicon.process import ViconDriver
 from tendond.drivers.vicon.sockets import ViconError
 from tendond.drivers.vicon.udp import UdpSource
-from tendond.schemas.config import RigConfig, check_config
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import TipPose
 from tendond.schemas.wire import decode
@@ -237,7 +237,7 @@ def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path
     file = tmp_path / "rig.toml"
     file.write_text(f'[bus]\nendpoint = "{endpoint}"\n[vicon]\nport = {port}\n')
     with subprocess.Popen(
-        [sys.executable, "-m", "tendond.daemon.cli", "vicon", "--config", str(file)], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "tendond.cli", "vicon", "--config", str(file)], stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr is not None
         first = process.stderr.readline()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tendond.notify import Supervisor
+from tendond.bus.systemd import Supervisor
 from tests.sil.rig import PATIENCE_SECONDS
 
 WATCHDOG_SECONDS = 0.4

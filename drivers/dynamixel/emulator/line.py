@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.emulator.protocol import (
     ALERT,
     BROADCAST,
@@ -13,6 +12,7 @@ from tendond.drivers.dynamixel.emulator.protocol import (
     status,
 )
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.serial import table
 
 RESET_ALL = b"\xff"
 

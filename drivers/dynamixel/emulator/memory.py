@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.table import Register
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.table import Register
 
 _AT = {register.address: register for register in table.REGISTERS}
 _POINTER = {data.address: pointer for pointer, data in zip(table.INDIRECT_ADDRESSES, table.INDIRECT_DATA, strict=True)}

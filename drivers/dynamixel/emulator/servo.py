@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable
 
-from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.emulator.memory import Memory
 from tendond.drivers.dynamixel.emulator.motion import Actuator
 from tendond.drivers.dynamixel.emulator.protocol import Error
-from tendond.drivers.dynamixel.table import Register
-from tendond.schemas.config_servo import NO_LOAD_SPEED, STALL_TORQUE, WATCHDOG_UNIT
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.table import Register
+from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, WATCHDOG_UNIT
 
 LAG = 0.02
 """[s] between the profile and the shaft, for the position loop and the gears."""

@@ -1,0 +1,96 @@
+"""An operator's requests to the controller: arm, stop, reset, status, another law or reference."""
+
+import zenoh
+
+from tendond.bus.client import BusError, open_client
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.keys import control_key
+from tendond.schemas.messages import ENCODING, ControlAction, ControlReply, ControlRequest, Status
+from tendond.schemas.wire import UnreadableError, decode, encode
+
+ANSWER_SECONDS = 2.0
+PLAN_SECONDS = 90.0
+"""For a reference to be planned."""
+
+MARGIN_SECONDS = 0.2
+"""Before this side gives up, from which on the controller does not begin any more: the answer takes its time."""
+
+
+def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest) -> ControlReply:
+    """Put a request to the controller and wait for its answer.
+
+    A request that changes anything is addressed to the one controller that answers a question first, and has a deadline
+    on that controller's clock: what is reported as failed here is not carried out there later. Its clock is read from
+    its status, which was written before it arrived: seen from there, this side's patience ends no earlier than it
+    reckons. A stop goes to every controller that there is, at once.
+
+    Args:
+        session: to the controller.
+        rig: its name.
+        asked: the request, or its action where that says it all.
+
+    Raises:
+        BusError: no answer, or one that cannot be read; or two controllers answer.
+    """
+    wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
+    if wanted.action is ControlAction.STOP:
+        replies = _replies(session, rig, wanted, ANSWER_SECONDS)
+        done = all(reply.done for reply in replies)
+        message = "; ".join(dict.fromkeys(reply.message for reply in replies))
+        if len(replies) > 1:
+            message = f"{len(replies)} controllers answer: {message}"
+        return ControlReply(done=done, message=message, status=replies[0].status)
+    question = ControlRequest(action=ControlAction.STATUS)
+    replies = _replies(session, rig, question, ANSWER_SECONDS)
+    if len(replies) > 1:
+        names = " and ".join(f"'{reply.status.source}'" for reply in replies if reply.status is not None)
+        raise BusError(f"{len(replies)} controllers of rig '{rig}' answer: {names}; stop all but one")
+    if wanted.action is ControlAction.STATUS:
+        return replies[0]
+    patience = PLAN_SECONDS if wanted.action is ControlAction.REFERENCE else ANSWER_SECONDS
+    return _replies(session, rig, _addressed(wanted, replies[0].status, patience), patience)[0]
+
+
+def _addressed(wanted: ControlRequest, status: Status | None, patience: float) -> ControlRequest:
+    """The request with a deadline, to the controller whose status just came."""
+    if status is None:
+        return wanted
+    deadline = status.stamp_ns + round((patience - MARGIN_SECONDS) * 1e9)
+    return wanted.model_copy(update={"controller": status.source, "deadline_ns": deadline})
+
+
+def _replies(session: zenoh.Session, rig: str, wanted: ControlRequest, patience: float) -> list[ControlReply]:
+    """The answers of all controllers of the rig; at least one.
+
+    Raises:
+        BusError: there is none, or one cannot be read.
+    """
+    found = []
+    for reply in session.get(
+        control_key(rig, wanted.action.value),
+        payload=encode(wanted),
+        encoding=ENCODING,
+        timeout=patience,
+        target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE,
+    ):
+        if reply.ok is not None:
+            try:
+                found.append(decode(ControlReply, reply.ok.payload.to_bytes()))
+            except UnreadableError as error:
+                raise BusError(f"the controller's answer is {error.reason}: are both of the same version?") from None
+    if not found:
+        raise BusError(
+            f"no controller of rig '{rig}' answers within {patience:g} s: is it still starting, or another rig?"
+        )
+    return found
+
+
+def request(config: RigConfig, asked: ControlAction | ControlRequest, timeout: float = 1.0) -> ControlReply:
+    """Connect, ask, disconnect.
+
+    Raises:
+        BusError: there is no controller, or no answer.
+    """
+    with open_client(config.bus.endpoint, timeout) as session:
+        return ask(session, config.rig.name, asked)

@@ -1,0 +1,102 @@
+"""Measurements: their options and their help; what they do stands in the modules that they import."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import Json
+from tendond.cli.signals import leave_on_signals
+
+bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@bench.command("rod")
+def bench_rod(
+    json: Json = False,
+    against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run, to compare with.")] = None,
+) -> None:
+    """Time the rod's solvers, and their errors.
+
+    Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json
+    """
+    from tendond.cli.bench.tables import run_bench_rod
+
+    run_bench_rod(against, as_json=json)
+
+
+@bench.command("loop")
+def bench_loop(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
+    json: Json = False,
+) -> None:
+    """Time the controller's loop beside a bare one.
+
+    Wake-up, work of a cycle, pose to command, recorder.
+
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
+
+    Example: tendond bench loop --seconds 5
+    """
+    leave_on_signals(130)
+    from tendond.cli.bench.loop import run_bench_loop
+
+    run_bench_loop(seconds, as_json=json)
+
+
+@bench.command("schemes")
+def bench_schemes() -> None:
+    """Compare space schemes, as a Markdown table.
+
+    Example: tendond bench schemes
+    """
+    from tendond.cli.bench.tables import run_bench_schemes
+
+    run_bench_schemes()
+
+
+@bench.command("profiles")
+def bench_profiles() -> None:
+    """Run both laws on each profile of the simulator.
+
+    How long they take, as a Markdown table.
+
+    Example: tendond bench profiles
+    """
+    from tendond.offline.bench.profiles import table
+
+    print(table())
+
+
+@bench.command("replay")
+def bench_replay(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
+) -> None:
+    """Time replays, as a Markdown table.
+
+    Of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone. On a busy machine only the last
+    column means something.
+
+    Example: tendond bench replay --seconds 20
+    """
+    from tendond.cli.bench.tables import run_bench_replay
+
+    run_bench_replay(seconds)
+
+
+@bench.command("friction")
+def bench_friction() -> None:
+    """Pull and release rubbing tendons, as a Markdown table.
+
+    And run both laws with them, on profile rig.
+
+    Example: tendond bench friction
+    """
+    from tendond.offline.bench.friction import table
+
+    print(table())
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.add_typer(bench)

@@ -1,0 +1,128 @@
+"""The table of checks, and its results for people or programs."""
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from tendond import TendondError, __version__
+from tendond.cli.common import load_config
+from tendond.cli.doctor import bus, camera, commissioning, files, machine, servos
+from tendond.cli.doctor.check import Check, Outcome, Result, Rig, bad, good
+from tendond.daemon.control.laws import select_law
+from tendond.daemon.errors import LawError, UsageError
+from tendond.schemas.config.rig import ConfigError, RigConfig
+
+CHECKS: dict[str, Check] = {
+    "priority": machine.priority,
+    "memory": machine.memory,
+    "preemption": machine.preemption,
+    "idle states": machine.idle_states,
+    "governor": machine.governor,
+    "processor": machine.processor,
+    "clock": machine.clock,
+    "wall clock": machine.wall_clock,
+    "wake-up": machine.wake_up,
+    "kernels": files.kernels,
+    "log space": files.log_space,
+    "log speed": files.log_speed,
+    "controller": bus.controller,
+    "poses": bus.poses,
+    "rest": commissioning.rest,
+    "pose sender": camera.sender,
+    "servo driver": bus.driver,
+    "servo port": servos.port,
+    "latency": servos.latency,
+    "servos": servos.servos,
+    "calibration": files.calibration,
+    "tendons": commissioning.probe,
+}
+"""In the order in which they are made and shown; the configuration's comes before them."""
+
+COLOURS = {Outcome.PASS: "32", Outcome.WARN: "33", Outcome.FAIL: "1;31"}
+SYSTEM_CONFIG = Path("/etc/tendond")
+
+
+class SickError(TendondError):
+    """At least one check has failed."""
+
+
+def examine(
+    config_file: Path | None, log_folder: Path | None, *, ask_servos: bool, as_json: bool, probe: bool = False
+) -> None:
+    """Make every check and print the results; see `tendond doctor --help`.
+
+    Raises:
+        UsageError: the configuration cannot be used, so that nothing else was checked.
+        SickError: another check has failed.
+    """
+    config, result = _configuration(config_file)
+    results = {"configuration": result}
+    if not as_json:
+        _show("configuration", result)
+    if config is not None:
+        rig = Rig(config, config_file, log_folder or _logs(config_file), ask_servos, probe)
+        for name, one in made(rig):
+            results[name] = one
+            if not as_json:
+                _show(name, one)
+    failed = [name for name, one in results.items() if one.outcome is Outcome.FAIL]
+    if as_json:
+        print(_json(config, results))
+    if config is None:
+        raise UsageError("the configuration cannot be used: nothing else was checked")
+    if failed:
+        raise SickError(f"{len(failed)} of {len(results)} checks failed: {', '.join(failed)}")
+
+
+def made(rig: Rig) -> Iterator[tuple[str, Result]]:
+    """The checks that apply, with their results as they come."""
+    for name, check in CHECKS.items():
+        try:
+            result = check(rig)
+        except (OSError, ValueError) as error:  # a machine unlike any that was thought of: the other checks go on
+            result = bad(f"could not be checked: {type(error).__name__}: {error}", "look by hand")
+        if result is not None:
+            yield name, result
+
+
+def _configuration(file: Path | None) -> tuple[RigConfig | None, Result]:
+    """It, if it can be used, laws' parameters included."""
+    try:
+        config = load_config(file)
+        select_law(config.control.law, config.control.laws)
+    except (ConfigError, LawError) as error:
+        return None, bad(
+            "; ".join(str(error).splitlines()), "mend it: nothing starts with it, nor is anything else checked"
+        )
+    servos_there = "servos" if config.servo is not None else "no servos"
+    camera = "motion capture" if config.vicon is not None else "no motion capture"
+    return config, good(
+        f"{file or 'built-in'}: rig '{config.rig.name}', {camera}, {servos_there}; tendond {__version__}"
+    )
+
+
+def _logs(config_file: Path | None) -> Path:
+    """Where the controller with this configuration logs."""
+    if config_file is not None and config_file.resolve().parent.parent == SYSTEM_CONFIG:
+        return files.SYSTEM_LOGS / config_file.resolve().parent.name
+    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
+
+
+def _show(name: str, result: Result) -> None:
+    word = result.outcome.value
+    if sys.stdout.isatty() and "NO_COLOR" not in os.environ:
+        word = f"\033[{COLOURS[result.outcome]}m{word}\033[0m"
+    print(f"{word}  {name:14} {result.finding}", flush=True)
+    if result.remedy:
+        print(f"      {'':14} -> {result.remedy}", flush=True)
+
+
+def _json(config: RigConfig | None, results: dict[str, Result]) -> str:
+    checks = [
+        {"check": name, "outcome": one.outcome.value, "finding": one.finding, "remedy": one.remedy}
+        for name, one in results.items()
+    ]
+    worst = max((one.outcome for one in results.values()), key=list(Outcome).index)
+    return json.dumps({"rig": config and config.rig.name, "outcome": worst.value, "checks": checks}, indent=2)

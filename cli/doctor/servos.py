@@ -1,0 +1,134 @@
+"""Checks of the servos and their adapter; servos are asked, never told: nothing moves, no torque is switched."""
+
+import os
+import stat
+from collections.abc import Sequence
+from pathlib import Path
+
+from tendond.cli.doctor.check import Outcome, Result, Rig, bad, doubtful, good
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.adapter import WANTED_MS, latency_timer
+from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.tools.requirements import objections
+from tendond.drivers.dynamixel.tools.scan import ports
+from tendond.schemas.config.servo import ServoSection
+
+WARM_DEGREES = 10.0
+"""Below servo.temperature_max, from which on a servo is warm."""
+
+
+def port(rig: Rig) -> Result | None:
+    """Whether the adapter is there, and this user may use it."""
+    section = rig.config.servo
+    if section is None:
+        return None
+    path = Path(section.port)
+    if not path.exists():
+        others = ports()
+        return bad(
+            f"{path} is not there",
+            f"mend servo.port: there {'is' if len(others) == 1 else 'are'} {', '.join(others)}"
+            if others
+            else "plug the adapter in, and see dmesg",
+        )
+    if not stat.S_ISCHR(path.stat().st_mode):
+        return bad(f"{path} is no serial port", "mend servo.port")
+    if not os.access(path, os.R_OK | os.W_OK):
+        return bad(
+            f"{path} may not be used by this user", "adduser USER dialout, then log in again (or use the service)"
+        )
+    real = path.resolve()
+    return good(f"{path}" + (f" ({real})" if real != path else ""))
+
+
+def latency(rig: Rig) -> Result | None:
+    """The adapter's timer: answers wait for it."""
+    section = rig.config.servo
+    if section is None or not Path(section.port).exists():
+        return None
+    found = latency_timer(section.port, rig.machine.sys)
+    if found is None:
+        return good("this adapter has no latency timer")
+    timer, file = found
+    if timer <= WANTED_MS:
+        return good(f"{timer} ms")
+    remedy = f"install deploy/udev/70-tendond.rules, or: echo {WANTED_MS} > {file}"
+    if timer * 1e-3 >= section.answer_timeout:
+        return bad(
+            f"{timer} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no answer in time", remedy
+        )
+    return doubtful(f"{timer} ms: each answer waits for so long", remedy)
+
+
+def servos(rig: Rig) -> Result | None:
+    """Who they are and how they are, by the SDK; a driver that runs has the port, and is not disturbed."""
+    section = rig.config.servo
+    if section is None or not rig.ask_servos or not Path(section.port).exists():
+        return None
+    if rig.heard.states:
+        return good("not asked: the driver has them")
+    ids = section.servo_ids(len(rig.config.rod.tendon_positions))
+    try:
+        with ServoBus(section.port, section.baudrate, section.answer_timeout) as bus:
+            missing = bus.absent(ids)
+            if missing:
+                return bad(f"no answer from {_named(missing)}", "switch their power on; then: tendond servo scan")
+            if mute := _mute(bus, ids):
+                return bad(
+                    f"{_named(mute)} answers pings alone: its {table.STATUS_RETURN_LEVEL.name} is 0",
+                    "switch its power off and on, or tendond servo setup",
+                )
+            found = [_ask(bus, one, section) for one in ids]
+    except PortLostError as error:
+        if "another process" in str(error):
+            return doubtful("not asked: another process has the port", "end it, or run this again without it")
+        return bad(str(error), "see the adapter and servo.port")
+    except ServoError as error:
+        return bad(str(error), "see cables and power; then: tendond servo scan")
+    worst = max(found, key=lambda result: list(Outcome).index(result.outcome))
+    if worst.outcome is Outcome.PASS:
+        return good("; ".join(result.finding for result in found))
+    wrong = [result for result in found if result.outcome is worst.outcome]
+    remedies = dict.fromkeys(result.remedy for result in wrong)
+    return Result(worst.outcome, "; ".join(result.finding for result in wrong), "; ".join(remedies))
+
+
+def _ask(bus: ServoBus, one: int, section: ServoSection) -> Result:
+    """What a servo says of itself."""
+    model = bus.read(one, table.MODEL)
+    name = table.MODEL_NAME if model == table.MODEL_NUMBER else f"model {model}"
+    voltage = bus.read(one, table.PRESENT_INPUT_VOLTAGE) * table.VOLTAGE_UNIT
+    degrees = bus.read(one, table.PRESENT_TEMPERATURE)
+    firmware = bus.read(one, table.FIRMWARE)
+    finding = f"servo {one}: {name}, firmware {firmware}, {voltage:.1f} V, {degrees} degrees"
+    errors = table.hardware_errors(bus.read(one, table.HARDWARE_ERROR_STATUS))
+    if errors:
+        return bad(f"{finding}, {', '.join(errors)}", f"mend the cause, then tendond servo reboot {one}")
+    if model != table.MODEL_NUMBER:
+        return bad(finding, f"the driver knows {table.MODEL_NAME} alone")
+    if not section.voltage_min <= voltage <= section.voltage_max:
+        return bad(f"{finding}: not {section.voltage_min:g} to {section.voltage_max:g} V", "see its power supply")
+    if degrees > section.temperature_max:
+        return bad(f"{finding}: hotter than {section.temperature_max:g}", "let it cool down")
+    if wrong := objections(bus, one, section.answer_timeout):
+        return bad(f"{finding}: {', '.join(wrong)}", f"tendond servo setup {one}")
+    if bus.read(one, table.TORQUE_ENABLE):
+        return doubtful(f"{finding}, holds its tendon", "tendond servo home")
+    if degrees > section.temperature_max - WARM_DEGREES:
+        return doubtful(f"{finding}: warm", "let it cool down")
+    return good(finding)
+
+
+def _mute(bus: ServoBus, ids: Sequence[int]) -> list[int]:
+    """Servos that answer a ping, and no read."""
+    mute = []
+    for one in ids:
+        try:
+            bus.read(one, table.MODEL)
+        except NoAnswerError:
+            mute.append(one)
+    return mute
+
+
+def _named(ids: list[int]) -> str:
+    return f"servo{'s' if len(ids) > 1 else ''} {', '.join(map(str, ids))}"

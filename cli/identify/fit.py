@@ -1,0 +1,197 @@
+"""`tendond identify LOG...` and `tendond identify plan`."""
+
+import json
+import math
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import cast, get_args
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from tendond.cli.common import load_config, say
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.identification.data import load_recording, parse_weights
+from tendond.offline.identification.dry_run import Rehearsal, rehearse
+from tendond.offline.identification.fit import LOSSES, Loss
+from tendond.offline.identification.identify import Identification, Options, identify
+from tendond.offline.identification.parameter_file import free_name, parameter_file
+from tendond.offline.identification.parameters import DEFAULT, chosen
+from tendond.offline.identification.plan import Plan, propose
+from tendond.offline.identification.report import numbers, report, warnings
+from tendond.offline.identification.simulate import Drive
+from tendond.offline.robustness.run import write_whole
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.simulator import Weight
+
+UNFINISHED = ".unfinished"
+"""Folder of what an interrupted fit has computed."""
+
+SAG = 0.25
+"""Of the rod's length, that the proposed weight bends the straight rod by: well seen, and far from a fold."""
+
+
+def run_fit(
+    logs: list[Path],
+    parameters: str | None,
+    weight: list[str],
+    hold_out: list[Path],
+    out: Path,
+    drive: str,
+    load: float | None,
+    loss: str,
+    jobs: int | None,
+) -> None:
+    """Identify, and leave the results in `out`; see `tendond identify fit --help`.
+
+    Raises:
+        TendondError: logs or options that cannot be used, a fit without result, a folder that cannot be written.
+    """
+    if drive not in ("auto", *get_args(Drive)):
+        raise UsageError(f"--drive {drive}: choose among auto, {', '.join(get_args(Drive))}")
+    if loss not in LOSSES:
+        raise UsageError(f"--loss {loss}: choose among {', '.join(LOSSES)}")
+    names = tuple(parameter.name for parameter in chosen((parameters or ",".join(DEFAULT)).split(",")))
+    weights = parse_weights(weight)
+    for name in weights:
+        if name not in {text for path in (*logs, *hold_out) for text in (str(path), path.name)}:
+            raise UsageError(f"--weight {name}: is not one of the logs given")
+    options = Options(
+        names,
+        None if drive == "auto" else cast(Drive, drive),
+        cast(Loss, loss),
+        load,
+        jobs or len(os.sched_getaffinity(0)),
+    )
+    announce_compilation(say)
+    console = Console()
+    unfinished = out / UNFINISHED
+    try:
+        with console.status("reading"):
+            recordings = [load_recording(path, weights) for path in logs]
+            others = [load_recording(path, weights) for path in hold_out]
+        columns = (TextColumn("{task.description:<24}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+            task = progress.add_task("checking", total=None)
+            rounds = [0]
+
+            def told(what: str, done: int, total: int) -> None:
+                rounds[0] += what == "derivatives" and done == 1
+                progress.update(task, description=f"round {rounds[0]}: {what}", completed=done, total=total)
+
+            result = identify(
+                recordings, others, options, told, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
+            )
+        write_results(result, out, datetime.now(UTC), console)
+    except (SystemExit, KeyboardInterrupt):
+        if unfinished.is_dir():
+            say(f"interrupted: what is computed is kept in {unfinished}; run the same command again to go on")
+        raise
+    except OSError as error:
+        raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+
+
+def write_results(result: Identification, out: Path, now: datetime, console: Console) -> Path:
+    """Parameter file, report, numbers and figures into `out`, and a table for the eye; the parameter file's path."""
+    out.mkdir(parents=True, exist_ok=True)
+    path = free_name(out, now)
+    write_whole(path, parameter_file(result, now))
+    write_whole(out / "report.md", report(result, path.name))
+    write_whole(out / "identified.json", json.dumps(numbers(result), indent=2, allow_nan=False) + "\n")
+    with console.status("drawing"):
+        from tendond.offline.identification.figure import draw
+
+        figures = draw(result, out)
+    console.print(_table(result))
+    for ratio in result.ratios:
+        error = f"{ratio.error / ratio.value:.2%}" if ratio.value else f"{ratio.error:.2g}"
+        console.print(f"{ratio.name} = {ratio.value:.5g}, error {error}", highlight=False)
+    for line in (f"scale of force: {result.scale}", *warnings(result)):
+        console.print(line, highlight=False, soft_wrap=True)
+    for recorded in result.held_out:
+        console.print(
+            f"{recorded.name}{'' if recorded.used else ', held out'}: model to tip {recorded.nominal_rms * 1e3:.2f} mm "
+            f"by the configuration, {recorded.fitted_rms * 1e3:.3f} mm as identified",
+            highlight=False,
+            soft_wrap=True,
+        )
+    files = f"file     {path}\nreport   {out / 'report.md'}\nfigures  {', '.join(str(figure) for figure in figures)}"
+    console.print(files, soft_wrap=True, highlight=False)
+    return path
+
+
+def _table(result: Identification) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for name in ("parameter", "configuration", "found", "error", "unit", ""):
+        table.add_column(name, justify="right" if name in ("configuration", "found", "error") else "left")
+    for found in result.parameters:
+        value = f"{found.value:.5g}" if found.found else "-"
+        error = "-"
+        if found.found and math.isfinite(found.error):
+            error = f"{found.error / found.value:.2%}" if found.parameter.logarithmic else f"{found.error:.2g}"
+        table.add_row(found.parameter.name, f"{found.nominal:.5g}", value, error, found.parameter.unit, found.why)
+    return table
+
+
+def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
+    """Print a plan, what it came to on the simulator, and what to do next.
+
+    Raises:
+        TendondError: the configuration cannot be used, or leaves no way to go.
+    """
+    config = load_config(config_file)
+    announce_compilation(say)
+    plan = propose(config, kinds(parts), reach)
+    rehearsed = rehearse(rig_of_model(config), plan)
+    for line in plan_lines(plan, rehearsed):
+        print(line)
+    option = f" --config {config_file}" if config_file else ""
+    weight = proposed_weight(config)
+    print(
+        f"next: tendond identify run{option} --log free.mcap\n"
+        f"then fix a known weight to the tip, about {weight * 1e3:.0f} g, and when it is still:\n"
+        f"      tendond identify run{option} --log weighted.mcap --parts steps --reach 0.6 --weight {weight:g}\n"
+        "      tendond identify free.mcap weighted.mcap\n"
+        "without a log with a known weight only ratios can be found: rho/E, Bbt/E, C/E, tendon_stiffness/E, tip_mass/E"
+    )
+
+
+def plan_lines(plan: Plan, rehearsed: Rehearsal) -> list[str]:
+    """A plan for the eye."""
+    lines = [f"{time:6.1f} s  {words}" for time, words in plan.parts]
+    lines.append(f"{plan.duration:6.1f} s  end")
+    lines.append(
+        f"on the simulator: tension up to {rehearsed.tension:.1f} N, tendon {rehearsed.displacement * 1e3:.1f} mm, "
+        f"tip {rehearsed.speed:.1f} m/s; at a limit in {rehearsed.limited:.0%} of the cycles"
+    )
+    return lines
+
+
+def kinds(parts: str) -> tuple[str, ...]:
+    """`--parts`, as names."""
+    return tuple(part.strip() for part in parts.split(",") if part.strip())
+
+
+def rig_of_model(config: RigConfig, weight: float = 0.0) -> RigConfig:
+    """A configuration whose simulator is the controller's own model, with its limits: for a rehearsal."""
+    simulator = config.simulator.model_copy(
+        update={
+            "rod": config.rod,
+            "period": config.loop.period,
+            "impacts": (),
+            "weight": Weight(mass=weight),
+        }
+    )
+    return config.model_copy(update={"simulator": simulator, "servo": None, "vicon": None})
+
+
+def proposed_weight(config: RigConfig) -> float:
+    """That bends the straight rod by `SAG` of its length, P = 3 EI w / L^3, to 5 g [kg]."""
+    rod = config.rod
+    stiffness = rod.youngs_modulus * math.pi * rod.radius**4 / 4.0
+    gravity = math.hypot(*rod.gravity) or 9.81
+    mass = 3.0 * stiffness * SAG / rod.length**2 / gravity
+    return max(0.005, round(mass / 0.005) * 0.005)

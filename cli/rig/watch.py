@@ -1,0 +1,144 @@
+"""`tendond watch`: a rig live in the terminal, over Zenoh; a client that only listens."""
+
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import zenoh
+from rich.console import Console
+from rich.live import Live
+
+from tendond.bus.client import BusError, open_client
+from tendond.cli.common import load_config
+from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, Seen
+from tendond.cli.watch.plain import shown
+from tendond.cli.watch.screen import frame, line
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.keys import STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.messages import Message, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.wire import UnreadableError, decode
+
+KINDS: dict[str, type[Message]] = {
+    STATUS: Status,
+    TIP_POSE: TipPose,
+    TENDON_COMMAND: TendonCommand,
+    TENDON_STATE: TendonState,
+}
+RINGS = {STATUS: 1, TIP_POSE: 32, TENDON_COMMAND: 1, TENDON_STATE: 1}
+"""Messages kept between two frames: every pose is part of the trail, of the others the newest will do."""
+
+FRAME_SECONDS = 1.0 / FRAMES_PER_SECOND
+LINE_SECONDS = 1.0
+ONCE_SECONDS = 3.0
+AGAIN_SECONDS = 3.0
+"""Without a controller for so long, the session is opened anew."""
+
+DEFAULT_HEIGHT = 24
+
+
+class Listener:
+    """The newest message of each kind, a frame at a time; connects again by itself.
+
+    Args:
+        config: of the rig.
+    """
+
+    def __init__(self, config: RigConfig) -> None:
+        self.seen = Seen()
+        self._config = config
+        self._session: zenoh.Session | None = None
+        self._rings: dict[str, Any] = {}
+        self._opened = 0.0
+
+    def listen(self) -> None:
+        """What has come since the last call; without a controller, one try to reach it."""
+        now = time.monotonic()
+        if self.seen.is_silent(now) and now - self._opened > AGAIN_SECONDS:
+            self.close()
+        if self._session is None:
+            try:
+                self._session = open_client(self._config.bus.endpoint, 0.0)
+            except BusError:
+                return
+            self._opened = time.monotonic()
+            name = self._config.rig.name
+            self._rings = {
+                expression: self._session.declare_subscriber(key(name, expression), zenoh.handlers.RingChannel(size))
+                for expression, size in RINGS.items()
+            }
+        for expression, ring in self._rings.items():
+            while (sample := ring.try_recv()) is not None:
+                try:
+                    self.seen.add(decode(KINDS[expression], sample.payload.to_bytes()), time.monotonic())
+                except UnreadableError:  # the controller counts these; there is nothing here to show
+                    continue
+        self.seen.tick(time.monotonic())
+
+    def close(self) -> None:
+        """End the session."""
+        if self._session is not None:
+            self._session.close()
+            self._session = None
+
+
+def run_watch(config_file: Path | None, *, once: bool) -> None:
+    """Show the rig until a signal comes, or once; see `tendond watch --help`.
+
+    Raises:
+        ConfigError: the configuration cannot be used.
+        BusError: one frame is wanted, and there is no controller.
+    """
+    config = load_config(config_file)
+    console = Console(highlight=False)
+    listener = Listener(config)
+    try:
+        if once:
+            _once(listener, config, console)
+        elif console.is_terminal and not console.is_dumb_terminal:
+            _live(listener, config, console)
+        else:
+            _lines(listener, config)
+    finally:
+        listener.close()
+
+
+def _live(listener: Listener, config: RigConfig, console: Console) -> None:
+    """Frame after frame."""
+    with Live(console=console, screen=True, auto_refresh=False, vertical_overflow="crop") as live:
+        while True:
+            began = time.monotonic()
+            listener.listen()
+            width, height = console.size
+            image = frame(listener.seen, config, time.monotonic(), width, height)
+            live.update(shown(image, console.encoding), refresh=True)
+            time.sleep(max(0.0, began + FRAME_SECONDS - time.monotonic()))
+
+
+def _lines(listener: Listener, config: RigConfig) -> None:
+    """A line each second, and at once when the mode changes."""
+    shown, due = "", 0.0
+    while True:
+        listener.listen()
+        now = time.monotonic()
+        status = listener.seen.status
+        mode = "waiting" if status is None or listener.seen.is_silent(now) else status.mode.value
+        if mode != shown or now >= due:
+            print(f"{datetime.now().astimezone():%H:%M:%S} {line(listener.seen, config, now)}", flush=True)
+            shown, due = mode, now + LINE_SECONDS
+        time.sleep(FRAME_SECONDS)
+
+
+def _once(listener: Listener, config: RigConfig, console: Console) -> None:
+    """One frame, when everything that is published has been heard; else what was heard in time."""
+    deadline = time.monotonic() + ONCE_SECONDS
+    seen = listener.seen
+    while time.monotonic() < deadline and not (seen.status and seen.command and seen.pose and len(seen.trail) > 3):
+        listener.listen()
+        time.sleep(FRAME_SECONDS)
+    now = time.monotonic()
+    if seen.status is None or seen.is_silent(now):
+        raise BusError(
+            f"no controller of rig '{config.rig.name}' at {config.bus.endpoint}: start it with 'tendond run'"
+        )
+    console.print(shown(frame(seen, config, now, console.width, DEFAULT_HEIGHT), console.encoding))

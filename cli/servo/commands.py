@@ -1,0 +1,148 @@
+"""The commands of the servos: their options and their help; what they do stands in the modules that they import."""
+
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import Config, Yes
+from tendond.cli.signals import leave_on_signals
+
+servo = typer.Typer(name="servo", rich_markup_mode=None)
+
+
+@servo.callback(invoke_without_command=True)
+def servo_run(context: typer.Context, config: Config = None) -> None:
+    """Drive the servos, or find, set up and calibrate them.
+
+    Without a command: drive them until Ctrl-C or SIGTERM, then let the tendons out and switch the torque off.
+
+    Example: tendond servo --config rig.toml
+    """
+    if context.invoked_subcommand is None:
+        leave_on_signals()
+        from tendond.cli.servo.servo import run_servo
+
+        run_servo(config)
+
+
+@servo.command("reset")
+def servo_reset(
+    config: Config = None,
+    reboot: Annotated[bool, typer.Option("--reboot", help="Reboot servos that report a hardware error.")] = False,
+) -> None:
+    """Let the driver leave its fault, or open its port again.
+
+    Example: tendond servo reset --config rig.toml
+    """
+    from tendond.cli.servo.servo import reset_servos
+
+    reset_servos(config, reboot)
+
+
+@servo.command("reboot")
+def servo_reboot(
+    servo_ids: Annotated[list[int], typer.Argument(metavar="ID...", min=0, max=252, help="Of the servos.")],
+    config: Config = None,
+    yes: Yes = False,
+) -> None:
+    """Reboot servos while no driver runs.
+
+    Their torque goes off. Clears hardware errors; where the tendons are is remembered.
+
+    Example: tendond servo reboot 2 --config rig.toml
+    """
+    from tendond.cli.servo.rig import ask_terminal
+    from tendond.cli.servo.servo import reboot_servos
+
+    reboot_servos(config, servo_ids, yes, ask_terminal)
+
+
+@servo.command("scan")
+def servo_scan(
+    config: Config = None,
+    port: Annotated[str | None, typer.Option("--port", help="Left out: every serial adapter.")] = None,
+    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to list.")] = 252,
+) -> None:
+    """Find servos: every port, every rate, every id.
+
+    Nothing is moved or changed.
+
+    Example: tendond servo scan --port /dev/ttyUSB0
+    """
+    leave_on_signals(130)
+    from tendond.cli.servo.servo import scan_servos
+
+    scan_servos(config, port, last_id)
+
+
+@servo.command("setup")
+def servo_setup(
+    servo_id: Annotated[int, typer.Argument(metavar="ID", min=0, max=252, help="Of the servo, as it is now.")],
+    config: Config = None,
+    new_id: Annotated[int | None, typer.Option("--new-id", min=0, max=252, help="Left out: as it is.")] = None,
+    at: Annotated[int | None, typer.Option("--at", help="Rate that it listens at now. Left out: the rig's.")] = None,
+    yes: Yes = False,
+) -> None:
+    """Set a servo's id, rate, mode and limits.
+
+    Example, a new servo: tendond servo setup 1 --new-id 3 --at 57600 --config rig.toml
+    """
+    from tendond.cli.servo.rig import ask_terminal
+    from tendond.cli.servo.servo import set_up_servo
+
+    set_up_servo(config, servo_id, new_id, at, yes, ask_terminal)
+
+
+@servo.command("calibrate")
+def servo_calibrate(config: Config = None) -> None:
+    """Find zero, sign and spool of each tendon.
+
+    And write the calibration; go on with an unfinished one.
+
+    Example: tendond servo calibrate --config rig.toml
+    """
+    leave_on_signals(130)
+    from tendond.cli.servo.calibrate import calibrate_servos
+    from tendond.cli.servo.rig import ask_terminal
+
+    calibrate_servos(config, ask_terminal)
+
+
+@servo.command("home")
+def servo_home(
+    config: Config = None,
+    yes: Yes = False,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="TENDON=MM", help="Where a tendon stands whose servo has lost its turns."),
+    ] = None,
+) -> None:
+    """Bring every tendon slowly to its zero.
+
+    Example: tendond servo home --config rig.toml
+    """
+    from tendond.cli.servo.rig import ask_terminal
+    from tendond.cli.servo.tendons import home_servos
+
+    home_servos(config, yes, ask_terminal, at)
+
+
+@servo.command("pretension")
+def servo_pretension(
+    config: Config = None,
+    store: Annotated[bool, typer.Option("--store", help="Make the places found the calibration's zeros.")] = False,
+    yes: Yes = False,
+) -> None:
+    """Wind every tendon up slowly until it begins to pull.
+
+    Example: tendond servo pretension --config rig.toml --store
+    """
+    from tendond.cli.servo.rig import ask_terminal
+    from tendond.cli.servo.tendons import pretension_servos
+
+    pretension_servos(config, store, yes, ask_terminal)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.add_typer(servo)

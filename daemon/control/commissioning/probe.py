@@ -1,0 +1,421 @@
+"""The probe: each tendon in turn is pulled a little, and the tip's motion compared with the model's.
+
+The tip rests first (`rest`), with nothing pulled. Then one tendon after another, once the one before it is let go,
+takes a small tension along half a cosine (`pull`), and the mean positions of the measured and the model's tip are taken
+over short blocks. A tendon that moves the tip as it should is passed at once; where it does not, the tip is given time
+to settle, for a weight on it may swing at 1 Hz. Then the last tendon is let go (`release`), and `verdict.judge` says
+what is wrong. A tendon whose motion has the right direction and the wrong size is pulled half as much again, and the
+growth is compared: it does not depend on where the tendon became taut. The model runs freely meanwhile: it keeps the
+force that holds it to the measured rest, unpulled.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.commissioning.averages import EMPTY, Average, RestWatch
+from tendond.daemon.control.commissioning.rest_check import rest_objection
+from tendond.daemon.control.commissioning.rests import RestFamily, rotation_matrix, turn_by
+from tendond.daemon.control.commissioning.verdict import Bounds, Motion, agrees, judge, only_gain
+from tendond.model.rod.parameters import RodParameters
+from tendond.schemas.base import Vector3
+from tendond.schemas.config.rig import LimitsSection, RigConfig
+from tendond.schemas.messages import TendonState, TipPose
+
+Array = NDArray[np.float64]
+
+BLOCK_SECONDS = 0.1
+"""Over which a mean position of the settled tip is taken."""
+
+REST_SECONDS = 0.5
+"""For which tip and model rest before the first pull, at least."""
+
+DOWN_SECONDS, START_SECONDS = 0.12, 0.16
+"""In which a tendon is let go, and after which, it being slack, the next one is pulled."""
+
+TOGETHER = 0.004
+"""Of the rod's length, by which the resting model is off the measured rest at most; one that is not held to it is."""
+
+MOVED_AT_REST = 0.02
+"""Of the rod's length, that a resting tip moves at most while the tendons are let out."""
+
+AT_REST = 0.002
+"""Of the rod's length, by which the model's tip moves in a block at most when it rests."""
+
+MORE = 1.5
+"""Times the tension for a second look, at a tendon that moves the tip too much or too little."""
+
+CLOSE = 0.85, 1.2
+"""Gains that pass without a second look."""
+
+STEADY_BLOCKS = 4
+"""Blocks in a row with the same mean, of a tip that has settled elsewhere than expected; a weight swings slower."""
+
+STEADY = 0.15
+"""Of the expected motion, by which a settled tip moves in a block at most."""
+
+STOP_AT = 2.6
+"""Of the motion asked for, beyond which the probe is ended at once."""
+
+SLACK_WAYS = 2.0
+"""Slack of the tendons that are not pulled, in displacements that the motion asks for: 2 r motion / L each."""
+
+LET_OUT_SECONDS = 0.4
+"""For which the tendons are let out at first: slowly, for one that is reversed is wound by it."""
+
+TAKE_UP = 4.0
+"""Times that rate, with which a tendon's slack is taken up."""
+
+REST_LOAD_PART = 0.6
+"""Of the probe's largest tension, beyond which a tendon that is let out is wound instead."""
+
+LOAD_PART = 1.0
+"""Of the probe's largest tension, beyond which a reported one ends it at once."""
+
+
+class Phase(StrEnum):
+    """Of a probe."""
+
+    REST = "rest"
+    PULL = "pull"
+    RELEASE = "release"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class ProbePlan:
+    """What the probe does; computed once.
+
+    Attributes:
+        tensions: of each tendon [N], shape (n,).
+        motion: of the tip that is asked for [m].
+        stop_at: motion that ends the probe [m]. load_max: reported tension that ends it [N].
+        rate: of the displacement while tendons are let out at first [m/s].
+        slack: by which tendons that are not pulled are let out beyond the model's length [m]: whatever the wrong
+            tendon is that is wound, it must not find one that holds against it.
+        down: for which a tendon is let go; start: after which the next one is pulled; ramp: of its pull; block, rest,
+            settling: all in cycles.
+        bounds: of what passes. arms: of the tendons in the cross-section [m], shape (3,) each.
+        rests: that a right rig may have; none: they are not compared.
+    """
+
+    tensions: Array
+    motion: float
+    length: float
+    stop_at: float
+    load_max: float
+    rate: float
+    slack: float
+    down: int
+    start: int
+    ramp: int
+    block: int
+    rest: int
+    settling: int
+    bounds: Bounds
+    arms: tuple[Array, ...]
+    rests: RestFamily | None
+
+    @staticmethod
+    def from_config(config: RigConfig, parameters: RodParameters, rests: RestFamily | None) -> "ProbePlan":
+        """Plan by the rod: a tendon at distance r bends it by T r / EI, and its tip goes T r L^2 / 2 EI."""
+        section, period = config.commissioning, config.loop.period
+        motion = section.motion * parameters.length
+        arms = np.hypot(*np.array(parameters.tendon_positions).T)
+        wanted = 2.0 * parameters.bending_stiffness * motion / (np.maximum(arms, 1e-6) * parameters.length**2)
+        slack = SLACK_WAYS * 2.0 * motion * float(np.max(arms)) / parameters.length
+        largest = section.tension_part * config.limits.tension_max
+        return ProbePlan(
+            tensions=np.minimum(wanted, largest / MORE),
+            motion=motion,
+            length=parameters.length,
+            stop_at=STOP_AT * motion,
+            load_max=LOAD_PART * largest,
+            rate=slack / LET_OUT_SECONDS,
+            slack=slack,
+            down=max(1, round(DOWN_SECONDS / period)),
+            start=max(1, round(START_SECONDS / period)),
+            ramp=max(1, round(section.ramp / period)),
+            block=max(2, round(BLOCK_SECONDS / period)),
+            rest=max(2, round(REST_SECONDS / period)),
+            settling=max(2, round(section.settling / period)),
+            bounds=Bounds(section.angle, section.gain_min, section.gain_max),
+            arms=tuple(np.array([x, y, 0.0]) for x, y in parameters.tendon_positions),
+            rests=rests,
+        )
+
+
+@dataclass(frozen=True)
+class Probe:
+    """State of a probe.
+
+    Attributes:
+        phase: of it; since: cycles in the phase. tendon: being pulled.
+        measured, model: tips of the present block.
+        base, model_base: where the two rest [m]; none in the phase `rest`.
+        displacement: commanded and reported at the rest [m].
+        late: measured tips of the second half of the time to settle.
+        last: mean of the block before; steady: blocks in a row with about the same.
+        first: measured and expected motion at the first tension, while the second one is tried [m].
+        released: tension of the tendon before this one, against the plan's [-].
+        motions: of the tendons so far.
+        start: where the tip was when the probe began [m]. held: displacement that the tendons reported then [m]; none
+            without a report.
+        tilt: of the base against the camera's frame, by the rest, axis times angle [rad]; offset: of it [m]. A tendon
+            that is wound feels where the tip is in the base's frame: there the model rests.
+        only: the operator has asked for the probe alone.
+        verdict: what is wrong; empty if nothing is, or not yet.
+    """
+
+    phase: Phase = Phase.REST
+    since: int = 0
+    tendon: int = 0
+    measured: Average = EMPTY
+    model: Average = EMPTY
+    base: Vector3 | None = None
+    model_base: Vector3 | None = None
+    displacement: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    late: Average = EMPTY
+    last: Vector3 | None = None
+    steady: int = 0
+    first: tuple[Vector3, Vector3] | None = None
+    released: float = 1.0
+    motions: tuple[Motion, ...] = ()
+    start: Vector3 | None = None
+    held: tuple[float, ...] | None = None
+    tilt: Vector3 = (0.0, 0.0, 0.0)
+    offset: Vector3 = (0.0, 0.0, 0.0)
+    only: bool = False
+    verdict: str = ""
+
+    def in_base(self, position: Vector3) -> Vector3:
+        """Return a measured position in the base's frame [m]."""
+        return _vector(turn_by(np.array(self.tilt)).T @ np.subtract(position, self.offset))
+
+
+def start_probe(
+    rests: RestFamily | None, watch: RestWatch, held: tuple[float, ...] | None = None, *, only: bool
+) -> Probe:
+    """Return a probe that begins; the base's place follows from the rest, where rests are compared.
+
+    Args:
+        rests: that a right rig may have. watch: of the tip at rest.
+        held: reported displacement [m]. only: the operator has asked for the probe alone.
+    """
+    best = watch.best
+    if rests is None or best is None:
+        return Probe(only=only, held=held)
+    fit = rests.fit(best.mean, rotation_matrix(best.mean_orientation))
+    return Probe(only=only, held=held, start=_vector(best.mean), tilt=_vector(fit.tilt), offset=_vector(fit.offset))
+
+
+def probe_limits(config: RigConfig) -> LimitsSection:
+    """Limits of the command while tendons are probed."""
+    largest = config.commissioning.tension_part * config.limits.tension_max
+    return config.limits.model_copy(update={"tension_min": 0.0, "tension_max": largest})
+
+
+def probe_tension(plan: ProbePlan, probe: Probe) -> Array:
+    """Tensions that the probe asks for now [N], shape (n,)."""
+    tension = np.zeros_like(plan.tensions)
+    down = 1.0 - _half_cosine(probe.since / plan.down)
+    if probe.phase is Phase.PULL:
+        low, high = (0.0, 1.0) if probe.first is None else (1.0, MORE)
+        level = low + (high - low) * _half_cosine((probe.since - plan.start) / plan.ramp)
+        tension[probe.tendon] = level * plan.tensions[probe.tendon]
+        if probe.tendon and probe.first is None:
+            tension[probe.tendon - 1] = down * probe.released * plan.tensions[probe.tendon - 1]
+    elif probe.phase is Phase.RELEASE:
+        tension[-1] = down * probe.released * plan.tensions[-1]
+    return tension
+
+
+def _half_cosine(part: float) -> float:
+    """From 0 to 1 with the part of a ramp that is done."""
+    return 0.5 - 0.5 * math.cos(math.pi * min(1.0, max(0.0, part)))
+
+
+def advance_probe(
+    plan: ProbePlan,
+    probe: Probe,
+    pose: TipPose | None,
+    model_tip: Array,
+    watch: RestWatch,
+    tendons: TendonState | None,
+    displacement: Array,
+) -> Probe:
+    """Return the probe a cycle later; pure.
+
+    Args:
+        plan: of it. probe: its state.
+        pose: new in this cycle, if there is one.
+        model_tip: [m], shape (3,).
+        watch: of the tip at rest.
+        tendons: newest report, if there is one.
+        displacement: commanded [m], shape (n,).
+    """
+    x, y, z = model_tip.tolist()
+    model = probe.model.add((x, y, z), (1.0, 0.0, 0.0, 0.0))
+    measured = probe.measured if pose is None else probe.measured.add(pose.position, pose.orientation)
+    probe = replace(probe, since=probe.since + 1, model=model, measured=measured)
+    if pose is not None and probe.phase is Phase.PULL and probe.since > plan.start + plan.ramp + plan.settling // 2:
+        probe = replace(probe, late=probe.late.add(pose.position, pose.orientation))
+    if probe.phase is Phase.RELEASE:
+        return replace(probe, phase=Phase.DONE) if probe.since > plan.down else probe
+    if stop := _objection(plan, probe, pose, tendons):
+        found = _so_far(probe, model_tip, pose)
+        return replace(
+            probe, phase=Phase.DONE, motions=found, verdict=judge(found, plan.bounds, plan.arms, finished=False) or stop
+        )
+    if model.count < plan.block or measured.count < 2:
+        return probe
+    block = _Block.of(probe)
+    probe = replace(probe, model=EMPTY, measured=EMPTY)
+    if probe.phase is Phase.REST:
+        return _rested(plan, probe, block, watch, tendons, displacement)
+    return _pulled(plan, probe, block, tendons, displacement)
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Means [m] and spreads [m] of a block."""
+
+    measured: Vector3
+    model: Vector3
+    spread: float
+    model_spread: float
+
+    @staticmethod
+    def of(probe: Probe) -> "_Block":
+        measured, model = probe.measured, probe.model
+        return _Block(_vector(measured.mean), _vector(model.mean), measured.spread, model.spread)
+
+
+def _rested(
+    plan: ProbePlan, probe: Probe, block: _Block, watch: RestWatch, tendons: TendonState | None, displacement: Array
+) -> Probe:
+    """After a block of the phase `rest`: on to the first tendon, or wait, or give up."""
+    still = watch.before is not None and not watch.moved(plan.length) and block.model_spread < AT_REST * plan.length
+    apart = math.dist(probe.in_base(block.measured), block.model)
+    still = still and (apart < TOGETHER * plan.length or probe.since >= plan.rest + plan.settling)
+    if probe.since >= plan.rest and still and watch.best is not None:
+        if plan.rests is not None and (objection := rest_objection(plan.rests, watch)):
+            return replace(probe, phase=Phase.DONE, verdict=objection)
+        return replace(
+            probe,
+            phase=Phase.PULL,
+            since=0,
+            base=_vector(watch.best.mean),
+            model_base=block.model,
+            displacement=(tuple(displacement.tolist()), () if tendons is None else tendons.displacement),
+        )
+    if probe.since >= plan.rest + 2 * plan.settling:
+        return replace(probe, phase=Phase.DONE, verdict="the arm does not come to rest: is it blown at, or touched?")
+    return probe
+
+
+def _pulled(plan: ProbePlan, probe: Probe, block: _Block, tendons: TendonState | None, displacement: Array) -> Probe:
+    """After a block of the phase `pull`: on to the next tendon if the tip has moved as it should, or has settled."""
+    assert probe.base is not None
+    assert probe.model_base is not None
+    base = probe.base
+    if probe.since < plan.start + plan.ramp + plan.block:
+        return probe
+    expected = np.subtract(block.model, probe.model_base)
+    allowed = STEADY * float(np.linalg.norm(expected)) + 0.1 * STEADY * plan.motion
+    settled = block.spread < allowed
+    stands = probe.last is not None and math.dist(block.measured, probe.last) < 0.3 * allowed
+    probe = replace(probe, last=block.measured, steady=probe.steady + 1 if settled and stands else 0)
+    motion = Motion(
+        _vector(np.subtract(block.measured, base)),
+        _vector(expected),
+        *_followed(probe, tendons, displacement),
+        probe.first,
+    )
+    fair = settled and agrees(motion, plan.bounds)
+    if fair and probe.first is None and not CLOSE[0] <= motion.gain <= CLOSE[1]:
+        if probe.steady >= STEADY_BLOCKS:
+            return _second_look(plan, probe, motion)
+        if probe.since < plan.start + plan.ramp + plan.settling:
+            return probe
+    if not fair:
+        waited = probe.since >= plan.start + plan.ramp + plan.settling
+        if not waited and probe.steady < STEADY_BLOCKS:
+            return probe
+        if waited and probe.late.count:  # whole periods of a tip that still swings, too coarse for a growth
+            motion = replace(
+                motion,
+                measured=_vector(probe.late.mean - np.array(base)),
+                first=None,
+            )
+        if probe.first is None and only_gain(
+            motion, plan.bounds
+        ):  # what was slack, or taut, before is told from a spool
+            return _second_look(plan, probe, motion)
+    level = 1.0 if probe.first is None else MORE
+    probe = replace(probe, motions=(*probe.motions, motion), since=0, late=EMPTY, last=None, steady=0)
+    probe = replace(probe, first=None, released=level)
+    if probe.tendon + 1 < len(plan.tensions):
+        return replace(probe, tendon=probe.tendon + 1)
+    return replace(probe, phase=Phase.RELEASE, verdict=judge(probe.motions, plan.bounds, plan.arms))
+
+
+def _second_look(plan: ProbePlan, probe: Probe, motion: Motion) -> Probe:
+    """Pull the same tendon some more, to see by how much the motion grows."""
+    first = (motion.measured, motion.expected)
+    return replace(probe, first=first, since=plan.start, late=EMPTY, last=None, steady=0)
+
+
+def _followed(probe: Probe, tendons: TendonState | None, displacement: Array) -> tuple[float, float | None]:
+    """Commanded displacement of the tendon since the rest, and the reported one [m]; none where none is reported."""
+    assert probe.displacement is not None
+    commanded, reported = probe.displacement
+    asked = float(displacement[probe.tendon]) - commanded[probe.tendon]
+    if tendons is None or len(reported) != len(commanded) or len(tendons.displacement) != len(commanded):
+        return asked, None
+    return asked, tendons.displacement[probe.tendon] - reported[probe.tendon]
+
+
+def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: TendonState | None) -> str:
+    """What ends the probe at once; empty if nothing does."""
+    if tendons is not None:
+        load = max(tendons.tension)
+        if load > (REST_LOAD_PART if probe.phase is Phase.REST else 1.0) * plan.load_max:
+            index = tendons.tension.index(load)
+            if probe.phase is Phase.REST:
+                return f"tendon {index} reports {load:.1f} N while all are let out: is it wound the wrong way round?"
+            return (
+                f"tendon {index} reports {load:.1f} N while tendon {probe.tendon} is pulled with "
+                f"{plan.tensions[probe.tendon]:.1f} N: is the servo's calibration right?"
+            )
+    if pose is not None and probe.phase is Phase.REST and probe.start is not None:
+        moved = math.dist(pose.position, probe.start)
+        if moved > MOVED_AT_REST * plan.length:
+            return (
+                f"the tip moves {moved * 1e3:.0f} mm while all tendons are let out: is one of them wound the wrong way "
+                "round?"
+            )
+    if pose is not None and probe.base is not None:
+        moved = math.dist(pose.position, probe.base)
+        if moved > plan.stop_at * (1.0 if probe.first is None else MORE):
+            return (
+                f"tendon {probe.tendon} moves the tip {moved * 1e3:.0f} mm where {plan.motion * 1e3:.0f} mm are "
+                "expected: is the spool's radius, or the rod's stiffness, right?"
+            )
+    return ""
+
+
+def _so_far(probe: Probe, model_tip: Array, pose: TipPose | None) -> tuple[Motion, ...]:
+    """The motions with the one that is under way, where it can be told from rest."""
+    if pose is None or probe.base is None or probe.model_base is None:
+        return probe.motions
+    measured, expected = np.subtract(pose.position, probe.base), model_tip - np.array(probe.model_base)
+    return (*probe.motions, Motion(_vector(measured), _vector(expected)))
+
+
+def _vector(values: Array) -> Vector3:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -1,0 +1,286 @@
+"""What is watched while tracking: that the tip arrives, that nothing swings for ever, that pose and model still agree.
+
+The observer pulls the model's tip onto whatever is measured, so their distance shows little. What it cannot pull away
+is kept here: the distance of the tip from its reference, swings of tip and command that do not die down, an orientation
+that is not that of the model in the measured place, and a tip that jumps between two poses and rests before and after.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tendond.schemas.base import Quaternion, Vector3
+from tendond.schemas.config.rig import RigConfig
+
+SWINGS = 12
+"""Half periods of a swing that count as sustained."""
+
+DYING = 0.6
+"""Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.014 over twelve."""
+
+SLOWEST = 0.4
+"""[Hz] Of a swing that is watched for."""
+
+REST_SPEED = 0.01
+"""Of the rod's length per second, below which a reference rests."""
+
+MOVING = 2.5
+"""Times as far from its target a tip may be while that moves, and times as large a swing may be."""
+
+BEFORE_AND_AFTER = 0.3
+"""Of a jump, by which a tip that cannot have jumped moves in the poses before and after."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Reversals of one signal.
+
+    Attributes:
+        up: it rises. extreme: since the last reversal.
+        reversals: tick and size of the newest ones, at most `SWINGS`.
+    """
+
+    up: bool = True
+    extreme: float = -math.inf
+    reversals: tuple[tuple[int, float], ...] = ()
+
+    def add(self, value: float, tick: int, hysteresis: float) -> "Swing":
+        """Return the swing with one more value; one that turns by less than `hysteresis` has not turned."""
+        sign = 1.0 if self.up else -1.0
+        if sign * value >= sign * self.extreme:
+            return Swing(self.up, value, self.reversals)
+        size = sign * (self.extreme - value)
+        if size < hysteresis:
+            return self
+        return Swing(not self.up, value, (*self.reversals, (tick, self.extreme))[-SWINGS - 1 :])
+
+    def sustained(self, period: float) -> tuple[float, float] | None:
+        """Return size and frequency [Hz] of a swing that does not die down; none where there is none."""
+        if len(self.reversals) <= SWINGS:
+            return None
+        sizes = [abs(b[1] - a[1]) for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
+        seconds = (self.reversals[-1][0] - self.reversals[0][0]) * period
+        frequency = 0.5 * SWINGS / max(seconds, period)
+        if frequency < SLOWEST or min(sizes[-2:]) < DYING * max(sizes):
+            return None
+        return sizes[-1], frequency
+
+
+@dataclass(frozen=True)
+class TrackingBounds:
+    """Of what is borne while tracking; times in cycles.
+
+    Attributes:
+        period: of the cycle [s]. length: of the rod [m].
+        error: of the tip against its reference [m]; error_time: for which it may be larger.
+        swing, tension_swing: of tip [m] and command [N] that may go on for ever.
+        orientation: between measured and model's tip [rad]; orientation_time: for which it may be larger.
+        jump: of the tip between two poses [m].
+        load_max: of a reported tension [N]; load_apart: of it beyond twice the model's [N].
+        displacement_min, displacement_max: of a reported displacement [m].
+        report_time: for which reports may be beyond.
+        age: of a pose [s]; age_time: for which poses may be older.
+    """
+
+    period: float
+    length: float
+    error: float
+    error_time: int
+    swing: float
+    tension_swing: float
+    orientation: float
+    orientation_time: int
+    jump: float
+    load_max: float
+    load_apart: float
+    displacement_min: float
+    displacement_max: float
+    report_time: int
+    age: float
+    age_time: int
+
+    @staticmethod
+    def from_config(config: RigConfig) -> "TrackingBounds":
+        """The bounds of a configuration."""
+        faults, limits, period, length = config.faults, config.limits, config.loop.period, config.rod.length
+        margin = 0.25 * (limits.displacement_max - limits.displacement_min)
+
+        def cycles(seconds: float) -> int:
+            return max(1, round(seconds / period))
+
+        return TrackingBounds(
+            period=period,
+            length=length,
+            error=faults.tracking_error * length,
+            error_time=cycles(faults.tracking_time),
+            swing=faults.swing * length,
+            tension_swing=faults.tension_swing * limits.tension_max,
+            orientation=faults.orientation,
+            orientation_time=cycles(faults.orientation_time),
+            jump=faults.jump * length,
+            load_max=(1.0 + faults.load_margin) * limits.tension_max,
+            load_apart=faults.load_margin * limits.tension_max,
+            displacement_min=limits.displacement_min - margin,
+            displacement_max=limits.displacement_max + margin,
+            report_time=cycles(faults.report_time),
+            age=config.observer.delay + faults.pose_age,
+            age_time=cycles(faults.age_time),
+        )
+
+
+@dataclass(frozen=True)
+class TrackingWatch:
+    """What has been seen since tracking began.
+
+    Attributes:
+        error_run: cycles at more than the allowed distance; error: that distance now [m].
+        tip: swings of the tip's three coordinates about its reference, since that last started, stopped or turned back.
+        tension: of each tendon's command.
+        heading: velocity of the reference in the cycle before [m/s]; zeros where it rested.
+        orientation_run: cycles at more than the allowed angle; angle: now [rad].
+    """
+
+    error_run: int = 0
+    error: float = 0.0
+    tip: tuple[Swing, ...] = ()
+    tension: tuple[Swing, ...] = ()
+    heading: Vector3 = (0.0, 0.0, 0.0)
+    orientation_run: int = 0
+    angle: float = 0.0
+
+
+def watch_tracking(
+    bounds: TrackingBounds,
+    watch: TrackingWatch,
+    tick: int,
+    interval: int,
+    measured: Vector3,
+    reference: Vector3,
+    reference_velocity: Vector3,
+    commanded: Sequence[float],
+    angle: float | None,
+) -> TrackingWatch:
+    """Return the watch after a cycle with a fresh pose; pure.
+
+    Args:
+        bounds: of what is borne. watch: so far. tick: of the cycle. interval: cycles since the pose before.
+        measured: tip [m]. reference: [m]. reference_velocity: [m/s].
+        commanded: tensions [N].
+        angle: between the measured tip and the model's there [rad]; none where the model is not held to it.
+    """
+    rests = math.hypot(*reference_velocity) < REST_SPEED * bounds.length
+    factor = 1.0 if rests else MOVING
+    apart = [a - b for a, b in zip(measured, reference, strict=True)]
+    error = math.hypot(*apart)
+    heading = (0.0, 0.0, 0.0) if rests else reference_velocity
+    # A reference that starts, stops or turns back makes the arm sway: what it excites is no limit cycle of the loop.
+    along = sum(a * b for a, b in zip(heading, watch.heading, strict=True))
+    excited = along < 0.0 or (rests is not (math.hypot(*watch.heading) == 0.0))
+    tip, tension = (() if excited else watch.tip) or (Swing(),) * 3, watch.tension
+    tip = tuple(one.add(value, tick, factor * bounds.swing) for one, value in zip(tip, apart, strict=True))
+    if rests:
+        tension = tension or (Swing(),) * len(commanded)
+        tension = tuple(
+            one.add(value, tick, bounds.tension_swing) for one, value in zip(tension, commanded, strict=True)
+        )
+    else:  # a reference that moves moves the command
+        tension = ()
+    turned = angle is not None and angle > bounds.orientation
+    return TrackingWatch(
+        error_run=watch.error_run + interval if error > factor * bounds.error else 0,
+        error=error,
+        tip=tip,
+        tension=tension,
+        heading=heading,
+        orientation_run=watch.orientation_run + interval if turned else 0,
+        angle=angle or 0.0,
+    )
+
+
+def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool) -> str:
+    """What must end tracking, in words; empty if nothing.
+
+    Args:
+        bounds: of what is borne. watch: so far.
+        saturated: the command stands at a limit.
+    """
+    if watch.error_run >= bounds.error_time:
+        cause = "the command is at a limit" if saturated else "the commands have been there for long"
+        return (
+            f"tracking error: the tip is {watch.error * 1e3:.0f} mm from its reference for "
+            f"{watch.error_run * bounds.period:g} s, and {cause}; is the arm held, or the rig another than configured?"
+        )
+    if watch.orientation_run >= bounds.orientation_time:
+        return (
+            f"orientation: the measured tip is turned by {math.degrees(watch.angle):.0f} degrees against the model's "
+            f"in the same place, for {watch.orientation_run * bounds.period:g} s; have markers or camera moved?"
+        )
+    for axis, swing in zip("xyz", watch.tip, strict=False):
+        if (found := swing.sustained(bounds.period)) is not None:
+            return (
+                f"limit cycle: the tip swings by {found[0] * 1e3:.0f} mm in {axis} at {found[1]:.1f} Hz and does not "
+                "settle; lower observer.integral, or tell the delay and the weight on the tip"
+            )
+    for index, swing in enumerate(watch.tension):
+        if (found := swing.sustained(bounds.period)) is not None:
+            return (
+                f"limit cycle: the command of tendon {index} swings by {found[0]:.1f} N at {found[1]:.1f} Hz and does "
+                "not settle; lower observer.integral, or tell the delay and the weight on the tip"
+            )
+    return ""
+
+
+@dataclass(frozen=True)
+class JumpWatch:
+    """The last steps of the measured tip.
+
+    Attributes:
+        last: the newest step [m]; per cycle, as `size`.
+        before: where the tip was before a step that looks like a jump [m]; none where none does.
+        size: of that step [m].
+        lasting: a tip has jumped and rests where it jumped to.
+        over: the pose before the newest one was not believed: a difference of the two is no speed.
+        gap: cycles over which the way to the newest pose may be spread: poses that were held up come in quick
+            succession afterwards, and each of them then goes further than its own interval says.
+    """
+
+    last: float = 0.0
+    before: Vector3 | None = None
+    size: float = 0.0
+    lasting: bool = False
+    over: bool = False
+    gap: int = 1
+
+    @property
+    def withheld(self) -> bool:
+        """Whether the newest pose is not to be believed yet."""
+        return self.before is not None
+
+
+def watch_jump(
+    bounds: TrackingBounds, watch: JumpWatch, interval: int, way: float, change: float, before: Vector3
+) -> JumpWatch:
+    """Return the watch after a fresh pose.
+
+    A tip has mass: it does not move by a jump in one interval, and rest before and after. One that goes on moving was
+    hit; one that is back was seen wrongly once.
+
+    Args:
+        bounds: of what is borne. watch: so far.
+        interval: cycles since the pose before.
+        way: of the measured tip since then [m].
+        change: of measured against model tip since then [m].
+        before: measured tip before the step [m].
+    """
+    gap = max(interval, watch.gap - 1)
+    step = way / gap
+    if watch.before is not None:
+        return JumpWatch(step, lasting=step < BEFORE_AND_AFTER * watch.size, size=watch.size, over=True, gap=gap)
+    sudden = min(way, change) > bounds.jump * gap and watch.last < BEFORE_AND_AFTER * step
+    return JumpWatch(step, before=before if sudden else None, size=step, gap=gap)
+
+
+def tip_angle(one: Quaternion, other: Quaternion) -> float:
+    """Angle between two orientations [rad]."""
+    dot = abs(sum(a * b for a, b in zip(one, other, strict=True)))
+    return 2.0 * math.acos(min(1.0, dot))

@@ -1,0 +1,87 @@
+"""The observer's gains: those that the configuration asks for, as far as the loop's margin admits them."""
+
+from functools import lru_cache
+
+from tendond.daemon.control.laws import backstepping, sensitivity, sliding_mode
+from tendond.model.estimation.margin import FeedbackGains, LawRates, admitted_gains, default_tip_mass
+from tendond.model.estimation.observer import ObserverGains
+from tendond.model.rod.parameters import RodParameters
+from tendond.schemas.config.rig import RigConfig
+
+NOISE_FLOOR = 1.8e-3
+"""Default of observer.quiet, of the rod's length: ten standard deviations of a camera's 0.1 mm on half a metre."""
+
+FORCE_SCALE = 3.0
+"""Default of observer.force_max, in EI/L^2, beside the weights: a stiffness wrong by 15 % in an arm bent by a right
+angle looks like 0.9 of it; an impact is borne with what is left."""
+
+
+def observer_gains(config: RigConfig, rod: RodParameters) -> ObserverGains:
+    """Gains of the observer for a configuration and its rod's parameters."""
+    section, period = config.observer, config.loop.period
+    mass = unknown_tip_mass(config, rod)
+    wanted = FeedbackGains(
+        section.integral, section.proportional, section.derivative, section.quiet_time, section.quiet_share
+    )
+    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config), section.delay, mass)
+    gravity = max(1e-9, sum(component**2 for component in rod.gravity)) ** 0.5
+    weight = gravity * (rod.mass_per_length * rod.length + rod.tip_mass + mass)
+    force = FORCE_SCALE * rod.bending_stiffness / rod.length**2 + weight
+    return ObserverGains(
+        kind=section.kind if config.control.feedback == "observer" else "offset",
+        period=period,
+        delay=section.delay,
+        integral=gains.integral,
+        proportional=gains.proportional,
+        derivative=gains.derivative,
+        quiet=noise_floor(config),
+        quiet_share=section.quiet_share,
+        quiet_time=section.quiet_time,
+        force_max=force if section.force_max is None else section.force_max,
+        offset_gain=section.offset_gain,
+    )
+
+
+def noise_floor(config: RigConfig) -> float:
+    """Size of a mean innovation below which most of it is taken for noise [m]."""
+    given = config.observer.quiet
+    return NOISE_FLOOR * config.rod.length if given is None else given
+
+
+def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:
+    """Mass on the tip that the controller need not know [kg]."""
+    given = config.observer.tip_mass_max
+    return default_tip_mass(rod) if given is None else given
+
+
+def law_rates(config: RigConfig) -> LawRates:
+    """How fast the laws make the model's tip converge, by their parameters."""
+    tables = config.control.laws
+    step = backstepping.Parameters(**tables.get("backstepping", {}))
+    slide = sliding_mode.Parameters(**tables.get("sliding_mode", {}))
+    ahead = sensitivity.Parameters(**tables.get("sensitivity", {}))
+    a1, a2 = step.alpha1, step.alpha2
+    velocity = max((1.0 + a1 * a2) / (a1 + a2), slide.c * slide.k / (slide.c + slide.k))
+    return LawRates(velocity, ahead.rate, ahead.smoothing)
+
+
+def lowered(config: RigConfig, rod: RodParameters) -> str:
+    """Which gains are lower than the configuration itself asks for, and why; empty where none is."""
+    section, gains = config.observer, observer_gains(config, rod)
+    if gains.kind != "force":
+        return ""
+    changes = [
+        f"observer.{name} {getattr(section, name):g} -> {getattr(gains, name):.3g}"
+        for name in ("integral", "proportional", "derivative")
+        if name in section.model_fields_set and getattr(gains, name) < getattr(section, name)
+    ]
+    if not changes:
+        return ""
+    mass = unknown_tip_mass(config, rod)
+    return (
+        f"{', '.join(changes)}, to stay stable with 0 to {mass * 1e3:.0f} g on the tip that the model does "
+        f"not know and poses {section.delay * 1e3:.0f} ms old; a smaller observer.tip_mass_max or delay admits more"
+    )
+
+
+_admitted = lru_cache(maxsize=256)(admitted_gains)

@@ -1,0 +1,257 @@
+"""The mode machine: what an operator may ask for when, and what ends tracking.
+
+idle -> (arm) -> probe, the first time -> pretension -> tracking -> (stop) -> releasing -> idle
+any but idle and releasing -> fault, until reset
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendond.daemon.control.admission import describe_refusals
+from tendond.daemon.control.commissioning.averages import RestWatch
+from tendond.daemon.control.commissioning.probe import Phase, Probe, start_probe
+from tendond.daemon.control.commissioning.rest_check import rest_objection
+from tendond.daemon.control.monitors import monitored_fault, pose_age_objection
+from tendond.daemon.control.state import CycleSetup, CycleState, Runs, changed
+from tendond.daemon.errors import DaemonError
+from tendond.model.errors import ModelError
+from tendond.model.estimation.observer import start_observer
+from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.record import CycleInputs
+
+ACTIVE = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING)
+
+
+ARMED, PROBING = "armed by the operator", "probing the tendons"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """To an operator's request: whether it was carried out, and what was done or why not."""
+
+    accepted: bool
+    text: str
+
+
+def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
+    """`state` in another mode."""
+    return changed(state, mode=mode, reason=reason, since=state.tick)
+
+
+def pulls(state: CycleState) -> bool:
+    """Whether a tendon has tension."""
+    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0))
+
+
+def is_taut(state: CycleState) -> bool:
+    """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
+    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)) or state.lagging
+
+
+def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
+    """Average the poses of a tip that no tendon pulls; `fresh`: the pose is new."""
+    resting = state.probe is not None and state.probe.phase is Phase.REST
+    if (state.mode in (Mode.STARTING, Mode.IDLE) or (state.mode is Mode.PROBE and resting)) and not pulls(state):
+        pose = state.pose if fresh else None
+        block = setup.thresholds.rest_block
+        watch = (
+            state.rest.add(None, None, block)
+            if pose is None
+            else state.rest.add(pose.position, pose.orientation, block)
+        )
+        return changed(state, rest=watch)
+    return state if state.rest.cycles == 0 else changed(state, rest=RestWatch())
+
+
+def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
+    """With the model solved anew, slack and at rest, where it had no solution any more."""
+    rod = setup.rod.solve_static(np.zeros_like(state.tension))
+    tip = setup.rod.tip(rod)
+    return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
+
+
+def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+    """Carry out a request, or say why not."""
+    action = inputs.request
+    if action in (ControlAction.LAW, ControlAction.REFERENCE):
+        return _choose(setup, state, inputs)
+    if action in (ControlAction.ARM, ControlAction.PROBE):
+        refusal = _arming_refused(setup, state)
+        if refusal:
+            done = "armed" if action is ControlAction.ARM else "probed"
+            return state, Answer(False, f"not {done}: {refusal}")
+        return _arm(setup, state, probe_only=action is ControlAction.PROBE)
+    if action is ControlAction.STOP:
+        if state.mode in ACTIVE:
+            return enter(state, Mode.RELEASING, "asked to stop"), Answer(True, "stopped: releasing the tendons")
+        if state.mode is Mode.FAULT:
+            return state, Answer(True, "in fault: the tendons are released already")
+        return state, Answer(True, f"nothing to stop: {state.mode.value}")
+    if action is ControlAction.RESET:
+        if state.mode is not Mode.FAULT:
+            return state, Answer(False, f"nothing to reset: {state.mode.value}")
+        if is_taut(state):
+            return state, Answer(False, "not reset: the tendons are still being released")
+        if state.runs.solver_failures:
+            state = _with_model_at_rest(setup, state)
+        state = changed(state, runs=Runs(), commissioned=False)
+        return enter(state, Mode.IDLE, "reset by the operator"), Answer(True, "reset")
+    return state, Answer(True, state.mode.value)
+
+
+def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[CycleState, Answer]:
+    """Pretension, after the probe of the tendons where one is due, or asked for by itself."""
+    state = changed(state, runs=Runs())
+    due = setup.config.commissioning.probe and not state.commissioned
+    if not (due or probe_only):
+        return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
+    report = state.tendon_state
+    held = None if report is None or len(report.displacement) != len(state.tension) else tuple(report.displacement)
+    state = enter(
+        changed(state, probe=start_probe(setup.rests, state.rest, held, only=probe_only)),
+        Mode.PROBE,
+        PROBING if probe_only else ARMED,
+    )
+    return state, Answer(True, PROBING if probe_only else f"armed: {PROBING}")
+
+
+def _end_probe(state: CycleState, probe: Probe) -> CycleState:
+    """On to pretension if all tendons passed; let go where only the probe was asked for; else a fault."""
+    if probe.verdict:
+        return enter(changed(state, commissioned=False), Mode.FAULT, f"wiring: {probe.verdict}")
+    state = changed(state, commissioned=True)
+    if not probe.only:
+        return enter(state, Mode.PRETENSION, ARMED)
+    gains = ", ".join(f"{motion.gain:.2f}" for motion in probe.motions)
+    return enter(state, Mode.RELEASING, f"probed: every tendon moves the tip as the model says (times {gains})")
+
+
+def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+    """Another law or reference, validated as the configuration's; only while nothing moves."""
+    if state.mode is not Mode.IDLE:
+        remedy = "reset" if state.mode is Mode.FAULT else "stop"
+        return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
+    try:
+        if inputs.law is not None:
+            choice = state.choice.with_law(setup.config, inputs.law)
+            done = f"law: {inputs.law}"
+        elif inputs.reference is not None:
+            choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
+            x, y, z = choice.reference.target
+            remarks = [*choice.reference.notes, setup.plans.remark(choice.reference, setup.config.limits)]
+            done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
+            done = "; ".join([done, *filter(None, remarks)])
+        else:
+            return state, Answer(False, "not changed: the request does not say to what")
+    except (DaemonError, ModelError) as error:
+        return state, Answer(False, "not changed: " + "; ".join(str(error).splitlines()))
+    return changed(state, choice=choice), Answer(True, done)
+
+
+def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
+    if state.mode is Mode.FAULT:
+        return f"in fault ({state.reason}); reset first"
+    if state.mode is not Mode.IDLE:
+        return f"already {state.mode.value}"
+    if crowded := state.sources.in_words():
+        return crowded
+    if state.pose_age is None:
+        return describe_refusals(state) or "no pose of the tip has arrived yet"
+    if state.pose_age > setup.thresholds.pose_timeout:
+        return f"the newest pose is {_seconds(setup, state.pose_age)} old"
+    if state.tendon_state is None and setup.config.servo is not None:
+        return "the servo driver has not reported yet"
+    if state.tendon_state is not None and state.tendon_state.fault:
+        return f"the tendon driver reports {state.tendon_state.fault}"
+    if state.tendon_state is not None and state.tendon_age > setup.thresholds.tendon_timeout:
+        return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
+    if state.runs.solver_failures:
+        return "the model has no solution"
+    if old := pose_age_objection(setup, state, 1):
+        return old
+    return "" if setup.rests is None else rest_objection(setup.rests, state.rest)
+
+
+def find_fault(setup: CycleSetup, state: CycleState) -> str:
+    """What must end pretension or tracking now, in words; empty if nothing."""
+    limits, runs, allowed = setup.config.faults, state.runs, setup.thresholds
+    if crowded := state.sources.in_words():
+        return crowded
+    if runs.missed_ticks >= allowed.overrun_time:
+        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
+    if state.pose_age is None or state.pose_age > allowed.pose_timeout:
+        if state.pose_age is None:
+            return "no pose"
+        cause = "occluded: the tip was not seen" if runs.occluded else "pose stale: none accepted"
+        return f"{cause} for {_seconds(setup, state.pose_age)}"
+    if runs.teleports >= allowed.teleport_time:
+        return f"teleport: poses beyond what the tip can do for {_seconds(setup, runs.teleports)}"
+    if runs.rejected >= allowed.rejected_time:
+        return f"bad poses: {runs.objection or 'unreadable'} for {_seconds(setup, runs.rejected)}"
+    if runs.solver_failures > allowed.solver_timeout:
+        return f"model: no solution for {_seconds(setup, runs.solver_failures)}"
+    if runs.limited >= allowed.limit_time:
+        return f"limits: the command stood at one for {_seconds(setup, runs.limited)}"
+    if state.tendon_state is not None and state.tendon_state.fault:
+        return f"tendons: {state.tendon_state.fault}"
+    if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
+        return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
+    if state.mode is not Mode.PROBE and runs.equal_poses >= allowed.frozen_time and state.way > limits.equal_way:
+        seen = _seconds(setup, runs.equal_poses)
+        return f"pose frozen: equal ones for {seen} while the model's tip went {state.way * 1e3:.0f} mm"
+    if runs.mismatches >= allowed.mismatch_time:
+        apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
+        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, runs.mismatches)}"
+    if monitored := monitored_fault(setup, state):
+        return monitored
+    if runs.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
+        assert state.tendon_state is not None
+        return (
+            f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
+            f"{state.tension[tendon]:.1f} N, for {_seconds(setup, runs.slack)}; is it cut, or off its spool?"
+        )
+    return ""
+
+
+def _seconds(setup: CycleSetup, cycles: int) -> str:
+    """A number of cycles as a time, for people."""
+    return f"{cycles * setup.config.loop.period:.3g} s"
+
+
+def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
+    """Index of a tendon that ought to pull and is reported not to; none if there is none."""
+    limits, reported = setup.config.faults, state.tendon_state
+    if reported is None or len(reported.tension) != len(state.tension):
+        return None
+    for index, (told, expected) in enumerate(zip(reported.tension, state.tension.tolist(), strict=True)):
+        if expected > limits.slack_tension and abs(told) < limits.slack_part * expected:
+            return index
+    return None
+
+
+def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
+    """A released arm rests: a model that has long been far from it is lost, and starts at rest again."""
+    if state.mode in ACTIVE or state.runs.mismatches < setup.thresholds.mismatch_time:
+        return state
+    if bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)):
+        return state
+    return changed(_with_model_at_rest(setup, state), runs=changed(state.runs, mismatches=0))
+
+
+def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Faults, and the changes of mode that happen by themselves."""
+    state = _restart_lost_model(setup, state)
+    if state.mode in ACTIVE:
+        fault = find_fault(setup, state)
+        if fault:
+            return enter(state, Mode.FAULT, fault)
+    if state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is Phase.DONE:
+        return _end_probe(state, state.probe)
+    if state.mode is Mode.PRETENSION:
+        duration = setup.config.pretension.duration / setup.config.loop.period
+        if state.tick - state.since >= duration:
+            return enter(state, Mode.TRACKING, state.reason)
+    if state.mode is Mode.RELEASING and not is_taut(state):
+        return enter(state, Mode.IDLE, f"released: {state.reason}")
+    return state

@@ -1,0 +1,127 @@
+"""What watches a rig that is active: reports of the tendons, age and jumps of the poses, the tip against its reference.
+
+What is looked for and how much of it is borne stands in `commissioning/tracking.py`; here it is fed from the state.
+"""
+
+import math
+
+import numpy as np
+
+from tendond.daemon.control.commissioning.tracking import (
+    JumpWatch,
+    TrackingWatch,
+    tip_angle,
+    tracking_fault,
+    watch_jump,
+    watch_tracking,
+)
+from tendond.daemon.control.state import CycleSetup, CycleState, PoseAge, changed
+from tendond.model.estimation.observer import ObserverState
+from tendond.model.numerics.rotation import quaternion
+from tendond.schemas.messages import Mode
+from tendond.schemas.record import CycleInputs, ReferencePoint
+
+ONE_CLOCK = 10.0
+"""[s] A stamp further from the receiver's clock is of another clock: only the growth of its age can be seen."""
+
+CLOCK_DRIFT = 1e-4
+"""Of time, by which two clocks drift apart at most."""
+
+WATCHED = (Mode.PRETENSION, Mode.TRACKING)
+
+
+def watch_pose_age(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fresh: bool) -> CycleState:
+    """Return the state with the age of a fresh pose, by its stamp; `fresh`: the pose was admitted."""
+    lag, pose = inputs.pose_lag, inputs.pose
+    if lag is None or pose is None or not fresh or pose.stamp_ns == state.age.stamp_ns:
+        return state
+    bounds, least = setup.tracking, state.age.least + CLOCK_DRIFT * state.interval * setup.config.loop.period
+    least = min(lag, least)
+    age = lag if 0.0 <= lag < ONE_CLOCK else lag - least
+    run = state.age.run + state.interval if age > bounds.age else 0
+    return changed(state, age=PoseAge(stamp_ns=pose.stamp_ns, seconds=age, least=least, run=run))
+
+
+def pose_age_objection(setup: CycleSetup, state: CycleState, run: int) -> str:
+    """Why the poses are too old to be used, in words; empty while they have not been for `run` cycles."""
+    bounds = setup.tracking
+    if state.age.run < run:
+        return ""
+    return (
+        f"poses are {state.age.seconds * 1e3:.0f} ms old, where observer.delay and faults.pose_age allow "
+        f"{bounds.age * 1e3:.0f} ms: find what delays them, or tell the delay"
+    )
+
+
+def watch_reports(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Return the state with what the tendons report, against limits and model."""
+    if state.tendon_age != 0:
+        return state
+    odd = state.mode in WATCHED and bool(_odd_report(setup, state))
+    if not odd and not state.runs.odd_reports:
+        return state
+    run = state.runs.odd_reports + state.tendon_interval if odd else 0
+    return changed(state, runs=changed(state.runs, odd_reports=run))
+
+
+def _odd_report(setup: CycleSetup, state: CycleState) -> str:
+    """Which report cannot be right, or must not be; empty if none."""
+    bounds, report = setup.tracking, state.tendon_state
+    if report is None or len(report.tension) != len(state.tension):
+        return ""
+    for index, (load, model) in enumerate(zip(report.tension, state.tension.tolist(), strict=True)):
+        if load > bounds.load_max:
+            most = setup.config.limits.tension_max
+            return f"tendon {index} reports {load:.0f} N, where limits.tension_max is {most:g} N"
+        if load > 2.0 * model + bounds.load_apart:
+            return f"tendon {index} reports {load:.0f} N, where the model has {model:.0f} N"
+    for index, displacement in enumerate(report.displacement):
+        if not bounds.displacement_min <= displacement <= bounds.displacement_max:
+            return f"tendon {index} reports {displacement * 1e3:.0f} mm, far beyond limits.displacement_min and _max"
+    return ""
+
+
+def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: ObserverState) -> JumpWatch:
+    """Return the watch of jumps after the observer's cycle; `fresh`: with a new pose."""
+    if state.mode not in WATCHED or state.pose is None or state.earlier is None:
+        return JumpWatch() if state.jump != JumpWatch() else state.jump
+    if not fresh:
+        return state.jump
+    if state.runs.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
+        return JumpWatch(gap=state.interval)
+    x, y, z = state.earlier.tolist()
+    way = math.dist(state.pose.position, (x, y, z))
+    change = float(np.linalg.norm(observer.innovation - state.observer.innovation))
+    return watch_jump(setup.tracking, state.jump, state.interval, way, change, (x, y, z))
+
+
+def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: ReferencePoint) -> CycleState:
+    """Return the state with the tip against its reference, while the rig tracks."""
+    if state.mode is not Mode.TRACKING or state.pose is None:
+        return changed(state, tracking=TrackingWatch()) if state.tracking != TrackingWatch() else state
+    if not fresh or state.jump.withheld:
+        return state
+    held = setup.observer.kind == "force" and setup.config.commissioning.orientation < math.pi
+    angle = tip_angle(state.pose.orientation, quaternion(state.tip.rotation)) if held else None
+    return changed(
+        state,
+        tracking=watch_tracking(
+            setup.tracking, state.tracking, state.tick, state.interval, state.pose.position, reference.position,
+            reference.velocity, state.commanded.tolist(), angle,
+        ),
+    )  # fmt: skip
+
+
+def monitored_fault(setup: CycleSetup, state: CycleState) -> str:
+    """What these watch must end pretension or tracking, in words; empty if nothing."""
+    bounds = setup.tracking
+    if old := pose_age_objection(setup, state, bounds.age_time):
+        return f"pose age: {old}"
+    if state.runs.odd_reports >= bounds.report_time and (odd := _odd_report(setup, state)):
+        return f"tendon report: {odd}; is its servo's calibration right, or does something hold the arm?"
+    if state.jump.lasting:
+        return (
+            f"pose jump: the measured tip went {state.jump.size * 1e3:.0f} mm between two poses and rests there, which "
+            "no arm does; was the camera, the base or a marker moved?"
+        )
+    return tracking_fault(bounds, state.tracking, saturated=state.runs.limited > 0)

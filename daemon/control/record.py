@@ -1,0 +1,100 @@
+"""The record of a cycle, from values that the cycle itself has made and bounded: they are not validated again."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.laws.law import Decision, LawTerms, Observation
+from tendond.daemon.control.modes import Answer
+from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.model.numerics.rotation import quaternion
+from tendond.schemas.base import SCHEMA_VERSION, Vector3
+from tendond.schemas.messages import TendonCommand
+from tendond.schemas.record import CycleInputs, CycleRecord, ModelState, ObserverEstimate, ReferencePoint, TipEstimate
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What `cycle.respond` has made of the inputs: the command, and everything else that belongs into the record.
+
+    Attributes:
+        state: after the cycle; its `tick` is that of the next one.
+        command: to publish.
+        inputs: that the cycle saw; rejected: those that it did not use.
+        answer: to the operator.
+        reference, observation, decision: of the law; the last two none where none ran.
+        limited: limits that the command met.
+        error: of the model's step.
+    """
+
+    state: CycleState
+    command: TendonCommand
+    inputs: CycleInputs
+    rejected: tuple[str, ...]
+    answer: Answer
+    reference: ReferencePoint
+    observation: Observation | None
+    decision: Decision | None
+    limited: tuple[str, ...]
+    error: str
+
+
+def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
+    """The record of a cycle."""
+    state, decision, seen = response.state, response.decision, response.observation
+    tick, observer = state.tick - 1, state.observer
+    wanted = None if decision is None else tuple(decision.tension.tolist())
+    return CycleRecord.trusted(
+        version=SCHEMA_VERSION,
+        tick=tick,
+        time=tick * setup.config.loop.period,
+        mode=state.mode,
+        reason=state.reason,
+        reply=response.answer.text,
+        accepted=response.answer.accepted,
+        inputs=response.inputs,
+        rejected=response.rejected,
+        pose_age=state.pose_age,
+        measured=None if state.pose is None else state.pose.position,
+        reference=response.reference,
+        observer=ObserverEstimate.trusted(
+            innovation=_vector(observer.innovation),
+            force=_vector(observer.force),
+            pull=_vector(observer.pull),
+            offset=_vector(observer.offset),
+        ),
+        estimate=None
+        if seen is None
+        else TipEstimate.trusted(
+            position=_vector(seen.position), velocity=_vector(seen.velocity), acceleration=_vector(seen.acceleration)
+        ),
+        terms={} if decision is None else _finite_terms(decision.terms),
+        wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
+        tension=tuple(state.tension.tolist()),
+        law=state.choice.law_name,
+        limited=response.limited,
+        model=ModelState.trusted(
+            position=_vector(state.tip.position),
+            orientation=quaternion(state.tip.rotation),
+            residual=state.rod.residual,
+            marches=state.rod.marches,
+            error=response.error,
+        ),
+        command=response.command,
+    )
+
+
+def _finite_terms(terms: LawTerms) -> dict[str, float | tuple[float, ...]]:
+    """Those that a log can hold: a law may divide by nothing, and its command is then bounded, but not its terms."""
+    return {
+        name: value
+        for name, value in vars(terms).items()
+        if (all(map(math.isfinite, value)) if isinstance(value, tuple) else math.isfinite(value))
+    }
+
+
+def _vector(values: NDArray[np.float64]) -> Vector3:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -1,0 +1,302 @@
+"""The loop: the only clock. It wakes, lets `cycle.respond` decide, publishes, and hands the record to the recorder."""
+
+import gc
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+
+from tendond.bus.systemd import Supervisor
+from tendond.daemon.control.admission import describe_refusals
+from tendond.daemon.control.cycle import respond
+from tendond.daemon.control.modes import ACTIVE, is_taut
+from tendond.daemon.control.record import Response, write_record
+from tendond.daemon.control.sources import Sources
+from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.errors import DaemonError
+from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.health import Health
+from tendond.daemon.runtime.pacing import Pacer
+from tendond.daemon.runtime.planner import Planner
+from tendond.daemon.runtime.request_queue import Desk
+from tendond.daemon.runtime.warm_up import practise
+from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonCommand, TipPose
+from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
+from tendond.schemas.wire import decode, encode
+
+STATUS_SECONDS = 1.0
+RELEASE_SECONDS = 4.0
+"""For the release after SIGTERM, before the loop ends all the same."""
+
+COLLECT_EVERY = 100
+"""Cycles between two collections of the youngest garbage."""
+
+
+class Loop:
+    """The controller's loop over a hub.
+
+    Args:
+        setup: of the cycle.
+        hub: open.
+        journal: where the records go.
+        arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
+        planner: of references; without one they are planned in the cycle.
+        supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
+    """
+
+    def __init__(
+        self,
+        setup: CycleSetup,
+        hub: Hub,
+        journal: Journal,
+        arm_at: int | None = None,
+        supervisor: Supervisor | None = None,
+        planner: Planner | None = None,
+    ) -> None:
+        self._setup = setup
+        self._hub = hub
+        self._journal = journal
+        self._arm_at = arm_at
+        self._supervisor = supervisor or Supervisor({})
+        self._desk = Desk(setup, hub.requests, planner)
+        self._health = Health()
+        self._status_seq = 0
+        self._malformed_said = False
+        self._crowded = False  # two publishers of a key, or two controllers
+        self._rehearsed: tuple[int, Response] | None = None  # to how many inputs
+
+    def warm(self) -> CycleState:
+        """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
+        return practise(self._setup)
+
+    def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
+        """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last.
+
+        Args:
+            state: to begin with.
+            pacer: what a cycle waits for.
+            stopped: true when the process is to end: the tendons are released first.
+            cycles: to run; none: no end.
+
+        Raises:
+            DaemonError: a cycle failed as nobody foresaw; the tendons have been released, and the log says why.
+        """
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        self._state = state
+        self.rehearse(Arrivals())  # the first one is slow
+        self._rehearsed = None
+        self._journal.state(state)
+        try:
+            self._run(pacer, stopped, cycles)
+        except Exception as error:
+            self._supervisor.stopping()
+            self._journal.crash(traceback.format_exc())
+            self._let_go()
+            raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
+        finally:
+            gc.enable()
+            self._supervisor.stopping()
+            self._hub.publish_last(_slack(self._setup, self._next_seq))
+
+    def rehearse(self, arrivals: Arrivals) -> None:
+        """The coming cycle on what has arrived so far: if nothing else comes, its command is ready at the deadline.
+
+        `respond` is a pure function, so a response to the same inputs is the same response. If something comes, that
+        cycle finds its code and data in the processor's caches, from which other processes push them while the loop
+        sleeps. Before the pose has come, the last one stands in for it, and the response is thrown away.
+        """
+        pose = self._state.pose
+        with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
+            if arrivals.pose is not None or pose is None:
+                self._rehearsed = (arrivals.inputs, respond(self._setup, self._state, _inputs(arrivals)))
+            else:
+                pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
+                encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
+
+    @property
+    def _next_seq(self) -> int:
+        """Count of the next command: drivers drop one whose count does not increase."""
+        return 0 if self._hub.last_command is None else self._hub.last_command.seq + 1
+
+    def _let_go(self) -> None:
+        """Release the tendons without the cycle, along a ramp, from what was commanded last.
+
+        The ramp is `limits.release_rate`, or as steep as it must be to end within `RELEASE_SECONDS`.
+        """
+        config, last = self._setup.config, self._hub.last_command
+        if last is None or not last.armed:
+            return
+        tension, displacement = np.array(last.tension), np.array(last.displacement)
+        rate = max(config.limits.release_rate, float(np.max(tension)) / RELEASE_SECONDS)
+        while np.any(tension > 0.0):
+            less = np.maximum(tension - rate * config.loop.period, 0.0)
+            left = float(np.sum(less) / np.sum(tension))
+            displacement = np.where(displacement > 0.0, left * displacement, displacement)
+            tension = less
+            self._hub.publish_command(
+                TendonCommand(
+                    seq=self._next_seq,
+                    stamp_ns=time.monotonic_ns(),
+                    pose_seq=None,
+                    displacement=tuple(displacement.tolist()),
+                    tension=tuple(tension.tolist()),
+                    armed=True,
+                )
+            )
+            time.sleep(config.loop.period)
+
+    def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
+        seen: object = None  # by whoever watches the status
+        next_status = 0.0
+        give_up: float | None = None
+        self._desk.open(time.monotonic())
+        while cycles is None or self._health.cycles < cycles:
+            stopping = stopped()
+            if stopping:
+                self._supervisor.stopping()
+                give_up = give_up or time.monotonic() + RELEASE_SECONDS
+                if not _holding(self._state) or time.monotonic() > give_up:
+                    break
+            wake = pacer.wait()
+            if wake is None:
+                break
+            own = None
+            if stopping and self._state.mode in ACTIVE:
+                own = ControlAction.STOP
+            elif self._state.tick == self._arm_at:
+                own = ControlAction.ARM
+            requested, request = self._desk.take(time.monotonic(), self._state, own)
+            response = None
+            if requested is None and not wake.missed_ticks:
+                response = self._ready(wake.arrivals)
+            ahead = response is not None
+            if response is None:
+                response = self._respond(_inputs(wake.arrivals, requested, request, wake.missed_ticks))
+            self._state, self._rehearsed = response.state, None
+            self._hub.followed = {topic: source.name for topic, source in self._state.sources.followed.items()}
+            self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
+            work_us = (time.monotonic() - wake.at) * 1e6
+            # The command is out: all else can wait.
+            self._health.add(work_us, wake.missed_ticks)
+            if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
+                self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
+            record = write_record(self._setup, response)
+            self._desk.answer(record, lambda record=record: self._status(record))  # type: ignore[misc]
+            timing = LoopTiming.trusted(
+                tick=record.tick,
+                lateness_us=wake.lateness * 1e6,
+                work_us=work_us,
+                missed_ticks=wake.missed_ticks,
+                ahead=ahead,
+                rehearsal_us=wake.rehearsal * 1e6,
+            )
+            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
+            self._journal.state(self._state)
+            if self._state.unreadable and not self._malformed_said:
+                self._malformed_said = True
+                self._journal.warning(f"malformed: {self._state.unreadable}")
+            crowded = self._state.sources.in_words()
+            if crowded and not self._crowded:
+                self._journal.warning(crowded)
+            self._crowded = bool(crowded)
+            now = (record.mode, record.law, record.reference.target, self._journal.error, crowded)
+            if now != seen or time.monotonic() >= next_status:
+                status = self._status(record)
+                self._hub.publish_status(status)
+                self._journal.status(status, changed=now != seen)
+                if now != seen:
+                    self._supervisor.status("; ".join(filter(None, (_in_words(record), crowded, self._journal.error))))
+                seen, next_status = now, time.monotonic() + STATUS_SECONDS
+            if record.tick % COLLECT_EVERY == 0:
+                gc.collect(0)
+
+    def _respond(self, inputs: CycleInputs) -> Response:
+        """The cycle on its inputs; a request that it cannot take is answered with the reason and left out."""
+        try:
+            return respond(self._setup, self._state, inputs)
+        except Exception as error:
+            if inputs.request is None:
+                raise
+            self._desk.fail(error)
+            self._journal.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
+            without = {"request": None, "law": None, "reference": None}
+            return respond(self._setup, self._state, inputs.model_copy(update=without))
+
+    def _ready(self, arrivals: Arrivals) -> Response | None:
+        """The rehearsal's response, if nothing has come in since."""
+        if self._rehearsed is None:
+            return None
+        inputs, response = self._rehearsed
+        return response if inputs == arrivals.inputs else None
+
+    def _status(self, record: CycleRecord) -> Status:
+        self._status_seq += 1
+        control = self._setup.config.control
+        return Status(
+            seq=self._status_seq,
+            stamp_ns=time.monotonic_ns(),
+            rig=self._setup.config.rig.name,
+            mode=record.mode,
+            reason=record.reason,
+            tick=record.tick,
+            law=record.law,
+            feedback=control.feedback,
+            tip=record.measured,
+            target=record.reference.target,
+            tension=record.command.tension,
+            tension_estimate=record.tension,
+            displacement=record.command.displacement,
+            rejected=self._state.rejected,
+            sources=_names(self._state.sources),
+            refused=describe_refusals(self._state),
+            loop=self._health.report(self._journal.dropped, self._journal.error, self._journal.days_left),
+        )
+
+
+def _inputs(
+    arrivals: Arrivals, action: ControlAction | None = None, request: ControlRequest | None = None, missed: int = 0
+) -> CycleInputs:
+    """Of a cycle: what has arrived, and a request, with whose words if it is an operator's."""
+    return CycleInputs(
+        pose=arrivals.pose,
+        tendon_state=arrivals.tendon_state,
+        request=action,
+        law=None if request is None else request.law,
+        reference=None if request is None else request.reference,
+        unreadable=dict(arrivals.unreadable),
+        unreadable_detail=arrivals.detail,
+        others=dict(arrivals.others),
+        missed_ticks=missed,
+        pose_lag=arrivals.pose_lag,
+    )
+
+
+def _names(sources: Sources) -> dict[str, tuple[str, ...]]:
+    """Identities by key: the followed publisher's first, then that of another one."""
+    names: dict[str, tuple[str, ...]] = {topic: (one.name,) for topic, one in sources.followed.items()}
+    for topic, other in sources.others.items():
+        names[topic] = (*names.get(topic, ()), other.name)
+    return names
+
+
+def _in_words(record: CycleRecord) -> str:
+    """Mode and reason."""
+    return f"{record.mode.value}: {record.reason}" if record.reason else record.mode.value
+
+
+def _holding(state: CycleState) -> bool:
+    """Whether any tendon may still be taut."""
+    return state.mode in (*ACTIVE, Mode.RELEASING) or is_taut(state)
+
+
+def _slack(setup: CycleSetup, tick: int) -> TendonCommand:
+    """The command that is safe whatever has happened."""
+    zeros = (0.0,) * setup.rod.parameters.tendon_count
+    return TendonCommand(
+        seq=tick, stamp_ns=time.monotonic_ns(), pose_seq=None, displacement=zeros, tension=zeros, armed=False
+    )

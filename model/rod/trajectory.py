@@ -1,0 +1,118 @@
+"""A rod through a whole sequence of loads in one compiled call: for fits, which take thousands of steps."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import typeof
+from numpy.typing import NDArray
+
+from tendond.model.errors import ParameterError
+from tendond.model.numerics.compile import bind, kernel
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.state import RodState
+from tendond.model.solver.predictor import RING
+from tendond.model.solver.shooting import SOLVED, RodData
+from tendond.model.solver.timestep import advance
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def advance_through(
+    rod: RodData,
+    memory: Any,
+    bdf: tuple[float, float, float, float],
+    displacement_driven: bool,
+    count: int,
+    levels: Any,
+    histories: Any,
+    geometries: Any,
+    unknowns: Any,
+    past_loads: Any,
+    loads: Any,
+    lengths: Any,
+    jacobian: Any,
+    tips: Any,
+    tensions: Any,
+) -> int:
+    """Steps solved, of those that `loads`, shape (steps, n + 15), asks for; the other arguments as `timestep.advance`.
+
+    `tips`, shape (steps, 3), and `tensions`, shape (steps, n), are written.
+    """
+    n = tensions.shape[1]
+    for k in range(loads.shape[0]):
+        status, _, _ = advance(
+            rod, memory, bdf, displacement_driven, count, levels, histories, geometries, unknowns, past_loads, loads[k],
+            lengths, jacobian,
+        )  # fmt: skip
+        if status != SOLVED:
+            return int(k)
+        count += 1
+        for j in range(past_loads.shape[0]):
+            past_loads[j] = loads[k, j]
+        last = geometries.shape[1] - 1
+        for j in range(3):
+            tips[k, j] = geometries[count % 2, last, j]
+        for i in range(n):
+            tensions[k, i] = unknowns[count % RING, 6 + i]
+    return int(loads.shape[0])
+
+
+@dataclass(frozen=True)
+class Course:
+    """What came of a sequence of loads.
+
+    Attributes:
+        solved: steps; what comes after the last one solved is NaN.
+        tips: positions after each step, world frame [m], shape (steps, 3).
+        tensions: of the tendons then [N], shape (steps, n).
+    """
+
+    solved: int
+    tips: Array
+    tensions: Array
+
+
+_bound: dict[int, Any] = {}
+"""The kernel for rods of so many tendons."""
+
+
+def _compiled(arguments: tuple[Any, ...]) -> Any:
+    """The kernel's machine code; where `advance` came from numba's cache and this kernel did not, it is not cached.
+
+    numba cannot save a kernel that it linked to a restored one (QuantEcon.py#944); it has compiled it by then.
+    """
+    try:
+        return bind(advance_through, *arguments)
+    except RuntimeError:
+        return advance_through.get_overload(tuple(typeof(argument) for argument in arguments))
+
+
+def course(rod: Rod, start: RodState, loads: Array) -> Course:
+    """Take `rod` from `start` through a sequence of loads, a time step each; `start` stays as it is.
+
+    The GIL is released meanwhile: rods of their own run in threads of their own.
+
+    Args:
+        rod: driven as `start` is.
+        start: of this rod.
+        loads: of each step, as `Rod.loads` gives them, shape (steps, n + 15).
+
+    Raises:
+        ParameterError: a state of another rod, loads of the wrong shape or not finite.
+    """
+    n = rod.parameters.tendon_count
+    if loads.ndim != 2 or loads.shape[1] != n + 15 or not np.all(np.isfinite(loads)):
+        raise ParameterError(f"loads have shape {loads.shape}, must be finite and (steps, {n + 15})")
+    state = start.copy()
+    rod._check(state)
+    tips, tensions = np.full((len(loads), 3), np.nan), np.full((len(loads), n), np.nan)
+    arguments = (
+        rod._data, rod._work, rod._bdf, state.displacement_driven, state.count, state.levels, state.histories,
+        state.geometries, state.unknowns, state.loads, np.ascontiguousarray(loads), state.lengths, state.jacobian,
+        tips, tensions,
+    )  # fmt: skip
+    if n not in _bound:
+        _bound[n] = _compiled(arguments)
+    return Course(int(_bound[n](*arguments)), tips, tensions)

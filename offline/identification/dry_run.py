@@ -1,0 +1,100 @@
+"""A plan carried out in lockstep with the simulator: to see that it is safe, and for logs whose truth is known."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.recording.run_log import Journal
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.offline.identification.plan import Plan, PlanError
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.messages import Mode
+from tendond.schemas.record import CycleInputs
+
+QUEUE = 10_000_000
+"""Entries that may wait for the disk: there is no clock here, and none must be lost."""
+
+EPOCH_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """What a plan came to.
+
+    Attributes:
+        tension: most commanded [N]. displacement: most commanded [m].
+        speed: of the tip, most [m/s].
+        limited: part of the armed cycles in which the command stood at a limit.
+        tip: of the plant in each cycle [m], shape (cycles, 3).
+    """
+
+    tension: float
+    displacement: float
+    speed: float
+    limited: float
+    tip: NDArray[np.float64]
+
+
+def rehearse(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict[str, str] | None = None) -> Rehearsal:
+    """Carry out a plan on the simulator of a configuration.
+
+    Args:
+        config: of controller and simulator.
+        plan: what to do.
+        log: to write, a new file; none: none.
+        notes: for the log's metadata.
+
+    Raises:
+        PlanError: a request was refused, or it ended in a fault.
+        RecorderError: the log cannot be written.
+    """
+    period = config.loop.period
+    requests = {
+        round(request.time / period): CycleInputs(request=request.action, reference=request.reference)
+        for request in plan.requests
+    }
+    setup = CycleSetup.from_config(config)
+    newest: list[CycleState] = []
+    commands, tips, speeds, limited, armed = [], [], [], 0, 0
+    at = [EPOCH_NS]
+    journal = None if log is None else Journal(
+        log, config, setup.rod, now=lambda: at[0], notes=notes, queue=QUEUE
+    )  # fmt: skip
+    if journal is not None:
+        journal.__enter__()
+    try:
+        for watched in watched_loop(config, round(plan.duration / period), requests, see_state=newest.append):
+            record = watched.record
+            if journal is not None:
+                if len(newest) == 2:
+                    journal.state(newest[0])
+                at[0] = EPOCH_NS + round(record.tick * period * 1e9)
+                journal.cycle(record, None, newest[-1].rod, watched.truth)
+                journal.state(newest[-1])
+            newest[:] = newest[-1:]
+            if record.mode is Mode.FAULT:
+                raise PlanError(f"the plan ends in a fault at {record.time:.2f} s: {record.reason}")
+            if record.inputs.request is not None and not record.accepted:
+                raise PlanError(f"the plan's request at {record.time:.2f} s is refused: {record.reply}")
+            commands.append((*record.command.tension, *record.command.displacement))
+            tips.append(watched.truth.position)
+            speeds.append(float(np.linalg.norm(watched.truth.velocity)))
+            armed += record.command.armed
+            limited += bool(record.limited)
+    finally:
+        if journal is not None:
+            journal.__exit__()
+    if journal is not None and (journal.error or journal.dropped):
+        raise PlanError(f"the log is not whole: {journal.summary}")
+    n = len(commands[0]) // 2
+    peak = np.max(np.array(commands), axis=0)
+    return Rehearsal(
+        tension=float(peak[:n].max()),
+        displacement=float(peak[n:].max()),
+        speed=max(speeds),
+        limited=limited / max(1, armed),
+        tip=np.array(tips),
+    )

@@ -50,7 +50,8 @@ def prepare(say: Callable[[str], None]) -> None:
     Args:
         say: a line for people.
     """
-    beside = Path(tendond.__file__).parent / "model" / "__pycache__"
+    folders = sorted(path.parent for path in (Path(tendond.__file__).parent / "model").rglob("__init__.py"))
+    beside = folders[0] / "__pycache__"
     given = os.environ.get(VARIABLE)
     if any(is_writable(folder) for folder in (*([Path(given)] if given else []), beside, _users())):
         return
@@ -59,7 +60,8 @@ def prepare(say: Callable[[str], None]) -> None:
         return  # a command that needs a kernel says so: see `NOWHERE`
     if not any(folder.iterdir()):
         with suppress(OSError):  # else they are compiled anew
-            _copy(beside, folder / numbas_name(beside.parent))
+            for one in folders:
+                _copy(one / "__pycache__", folder / numbas_name(one))
             for one in Path(given).iterdir() if given and Path(given).is_dir() else []:
                 _copy(one, folder / one.name)
         say(f"compiled kernels are kept in {folder}: no other folder can be written; {VARIABLE} names a lasting one")

@@ -14,7 +14,12 @@ REAL_TIME = ("sil", "rig")
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The tests of real time first: they take longest."""
-    items.sort(key=lambda item: item.path.parent.name not in REAL_TIME)
+    items.sort(key=lambda item: not is_real_time(item.path))
+
+
+def is_real_time(path: Path) -> bool:
+    """Whether a file of tests waits for the clock."""
+    return not {*path.parts}.isdisjoint(REAL_TIME)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -25,6 +30,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.split("::", 1)[0]
-            return "real time" if Path(file).parent.name in REAL_TIME else file
+            return "real time" if is_real_time(Path(file)) else file
 
     return Scheduling(config, log)

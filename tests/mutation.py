@@ -40,21 +40,25 @@ def _target(modules: str, tests: str) -> Target:
 TARGETS = {
     "actuation": _target(
         "daemon/control/actuation",
-        "unit/control/test_actuation unit/reference/test_limits unit/reference/test_laws unit/control/test_cycle_direct unit/control/test_safe_command",
+        "unit/control/test_actuation unit/reference/test_limits unit/reference/test_laws "
+        "unit/control/test_cycle_direct unit/control/test_safe_command",
     ),
     "admission": _target(
         "daemon/control/admission daemon/control/sources",
-        "unit/control/test_admission_numbers unit/control/test_cycle_faults unit/control/test_fault_table unit/control/test_missed_ticks "
+        "unit/control/test_admission_numbers unit/control/test_cycle_faults "
+        "unit/control/test_fault_table unit/control/test_missed_ticks "
         "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
         "daemon/control/modes",
-        "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults unit/control/test_fault_table unit/commissioning/test_refusals "
+        "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults "
+        "unit/control/test_fault_table unit/commissioning/test_refusals "
         "unit/control/test_sources unit/commissioning/test_probe",
     ),
     "cycle": _target(
         "daemon/control/cycle",
-        "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults unit/model/test_mirrored unit/control/test_missed_ticks "
+        "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults "
+        "unit/model/test_mirrored unit/control/test_missed_ticks "
         "unit/model/test_observer unit/control/test_safe_command unit/control/test_thresholds",
     ),
     "observer": _target(
@@ -63,7 +67,8 @@ TARGETS = {
     ),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
-        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe unit/commissioning/test_rest_check",
+        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe "
+        "unit/commissioning/test_rest_check",
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }
@@ -92,9 +97,8 @@ def prepare(folder: Path, target: Target) -> None:
     for module in modules:
         path = folder / module
         path.write_text(re.sub(r"^@(kernel|inlined)\n", "", path.read_text(), flags=re.MULTILINE))
-    compiling = (
-        folder / "tendond/model/numerics/compile.py"
-    )  # kernels of other modules are those that are on the disk already
+    # Kernels of other modules are those that are on the disk already.
+    compiling = folder / "tendond/model/numerics/compile.py"
     text = compiling.read_text().replace("_SOURCES = sources_digest()", f"_SOURCES = {sources_digest()!r}")
     compiling.write_text(text)
     (folder / "pyproject.toml").write_text(SETTINGS.format(modules=modules, tests=list(target.tests)))

@@ -14,7 +14,8 @@ from tendond.cli.manual.config_text import config_schema, config_toml
 from tendond.daemon.control.laws import LAWS, select_law
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
-from tendond.schemas.config.rig import ConfigError, ControlSection, RigConfig
+from tendond.schemas.config.control import ControlSection
+from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.errors.explain import Objection, dotted, in_file, said
 from tendond.schemas.errors.toml_lines import key_lines, line_of
 

@@ -241,13 +241,15 @@ def _report(out: Path, log_file: Path, console: Console) -> None:
     """Figures, summary and table, from the log alone."""
     from tendond.offline.logs.log import load
     from tendond.offline.logs.summary import summary, table, write_summary
+    from tendond.offline.paper.published import published_for
     from tendond.offline.plots.figures import draw
 
     log = load(log_file)
     with console.status("drawing the figures from the log"):
-        figures = draw(log, out)
+        published = published_for(log)
+        figures = draw(log, out, published=published)
     write_summary(log, out / "summary.json")
-    console.print(table(summary(log), log.config.control.law))
+    console.print(table(summary(log), log.config.control.law, published))
     console.print(
         f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
     )

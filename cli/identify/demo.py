@@ -19,7 +19,6 @@ from tendond.cli.identify.fit import write_results
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
-from tendond.offline.identification.control import MEASURES, matches, means, play, table
 from tendond.offline.identification.identify import SOURCES, Identification
 from tendond.offline.identification.proof import (
     FACTORS,
@@ -36,8 +35,9 @@ from tendond.offline.identification.proof import (
     unknowns,
 )
 from tendond.offline.robustness.executors import spread
+from tendond.offline.robustness.identified import MEASURES, matches, means, play, table
 from tendond.offline.robustness.run import write_whole
-from tendond.offline.robustness.settings import source_hash
+from tendond.offline.source_hash import source_hash
 
 SEEDS_FILE = "seeds.jsonl"
 SUMMARY = "summary.json"

@@ -133,13 +133,14 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
             out.mkdir(parents=True, exist_ok=True)
             print(write_page(log, out / f"{file.stem}.html"))
             return
+        from tendond.offline.paper.published import published_for
         from tendond.offline.plots.figures import draw
         from tendond.offline.plots.spatial import draw_space
         from tendond.offline.plots.timeline import draw_course
 
         paths = draw_space(log, out, form) + draw_course(log, out, form)
         try:
-            paths = draw(log, out, form) + paths
+            paths = draw(log, out, form, published_for(log)) + paths
         except LogError as error:
             say(f"the panels of the tracking are left out: {error}")
     except OSError as error:
@@ -154,11 +155,12 @@ def run_report(file: Path, out: Path | None) -> None:
     Raises:
         LogError: the log cannot be used. DaemonError: the page cannot be written.
     """
+    from tendond.offline.paper.published import published_for
     from tendond.offline.plots.report import write_report
 
     out = out or file.with_suffix(".html")
     try:
-        print(write_report(file, out))
+        print(write_report(file, out, published_for))
     except OSError as error:
         raise _not_writable(out, error) from error
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.schemas.config.rig import LimitsSection
+from tendond.schemas.config.control import LimitsSection
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Law and reference in use: the configuration's, until an operator chooses others while the arm is idle."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from tendond.daemon.control.laws import LAWS, Law, LawParameters, select_law
 from tendond.daemon.control.reference.feasibility import haste
@@ -12,13 +12,27 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.static_curve import StaticCurve
 from tendond.model.tendons.allocation import Allocation
+from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.reference import ReferenceSection
-from tendond.schemas.config.rig import LimitsSection, RigConfig
-
-if TYPE_CHECKING:
-    from tendond.daemon.control.state import CycleSetup
+from tendond.schemas.config.rig import RigConfig
 
 Planned = Reference | Course
+
+
+class SetupOfCycle(Protocol):
+    """Setup of the cycle, as far as a selection is made from it again."""
+
+    @property
+    def config(self) -> RigConfig:
+        """Configuration of the rig."""
+
+    @property
+    def rod(self) -> Rod:
+        """Model of the rod."""
+
+    @property
+    def choice(self) -> "Choice":
+        """Selection that the configuration names."""
 
 
 class Plans:
@@ -83,7 +97,7 @@ class Choice:
         return {"law": self.law_name, "reference": self.section.model_dump(mode="json")}
 
     @classmethod
-    def from_snapshot(cls, data: dict[str, Any], setup: "CycleSetup") -> "Choice":
+    def from_snapshot(cls, data: dict[str, Any], setup: SetupOfCycle) -> "Choice":
         """What was chosen when `to_snapshot` wrote it down."""
         section = ReferenceSection.model_validate(data["reference"])
         law, parameters = select_law(data["law"], setup.config.control.laws)

@@ -20,7 +20,9 @@ from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 from tendond.model.rod.tip import Tip
-from tendond.schemas.config.rig import LimitsSection, RigConfig, RodSection
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import Mode, TendonState, TipPose
 
 Array = NDArray[np.float64]

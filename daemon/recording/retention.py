@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tendond.schemas.config.rig import LogSection
+from tendond.schemas.config.machine import LogSection
 
 GIGABYTE, MEGABYTE, DAY = 1e9, 1e6, 86400.0
 DEFAULT_BYTES, DEFAULT_SHARE = 20.0 * GIGABYTE, 0.1

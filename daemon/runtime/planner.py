@@ -13,16 +13,13 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import FrameType
-from typing import TYPE_CHECKING
 
 from tendond.daemon.control.reference.feasibility import haste
+from tendond.daemon.control.selection import Planned
+from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError, TargetError
 from tendond.model.errors import ModelError
 from tendond.schemas.config.reference import ReferenceSection
-
-if TYPE_CHECKING:
-    from tendond.daemon.control.selection import Planned
-    from tendond.daemon.control.state import CycleSetup
 
 PLAN_SECONDS = 60.0
 """A reference that takes longer to plan is refused."""
@@ -39,7 +36,7 @@ class Plan:
 
     law: str
     section: ReferenceSection
-    reference: "Planned | None"
+    reference: Planned | None
     error: str = ""
     remark: str = ""
 
@@ -51,7 +48,7 @@ class Planner:
         setup: of the cycle.
     """
 
-    def __init__(self, setup: "CycleSetup") -> None:
+    def __init__(self, setup: CycleSetup) -> None:
         context = get_context("fork")
         self._requests, theirs = context.Pipe()
         self._results, write = os.pipe()
@@ -133,7 +130,7 @@ class Planner:
         self._process.join()
 
 
-def _work(setup: "CycleSetup", requests: Connection, results: int, *theirs: "Connection | int") -> None:
+def _work(setup: CycleSetup, requests: Connection, results: int, *theirs: "Connection | int") -> None:
     """Plan what is asked for, until the loop's process is gone."""
     for end in theirs:  # else this process would keep its own pipes open
         os.close(end if isinstance(end, int) else end.fileno())
@@ -152,7 +149,7 @@ def _work(setup: "CycleSetup", requests: Connection, results: int, *theirs: "Con
     os._exit(0)  # nothing of the loop's process is to be cleaned up here
 
 
-def make_plan(setup: "CycleSetup", law: str, section: ReferenceSection) -> Plan:
+def make_plan(setup: CycleSetup, law: str, section: ReferenceSection) -> Plan:
     """Plan a reference for a law; whatever goes wrong is the plan's error."""
     try:
         choice = setup.choice.with_law(setup.config, law, section)

@@ -18,9 +18,9 @@ _FASTMATH = {"contract", "arcp", "nsz"}
 
 
 def sources_digest() -> str:
-    """Of all source files of the model: a compiled kernel is out of date as soon as any of them has changed."""
+    """Hash all source files of the model: a compiled kernel is out of date as soon as any of them has changed."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).resolve().parent.glob("*.py")):
+    for path in sorted(Path(__file__).resolve().parents[1].rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

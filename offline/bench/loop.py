@@ -1,8 +1,8 @@
 """What a loop and a bus cost on this machine without a controller: the bare counterparts of `tendond bench loop`.
 
-As a program, `python -m tendond.offline.bench.loop bare SECONDS PERIOD` sleeps to absolute deadlines and prints how late
-it woke; `echo ENDPOINT PERIOD` sends each message on `bare/pose` back on `bare/command`, at once or, with a period, at
-the next tick.
+As a program, `python -m tendond.offline.bench.loop bare SECONDS PERIOD` sleeps to absolute deadlines and prints how
+late it woke; `echo ENDPOINT PERIOD` sends each message on `bare/pose` back on `bare/command`, at once or, with a
+period, at the next tick.
 """
 
 import json
@@ -14,7 +14,7 @@ import numpy as np
 import zenoh
 
 from tendond.daemon.runtime.realtime import be_prompt, become_punctual
-from tendond.schemas.config.rig import LoopSection
+from tendond.schemas.config.control import LoopSection
 
 POLL_SECONDS = 50e-6
 """Between two looks for a message; the same as of a controller in lockstep."""

@@ -13,10 +13,10 @@ from tendond.offline.identification.fit import Fit, Loss, Memory, Problem, Repor
 from tendond.offline.identification.parameters import PARAMETERS, Parameter, chosen, nominal, starts
 from tendond.offline.identification.simulate import Drive, Simulation
 from tendond.offline.identification.statistics import ALIKE, Statistics, statistics
-from tendond.offline.robustness.settings import source_hash
+from tendond.offline.source_hash import source_hash
 from tendond.schemas.config.rig import RigConfig
 
-SOURCES = ("model", "schemas", "daemon/identify")
+SOURCES = ("model", "schemas", "offline/identification")
 """Of the package: what a fit's evaluations depend on."""
 
 

@@ -10,10 +10,7 @@ from rich.table import Table
 
 from tendond.offline.logs.log import Log
 from tendond.offline.logs.metrics import metrics, tracking
-from tendond.offline.paper.published import SIMULATION
-
-CAPTION = "paper: Danesh & Janabi-Sharifi,\nsimulation under normal conditions"
-
+from tendond.offline.logs.published import Published
 
 LABELS = {
     "settling_s": ("settled within 5 %", "s"),
@@ -68,9 +65,8 @@ def write_summary(log: Log, path: Path) -> dict[str, Any]:
     return values
 
 
-def table(summary: dict[str, Any], law: str) -> Table:
-    """Ours, and the paper's where it has the law."""
-    paper = SIMULATION.get(law.replace("-", "_"))
+def table(summary: dict[str, Any], law: str, paper: Published | None = None) -> Table:
+    """Tabulate the metrics of a run, with a paper's beside them where it has some."""
     rows = [
         ("total path length of x", "mm", summary["tpl_mm"], ".1f", "tpl_mm"),
         ("settling (5 %)", "iterations", summary["settling_iterations"], "d", "settling_iterations"),
@@ -79,7 +75,7 @@ def table(summary: dict[str, Any], law: str) -> Table:
         ("steady-state error", "mm", summary["steady_state_error_mm"], ".2f", "steady_state_error_mm"),
         ("final displacement", "mm", 1000.0 * summary["final_displacement_m"], ".1f", "final_displacement_mm"),
     ]
-    result = Table(title=law.replace("_", " "), caption=CAPTION if paper else None)
+    result = Table(title=law.replace("_", " "), caption=paper.source if paper else None)
     result.add_column("")
     result.add_column("unit", style="dim")
     result.add_column("tendond", justify="right")

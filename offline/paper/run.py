@@ -18,7 +18,8 @@ from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.offline.logs.metrics import Metrics, metrics, tracking_of
 from tendond.offline.paper.scenarios import ARMED, Scenario
-from tendond.schemas.config.rig import RigConfig, RodSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ import numpy as np
 
 from tendond.offline.paper.published import LAWS
 from tendond.schemas.config.presets import PAPER
-from tendond.schemas.config.rig import RigConfig, RodSection, check_config
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.config.robot import RodSection
 
 Tables = dict[str, Any]
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from tendond.offline.logs.metrics import Metrics
-from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION, PaperRow
+from tendond.offline.logs.published import Published
+from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
 from tendond.offline.paper.run import Run, Runs
 
 Number = float | int | None
@@ -19,7 +20,7 @@ class Criterion:
     """A line of the paper's tables.
 
     Attributes:
-        field: of `Metrics` and `PaperRow`.
+        field: of `Metrics` and `Published`.
         key: in results.json.
         label: as in the paper.
         unit: of it.
@@ -94,7 +95,7 @@ def bounds() -> list[Bound]:
     return held
 
 
-def comparison(paper: Mapping[str, PaperRow], runs: Mapping[str, Run]) -> list[list[str]]:
+def comparison(paper: Mapping[str, Published], runs: Mapping[str, Run]) -> list[list[str]]:
     """Lines of a table: criterion, then the paper's, ours and the difference for each law."""
     lines = []
     for one in CRITERIA:
@@ -112,12 +113,12 @@ COMPARISON_HEAD = [
 ]
 
 
-def compared(paper: Mapping[str, PaperRow], runs: Runs, scenario: str) -> str:
+def compared(paper: Mapping[str, Published], runs: Runs, scenario: str) -> str:
     """The Markdown table of a scenario beside a table of the paper."""
     return markdown(COMPARISON_HEAD, comparison(paper, {law: runs[scenario, law] for law in LAWS}))
 
 
-def overview(runs: Runs, scenarios: Sequence[str], paper: Mapping[str, PaperRow] | None = None) -> str:
+def overview(runs: Runs, scenarios: Sequence[str], paper: Mapping[str, Published] | None = None) -> str:
     """A Markdown table with a line for each scenario and law; the paper's two lines first where it has any."""
     head = [
         "",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tendond.offline.logs.log import Log
 from tendond.offline.logs.metrics import SETTLED, metrics, tracking
-from tendond.offline.paper.published import FINAL_TIP_X_MM, SIMULATION
+from tendond.offline.logs.published import Published
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, level, note, save, style
 
 Array = NDArray[np.float64]
@@ -28,13 +28,13 @@ SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.0, 5.4)
 
 
-def draw(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
+def draw(log: Log, folder: Path, suffix: str = "png", published: Published | None = None) -> list[Path]:
     """Draw the tracking part of a log into `folder`, which is made: PNG files (or SVG), the overview last.
 
     Raises:
         LogError: as `tracking`.
     """
-    run = _Run(log)
+    run = _Run(log, published)
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     with style():
@@ -46,10 +46,10 @@ def draw(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
     return paths
 
 
-def overview(log: Log) -> Figure:
+def overview(log: Log, published: Published | None = None) -> Figure:
     """The four panels in one figure; raises LogError as `tracking`."""
     with style():
-        return _overview(_Run(log), log)
+        return _overview(_Run(log, published), log)
 
 
 def shapes_figure(log: Log) -> Figure:
@@ -71,7 +71,7 @@ def _overview(run: "_Run", log: Log) -> Figure:
 class _Run:
     """The tracking part of a log, in mm, and how to draw it."""
 
-    def __init__(self, log: Log) -> None:
+    def __init__(self, log: Log, published: Published | None = None) -> None:
         series = tracking(log)
         self.law = log.config.control.law.replace("_", " ")
         self.letter = "xyz"[series.axis]
@@ -82,8 +82,7 @@ class _Run:
         self._target = 1000.0 * np.array(series.target)
         self._displacement = 1000.0 * series.displacement[:, series.agonist]
         self._metrics = metrics(series)
-        comparable = abs(self._target[series.axis] - FINAL_TIP_X_MM) < 0.5  # else the paper's numbers are not drawn
-        self._paper = SIMULATION.get(log.config.control.law) if comparable else None
+        self._paper = published
         settling = self._metrics.settling_iterations
         self._shown = len(self._tip) if settling is None else min(len(self._tip), max(FEWEST_ITERATIONS, 3 * settling))
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]

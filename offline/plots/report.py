@@ -1,7 +1,7 @@
 """A run as one page: numbers, figures, faults, configuration, versions. Everything is in it; it prints."""
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -14,6 +14,7 @@ from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tal
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import Log, LogError, load
 from tendond.offline.logs.paths import Way
+from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, summary
 from tendond.offline.plots.figures import overview, shapes_figure
 from tendond.offline.plots.spatial import space_figure
@@ -49,26 +50,31 @@ td:last-child { overflow-wrap: break-word }
 """
 
 
-def write_report(file: Path, out: Path) -> Path:
+def write_report(file: Path, out: Path, published_for: Callable[[Log], Published | None] | None = None) -> Path:
     """Write the page of a log.
+
+    Args:
+        file: of the log. out: to be written.
+        published_for: finds a paper's figures of a run, to be drawn beside its own.
 
     Raises:
         LogError: as `load`.
         OSError: the page cannot be written.
     """
-    out.write_text(page(load(file), info(file)), encoding="utf-8")
+    out.write_text(page(load(file), info(file), published_for), encoding="utf-8")
     return out
 
 
-def page(log: Log, facts: dict[str, Any]) -> str:
-    """The page as text; `facts` as of `info`."""
+def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Published | None] | None = None) -> str:
+    """Return the page as text; `facts` as of `info`, `published_for` as of `write_report`."""
     found = events(log.records)
     figures: list[tuple[str, Figure]] = []
     cards = ""
     try:
         numbers = summary(log)
         cards, table = _cards(numbers), _numbers(numbers)
-        figures = [("Tracking", _untitled(overview(log))), ("Rod shapes", shapes_figure(log))]
+        published = None if published_for is None else published_for(log)
+        figures = [("Tracking", _untitled(overview(log, published))), ("Rod shapes", shapes_figure(log))]
     except LogError as error:
         table = f"<p>{escape(str(error))}</p>"
     if Way.of(log).points.size:

@@ -8,7 +8,8 @@ from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.run_log import run_metadata
 from tendond.offline.logs.log import Run
 from tendond.offline.replay.difference import MISSING, compare
-from tendond.schemas.config.rig import ConfigError, ControlSection, RigConfig, check_config
+from tendond.schemas.config.control import ControlSection
+from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 
 
 def version_changes(run: Run) -> list[str]:

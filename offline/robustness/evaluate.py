@@ -15,7 +15,8 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.robustness.points import Point
-from tendond.schemas.config.rig import RigConfig, RodSection, check_config
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
 IDLE_CYCLES = 100

@@ -17,7 +17,8 @@ from tendond.daemon.errors import DaemonError
 from tendond.model.warm import warm_up
 from tendond.offline.robustness.evaluate import Result, evaluate
 from tendond.offline.robustness.points import Point
-from tendond.offline.robustness.settings import source_hash
+from tendond.offline.robustness.settings import SOURCES
+from tendond.offline.source_hash import source_hash
 from tendond.schemas.config.rig import RigConfig
 
 CHUNK_POINTS = 2
@@ -154,7 +155,7 @@ def on_cluster(chunks: Sequence[Chunk], address: str) -> Generator[Done, None, N
 
 def _check_workers(client: Any, address: str) -> None:
     """Every worker has this tendond, and its kernels warm."""
-    ours = source_hash()
+    ours = source_hash(SOURCES)
     try:
         theirs = client.run(_greet)
     except (OSError, ImportError, AttributeError) as error:
@@ -168,7 +169,7 @@ def _check_workers(client: Any, address: str) -> None:
 
 def _greet() -> str:
     warm_up()
-    return source_hash()
+    return source_hash(SOURCES)
 
 
 def _first_line(error: BaseException) -> str:

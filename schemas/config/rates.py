@@ -1,10 +1,9 @@
 """Rates of tension and displacement that suit a robot, for a configuration that names none."""
 
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from tendond.schemas.config.rig import LimitsSection, RodSection
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.robot import RodSection
 
 FIRST_MODE = 1.8751**2
 """Of a cantilever: omega = 1.8751^2 sqrt(EI / (rho A L^4)) (Timoshenko, Vibration Problems in Engineering)."""
@@ -13,12 +12,12 @@ REACH = 2.0
 """Times the rate at which the rod can follow; the rest is for the laws to catch an overshoot."""
 
 
-def natural_frequency(rod: "RodSection") -> float:
+def natural_frequency(rod: RodSection) -> float:
     """First natural frequency of the rod's bending, without tendons, weights and damping [rad/s]."""
     return FIRST_MODE * math.sqrt(_stiffness(rod) / (rod.density * math.pi * rod.radius**2 * rod.length**4))
 
 
-def own_tension_rate(rod: "RodSection") -> float:
+def own_tension_rate(rod: RodSection) -> float:
     """Rate of tension that suits a rod [N/s].
 
     A tendon at the distance r bends a rod of the length L by a right angle with EI (pi/2) / (L r). In its first mode
@@ -29,7 +28,7 @@ def own_tension_rate(rod: "RodSection") -> float:
     return REACH * _stiffness(rod) * natural_frequency(rod) / (rod.length * _arm(rod))
 
 
-def own_displacement_rate(rod: "RodSection") -> float:
+def own_displacement_rate(rod: RodSection) -> float:
     """Rate of displacement that suits a rod [m/s]: a right angle takes r pi/2, and the same time, which makes r omega.
 
     Twice as many times that as of the tension, whose rate is to be the one that bounds: displacements follow from the
@@ -38,9 +37,7 @@ def own_displacement_rate(rod: "RodSection") -> float:
     return 2.0 * REACH * _arm(rod) * natural_frequency(rod)
 
 
-def with_own_rates(
-    limits: "LimitsSection", rod: "RodSection", lag: float = 0.0, period: float = 0.01
-) -> "LimitsSection":
+def with_own_rates(limits: LimitsSection, rod: RodSection, lag: float = 0.0, period: float = 0.01) -> LimitsSection:
     """The limits with the robot's own rates where none are named.
 
     The rates are meant for what the tendons do. A command that leads a lag changes by 1 / (1 - exp(-period/lag)) times
@@ -59,11 +56,11 @@ def with_own_rates(
     return limits.model_copy(update=changes) if changes else limits
 
 
-def _stiffness(rod: "RodSection") -> float:
+def _stiffness(rod: RodSection) -> float:
     """EI of the round backbone [N m^2]."""
     return rod.youngs_modulus * math.pi / 4.0 * rod.radius**4
 
 
-def _arm(rod: "RodSection") -> float:
+def _arm(rod: RodSection) -> float:
     """Largest distance of a tendon from the axis [m]; the backbone's radius where all are on it."""
     return max(max(math.hypot(x, y) for x, y in rod.tendon_positions), rod.radius)

@@ -1,11 +1,12 @@
 """[simulator]: the plant, and how it differs from an ideal one; the defaults are ideal."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import Fraction, NotNegative
+from tendond.schemas.config.robot import RodSection
 
 
 class SimulatedServos(Schema):
@@ -50,3 +51,21 @@ class Weight(Schema):
     string: Annotated[float, Field(ge=0.0, le=10.0, description="[m]; it swings on; 0: fixed to the tip")] = 0.0
     force_only: bool = Field(False, description="a force along gravity without inertia: an idealisation")
     time: NotNegative = Field(0.0, description="of simulated time at which it is hung on [s]")
+
+
+class SimulatorSection(Schema):
+    """[simulator]"""
+
+    period: Annotated[float, Field(ge=0.0001, le=0.1, description="between poses, and time step of the plant [s]")] = (
+        0.01
+    )
+    rod: RodSection = Field(RodSection(), description="the plant's own parameters")
+    drive: Literal["tension", "displacement"] = Field(
+        "tension",
+        description="tension: ideal, as in the paper; displacement: tendons are elastic strings wound by servos",
+    )
+    weight: Weight = Weight()
+    impacts: tuple[Impact, ...] = Field((), description="pushes against the rod")
+    seed: Annotated[int, Field(ge=0)] = Field(0, description="of everything random: the same seed, the same run")
+    servo: SimulatedServos = SimulatedServos()
+    mocap: SimulatedMocap = SimulatedMocap()

@@ -22,7 +22,8 @@ from tendond.daemon.control.commissioning.rests import RestFamily, rotation_matr
 from tendond.daemon.control.commissioning.verdict import Bounds, Motion, agrees, judge, only_gain
 from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.base import Vector3
-from tendond.schemas.config.rig import LimitsSection, RigConfig
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import TendonState, TipPose
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 
 from tendond.daemon.control.reference.planar import Reference
 from tendond.daemon.control.reference.spatial import Course
-from tendond.schemas.config.rig import LimitsSection
+from tendond.schemas.config.control import LimitsSection
 
 SAMPLES = 100
 """Of a course; finer ones see the grain of the curve of resting tips."""

@@ -12,8 +12,8 @@ import pytest
 import zenoh
 
 from tendond.offline.logs.log import load
+from tendond.schemas.config.control import LoopSection
 from tendond.schemas.config.reference import ReferenceSection
-from tendond.schemas.config.rig import LoopSection
 from tendond.schemas.keys import ALIVE, key
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode
 from tests.sil.bench import Bench

@@ -151,9 +151,13 @@ def test_the_picture_of_the_live_view_is_one_and_fetches_nothing() -> None:
 
 def test_links_into_the_repository_become_pages() -> None:
     noted: list[str] = []
-    text = "[loop](../daemon/loop.py#x), [web](https://example.org), [lost](../no/such.py), [page](metrics.md)\n"
-    turned = with_links(text + "```\n[a](b)\n```\n", ROOT, "docs/howto/..", "control.md", noted.append)
-    assert turned.startswith("[loop](source/daemon/loop.py.md#x), [web](https://example.org), [lost](../no/such.py), ")
+    text = (
+        "[loop](../daemon/runtime/loop.py#x), [web](https://example.org), [lost](../no/such.py), [page](metrics.md)\n"
+    )
+    turned = with_links(text + "\n```\n[a](b)\n```\n", ROOT, "docs/howto/..", "control.md", noted.append)
+    assert turned.startswith(
+        "[loop](source/daemon/runtime/loop.py.md#x), [web](https://example.org), [lost](../no/such.py), "
+    )
     assert "[page](metrics.md)" in turned
     assert turned.endswith("```\n[a](b)\n```\n")
     assert noted == ["daemon/runtime/loop.py"]

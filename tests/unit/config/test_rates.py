@@ -10,7 +10,8 @@ from tendond.daemon.control.state import CycleSetup
 from tendond.drivers.simulator.lockstep import closed_loop, without_probe
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rates import natural_frequency, own_displacement_rate, own_tension_rate
-from tendond.schemas.config.rig import RodSection, parse_config
+from tendond.schemas.config.rig import parse_config
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
 

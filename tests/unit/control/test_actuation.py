@@ -19,7 +19,8 @@ from tendond.daemon.control.actuation import (
     share,
 )
 from tendond.drivers.simulator.lockstep import closed_loop
-from tendond.schemas.config.rig import LimitsSection, parse_config
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import ControlAction, Mode
 
 LIMITS = LimitsSection(tension_min=0.5, tension_max=50.0, tension_rate=1000.0, displacement_rate=1.0)

@@ -9,7 +9,7 @@ from tendond.cli.servo.calibrate import camera_objection
 from tendond.cli.servo.camera import bend_of, shortened
 from tendond.daemon.control.state import rod_from_section
 from tendond.model.numerics.rotation import quaternion
-from tendond.schemas.config.rig import RodSection
+from tendond.schemas.config.robot import RodSection
 
 POSITIONS = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
 

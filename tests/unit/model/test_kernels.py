@@ -47,10 +47,13 @@ def test_the_kernels_release_the_gil(kernel: object) -> None:
 
 
 def test_a_changed_source_makes_every_kernel_out_of_date(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for path in Path(compilation.__file__).resolve().parent.glob("*.py"):
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    monkeypatch.setattr(compilation, "__file__", str(tmp_path / "compile.py"))
+    model = Path(compilation.__file__).resolve().parents[1]
+    for path in model.rglob("*.py"):
+        copy = tmp_path / path.relative_to(model)
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(path.read_bytes())
+    monkeypatch.setattr(compilation, "__file__", str(tmp_path / "numerics" / "compile.py"))
     assert compilation.sources_digest() == compilation._SOURCES
-    (tmp_path / "vectors.py").write_text("# changed\n")
+    (tmp_path / "solver" / "march.py").write_text("# changed\n")
     assert compilation.sources_digest() != compilation._SOURCES
     assert advance._cache._cache_file._source_stamp == compilation._SOURCES

@@ -10,7 +10,8 @@ from tendond.daemon.control.laws import sensitivity
 from tendond.daemon.control.laws.law import Observation, Outlook
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.model.tendons.allocation import Allocation
-from tendond.schemas.config.rig import RodSection, parse_config
+from tendond.schemas.config.rig import parse_config
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.record import CycleInputs
 from tests.unit.control.cycles import pose
 

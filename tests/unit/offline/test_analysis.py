@@ -153,7 +153,7 @@ def test_a_summary_has_its_keys_and_nothing_else(log: Log, tmp_path: Path) -> No
 def test_the_table_shows_the_papers_numbers_where_it_has_the_law(log: Log) -> None:
     console = Console(width=100, record=True, file=StringIO())
     for law in (*SIMULATION, "other"):
-        console.print(table(summary(log), law))
+        console.print(table(summary(log), law, SIMULATION.get(law)))
     text = console.export_text()
     assert "407.8" in text
     assert "1300.1" in text

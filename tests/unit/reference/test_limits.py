@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tendond.daemon.control.actuation import attainable, limit_displacement, limit_tension, net_tension
-from tendond.schemas.config.rig import LimitsSection
+from tendond.schemas.config.control import LimitsSection
 
 LIMITS = LimitsSection(
     tension_min=0.5,

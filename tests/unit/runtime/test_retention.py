@@ -12,7 +12,8 @@ from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.recording.retention import DAY, Retention, retention
 from tendond.daemon.recording.run_log import Journal
 from tendond.offline.logs.log import load
-from tendond.schemas.config.rig import LogSection, parse_config
+from tendond.schemas.config.machine import LogSection
+from tendond.schemas.config.rig import parse_config
 from tendond.schemas.record import CycleInputs
 
 MB = 1_000_000

@@ -81,7 +81,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installation
 
 def test_both_distributions_have_what_they_need(installed: Installation) -> None:
     names = zipfile.ZipFile(installed.wheel).namelist()
-    assert {"tendond/py.typed", "bus/systemd.py", "tendond/cli/app.py"} <= set(names)
+    assert {"tendond/py.typed", "tendond/bus/systemd.py", "tendond/cli/app.py"} <= set(names)
     assert {name.partition("/")[0] for name in names} == {"tendond", f"tendond-{__version__}.dist-info"}
     for needed in ("LICENSE", "requirements.txt", "deploy/install", "deploy/rig.toml", "deploy/bus/controller.json5"):
         assert (installed.source / needed).is_file(), needed

@@ -6,7 +6,7 @@ from tendond.model.estimation.observer import ObserverGains, observe, start_obse
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
-from tendond.model.rod.trajectory import course
+from tendond.model.rod.trajectory import simulate_trajectory
 from tendond.model.tendons.allocation import Allocation
 
 
@@ -16,8 +16,8 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
-    rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
-    rod.tip_response(state, 0)
+    rod.predict(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
+    rod.velocity_jacobian(state, 0)
     tip = rod.tip(state).position
     gains = ObserverGains(
         kind="force",
@@ -35,7 +35,7 @@ def warm_up() -> None:
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
     rest = rod.solve_static(displacements=[0.0] * 4)
-    course(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
+    simulate_trajectory(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
     allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     allocation.tensions(allocation.nearest(np.zeros(2)))
 

@@ -21,7 +21,7 @@ def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: 
                 f"| {row.rate:g} | {row.delay} | {row.integral:.2f} | {row.proportional:.2f} | {row.derivative:.3f} "
                 f"| {row.bare:.2f} | {row.loaded:.2f} |"
             )
-        print("\nstiffness of the tip in its softest direction, of 3 EI/L^3\n")
+        print("\nstiffness of the tip in its min_stiffness_ratio direction, of 3 EI/L^3\n")
         print("| mass g | tension N | tip across mm | arm | observer |\n| --- | --- | --- | --- | --- |")
         for one in stiffnesses:
             print(

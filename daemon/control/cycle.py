@@ -224,7 +224,7 @@ def _observation(
         velocity=velocity,
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
-        response=setup.rod.tip_response(state.rod, control.agonist) if sampled else None,
+        response=setup.rod.velocity_jacobian(state.rod, control.agonist) if sampled else None,
         tension=state.tension,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),

@@ -20,19 +20,19 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
     assert choice.allocation is not None
     rod, model = setup.rod, state.rod
     try:
-        forecast = rod.forecast(model, state.tension, choice.allocation.shares, state.observer.tip_force)
+        forecast = rod.predict(model, state.tension, choice.allocation.shares, state.observer.tip_force)
     except ConvergenceError:  # the step itself will say so
         return replace(observation, outlook=None)
     then, target = choice.reference.goal(elapsed + period, state.slip), observation.target
     if choice.reference.aim == "direction":
         position, velocity = state.tip.rotation[:, 2], (forecast.direction - state.tip.rotation[:, 2]) / period
-        ahead, answer = forecast.direction, forecast.direction_answer
+        ahead, answer = forecast.direction, forecast.direction_jacobian
         target = choice.reference.goal(elapsed).place
         target_velocity = (then.place - target) / period
     else:
         position, velocity = observation.position, observation.velocity
         unseen = position - state.tip.position  # beside the model's tip: of an observer of kind 'offset'
-        ahead, answer = forecast.position + unseen, forecast.position_answer
+        ahead, answer = forecast.position + unseen, forecast.position_jacobian
         target_velocity = observation.target_velocity
     return replace(
         observation,

@@ -12,7 +12,7 @@ it with the opposite sign. With one mode, mass M, damping c and stiffness k, and
     M e'''+ (c + k Kd) e'' + k (1 + Kp) e' + k Li e = 0,    stable where (c/k + Kd)(1 + Kp) > (M/k) Li  (Routh):
 
 a mass asks for a small integral, and damping by Kd admits a larger one. Gravity takes from k what a hanging mass has
-above its support in a bent arm, up to 1.5 m g / L (`softest`).
+above its support in a bent arm, up to 1.5 m g / L (`min_stiffness_ratio`).
 """
 
 import math
@@ -112,7 +112,7 @@ def default_tip_mass(rod: RodParameters) -> float:
     return TIP_LOAD * rod.bending_stiffness / (EARTH * rod.length**2)
 
 
-def softest(rod: RodParameters, mass: float) -> float:
+def min_stiffness_ratio(rod: RodParameters, mass: float) -> float:
     """Smallest tip stiffness of the bent arm with `mass` [kg] above its support, of what the observer believes [-]."""
     tip_stiffness = 3.0 * rod.bending_stiffness / rod.length**3
     gravity = math.hypot(*rod.gravity)
@@ -157,7 +157,7 @@ def admitted_gains(
         UnknownPlant(load, stiffness, delay=late)
         for late in delays
         for load in loads
-        for stiffness in (softest(rod, load), STIFFNESS_RANGE[1])
+        for stiffness in (min_stiffness_ratio(rod, load), STIFFNESS_RANGE[1])
     ]
 
     laws = {ahead: unstable_law_poles(rod, step, alpha, rates, ahead=ahead) for ahead in (False, True)}

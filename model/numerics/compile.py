@@ -49,13 +49,32 @@ def uncached() -> list[str]:
 
 
 def bind(compiled: Any, *arguments: Any) -> Any:
-    """The kernel's machine code for arguments of these types, which must then be of these types at every call.
+    """Compile or load the machine code of a kernel for arguments of these types: a function for these types only.
 
-    It skips numba's look at every argument, which takes as long as a third of a step of the rod.
+    It skips numba's inspection of every argument, which takes as long as a third of a step of the rod.
     """
     signature = tuple(typeof(argument) for argument in arguments)
-    compiled.compile(signature)
+    try:
+        compiled.compile(signature)
+    except RuntimeError:
+        # numba cannot save a kernel that it linked to a restored one (QuantEcon.py#944); by then it has compiled it.
+        if signature not in compiled.overloads:
+            raise
     return compiled.get_overload(signature)
+
+
+class Bound:
+    """A kernel that is bound to the types of its arguments at its first call; see `bind`."""
+
+    def __init__(self, compiled: Any) -> None:
+        self._compiled = compiled
+        self._entry: Any = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel with arguments of the same types as at the first call."""
+        if self._entry is None:
+            self._entry = bind(self._compiled, *arguments)
+        return self._entry(*arguments)
 
 
 def inlined(function: Any) -> Any:

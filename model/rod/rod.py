@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import bind
 from tendond.model.rod.centerline import hermite_curve
-from tendond.model.rod.forecast import Forecast, tip_forecast
 from tendond.model.rod.loads import ZERO, pack_loads, push_shape, tendon_commands
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.sensitivity import Sensitivity, tip_response, tip_sensitivity
+from tendond.model.rod.prediction import TipPrediction, predict_tip
+from tendond.model.rod.sensitivity import Sensitivity, tip_sensitivity, velocity_jacobian
 from tendond.model.rod.state import RodState
 from tendond.model.rod.tip import Tip, tip_quantities
 from tendond.model.solver.march import HISTORY
@@ -109,8 +109,8 @@ class Rod:
         self._advance: Any = None
         self._relax: Any = None
         self._tip: Any = None
-        self._forecast: Any = None
-        self._response: Any = None
+        self._predict: Any = None
+        self._velocity_jacobian: Any = None
 
     def solve_static(
         self,
@@ -374,8 +374,8 @@ class Rod:
             raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
         return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
 
-    def forecast(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> Forecast:
-        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `model.forecast`.
+    def predict(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> TipPrediction:
+        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `rod.prediction`.
 
         Args:
             state: of this tension-driven rod, before the step.
@@ -396,13 +396,13 @@ class Rod:
             self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
             history, level, geometry, jacobian, tip, answer,
         )  # fmt: skip
-        if self._forecast is None:
-            self._forecast = bind(tip_forecast, *arguments)
-        if not (self._forecast(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
+        if self._predict is None:
+            self._predict = bind(predict_tip, *arguments)
+        if not (self._predict(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
             raise ConvergenceError("the coming step is singular", state.time, state.residual, state.marches)
-        return Forecast(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
+        return TipPrediction(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
 
-    def tip_response(self, state: RodState, tendon: int) -> Array:
+    def velocity_jacobian(self, state: RodState, tendon: int) -> Array:
         """A column of `sensitivity().velocity_actuation`, of a tension-driven rod, in less than half of its time.
 
         Args:
@@ -426,9 +426,9 @@ class Rod:
                 state.histories[state.count % 2], state.levels[(state.count + 1) % 3],
                 state.geometries[(state.count + 1) % 2], response,
             )  # fmt: skip
-            if self._response is None:
-                self._response = bind(tip_response, *arguments)
-            if not self._response(*arguments):
+            if self._velocity_jacobian is None:
+                self._velocity_jacobian = bind(velocity_jacobian, *arguments)
+            if not self._velocity_jacobian(*arguments):
                 response[:] = 0.0
         return response
 

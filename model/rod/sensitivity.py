@@ -35,7 +35,7 @@ class Sensitivity:
 
 
 @kernel
-def tip_response(
+def velocity_jacobian(
     rod: RodData, memory: Any, c0: float, tendon: int, unknown: Any, loads: Any, history: Any, levels: Any,
     geometry: Any, response: Any,
 ) -> bool:  # fmt: skip

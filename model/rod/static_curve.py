@@ -69,7 +69,7 @@ class StaticCurve:
         return float(np.interp(arc, self.arc, self.tension))
 
 
-def by_point(spline: CubicSpline) -> Callable[[float], tuple[Pair, Pair, Pair]]:
+def point_evaluator(spline: CubicSpline) -> Callable[[float], tuple[Pair, Pair, Pair]]:
     """Value and first two derivatives of a spline in the plane, for one point at a time.
 
     To the last bit as scipy has them, in a twentieth of the time.

@@ -1,14 +1,13 @@
-"""A rod through a whole sequence of loads in one compiled call: for fits, which take thousands of steps."""
+"""Simulate a rod through a whole sequence of loads in one compiled call: for fits, which take thousands of steps."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import typeof
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.numerics.compile import bind, kernel
+from tendond.model.numerics.compile import Bound, kernel
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 from tendond.model.solver.predictor import RING
@@ -60,11 +59,11 @@ def advance_through(
 
 
 @dataclass(frozen=True)
-class Course:
-    """What came of a sequence of loads.
+class TipTrajectory:
+    """Tip and tensions of a rod through a sequence of loads.
 
     Attributes:
-        solved: steps; what comes after the last one solved is NaN.
+        solved: number of steps; rows after the last one solved are NaN.
         tips: positions after each step, world frame [m], shape (steps, 3).
         tensions: of the tendons then [N], shape (steps, n).
     """
@@ -74,23 +73,12 @@ class Course:
     tensions: Array
 
 
-_bound: dict[int, Any] = {}
+_bound: dict[int, Bound] = {}
 """The kernel for rods of so many tendons."""
 
 
-def _compiled(arguments: tuple[Any, ...]) -> Any:
-    """The kernel's machine code; where `advance` came from numba's cache and this kernel did not, it is not cached.
-
-    numba cannot save a kernel that it linked to a restored one (QuantEcon.py#944); it has compiled it by then.
-    """
-    try:
-        return bind(advance_through, *arguments)
-    except RuntimeError:
-        return advance_through.get_overload(tuple(typeof(argument) for argument in arguments))
-
-
-def course(rod: Rod, start: RodState, loads: Array) -> Course:
-    """Take `rod` from `start` through a sequence of loads, a time step each; `start` stays as it is.
+def simulate_trajectory(rod: Rod, start: RodState, loads: Array) -> TipTrajectory:
+    """Simulate `rod` from `start` through a sequence of loads, one time step each; `start` is not changed.
 
     The GIL is released meanwhile: rods of their own run in threads of their own.
 
@@ -113,6 +101,5 @@ def course(rod: Rod, start: RodState, loads: Array) -> Course:
         state.geometries, state.unknowns, state.loads, np.ascontiguousarray(loads), state.lengths, state.jacobian,
         tips, tensions,
     )  # fmt: skip
-    if n not in _bound:
-        _bound[n] = _compiled(arguments)
-    return Course(int(_bound[n](*arguments)), tips, tensions)
+    advance_all = _bound.setdefault(n, Bound(advance_through))
+    return TipTrajectory(int(advance_all(*arguments)), tips, tensions)

@@ -1,39 +1,39 @@
-"""From a bending moment to tensions of the tendons: least effort, never below the pretension, never above the limit.
+"""Allocate a bending moment to tendon tensions: as little tension as possible, within bounds.
 
-Tendons at r_i bend the rod by M = sum T_i r_i [N m] (a 2-vector, which points to where the rod bends).
-Of all tensions between `least` and `most` that give M, those nearest to `least` are taken:
+Tendons at r_i bend the rod by M = sum T_i r_i [N m] (a 2-vector that points to where the rod bends). Of all tensions
+within the bounds that give M, those nearest to T_min are taken:
 
-    minimise 1/2 sum (T_i - least)^2    subject to    sum T_i r_i = M,  least <= T_i <= most
+    minimise 1/2 sum (T_i - T_min)^2    subject to    sum T_i r_i = M,  T_min <= T_i <= T_max
 
 a strictly convex quadratic program: one solution, continuous in M, also where one tendon takes over from another
 (cf. Pott, Cable-Driven Parallel Robots, 2018, chapter 3). Its dual has two unknowns whatever the number of tendons,
 
-    T_i = clip(least + r_i . y),    y minimises the convex, piecewise quadratic  sum h(r_i . y) - M . y,  h' = clip(...)
+    T_i = clip(T_min + r_i . y),    y minimises the convex, piecewise quadratic  sum h(r_i . y) - M . y,  h' = clip(...)
 
-and Newton's method with an exact line search ends after a few pieces. The moments that can be had are a zonogon
-(a polygon with two parallel sides per tendon); a moment outside is replaced by the nearest one in it.
+and Newton's method with an exact line search ends after a few pieces. The feasible moments are a zonogon (a polygon
+with two parallel sides per tendon); a moment outside is replaced by the nearest one in it.
 """
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.numerics.compile import bind, kernel
+from tendond.model.numerics.compile import Bound, kernel
 
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
-"""Of the largest moment: M is met to this."""
+"""Of the largest moment: precision to which M is met."""
 
 RIDGE = 1e-9
 """Added to the second derivative, of its size, where a piece is flat in one direction."""
 
 EDGE = 1e-5
-"""Part of the way to the middle by which moments keep off the edge of what can be had: there is no dual minimum."""
+"""Distance of the moments from the edge of the feasible ones, of that to the middle: on it the dual has no minimum."""
 
 NEWTON_STEPS = 100
 
@@ -43,7 +43,7 @@ class Allocation:
 
     Args:
         positions: r_i in the cross-section [m], shape (n, 2).
-        least, most: bounds of every tension [N].
+        tension_min, tension_max: bounds of every tension [N].
 
     Raises:
         ParameterError: the tendons do not surround the rod, so that some direction cannot be bent to; or the bounds
@@ -51,14 +51,14 @@ class Allocation:
 
     Attributes:
         arms: r_i, shape (2, n). shares: their pseudo-inverse, transposed: tensions per moment [1/m], shape (2, n).
-        longest: size of the longest r_i [m]. least, most: as given.
-        corners: of the polygon of moments that can be had, counterclockwise [N m], shape (2 n, 2).
+        arm_max: size of the longest r_i [m]. tension_min, tension_max: as given.
+        corners: of the polygon of feasible moments, counterclockwise [N m], shape (2 n, 2).
     """
 
-    def __init__(self, positions: Sequence[tuple[float, float]], least: float, most: float) -> None:
+    def __init__(self, positions: Sequence[tuple[float, float]], tension_min: float, tension_max: float) -> None:
         places = np.array(positions, dtype=np.float64)
-        if not 0.0 <= least < most:
-            raise ParameterError(f"the least tension {least} N must lie in [0, {most}), below the largest")
+        if not 0.0 <= tension_min < tension_max:
+            raise ParameterError(f"tension_min = {tension_min} N must lie in [0, {tension_max}), below tension_max")
         if not _surround(places):
             raise ParameterError(
                 "the tendons do not surround the rod: to bend it to every side takes three or more, no two neighbours "
@@ -66,80 +66,98 @@ class Allocation:
             )
         self.arms: Array = np.ascontiguousarray(places.T)
         self.shares: Array = np.ascontiguousarray(np.linalg.pinv(self.arms).T)
-        self.longest = float(np.max(np.hypot(places[:, 0], places[:, 1])))
-        self.least, self.most = least, most
-        self.corners = _zonogon(places, least, most)
+        self.arm_max = float(np.max(np.hypot(places[:, 0], places[:, 1])))
+        self.tension_min, self.tension_max = tension_min, tension_max
+        self.corners = _zonogon(places, tension_min, tension_max)
         middle = self.corners.mean(axis=0)
         self._inner = np.ascontiguousarray(middle + (1.0 - EDGE) * (self.corners - middle))
         self._scratch = np.zeros((3, 2 * len(places)))
-        self._allocate: Any = None
+        self._tendons = _Tendons(self.arms, float(tension_min), float(tension_max))
+        self._allocate = Bound(allocate)
         self.tensions(np.zeros(2))  # compiles, which a control loop must not
 
     def moment(self, tensions: Array) -> Array:
-        """M of tensions [N], shape (n,), in N m, shape (2,)."""
+        """M [N m], shape (2,), of tensions [N], shape (n,)."""
         return np.asarray((self.arms * tensions).sum(axis=1))
 
     def tensions(self, moment: Array) -> Array:
-        """Tensions [N], shape (n,), for a moment [N m], shape (2,), or the nearest to be had, within `EDGE`."""
+        """Tensions [N], shape (n,), for a moment [N m], shape (2,), or the nearest feasible one, within `EDGE`."""
         out = np.empty(self.arms.shape[1])
-        arguments = (self.arms, self.least, self.most, self._inner, moment, self._scratch, out)
-        if self._allocate is None:
-            self._allocate = bind(allocate, *arguments)
-        self._allocate(*arguments)
+        self._allocate(self._tendons, self._inner, moment, self._scratch, out)
         return out
 
     def nearest(self, moment: Array) -> Array:
-        """`moment` [N m], shape (2,), or the nearest to it that can be had."""
+        """The feasible moment nearest to `moment` [N m], shape (2,)."""
         x, y = moment.tolist()
         return np.array(_nearest(self.corners, x, y))
 
 
 def _surround(places: Array) -> bool:
-    """Whether positive combinations of the places give every direction."""
-    far = places[np.hypot(places[:, 0], places[:, 1]) > 0.0]
-    if len(far) < 3:
+    """True if positive combinations of the places give every direction."""
+    off_axis = places[np.hypot(places[:, 0], places[:, 1]) > 0.0]
+    if len(off_axis) < 3:
         return False
-    angles = np.sort(np.arctan2(far[:, 1], far[:, 0]))
+    angles = np.sort(np.arctan2(off_axis[:, 1], off_axis[:, 0]))
     gaps = np.diff(np.append(angles, angles[0] + 2.0 * math.pi))
     return bool(np.max(gaps) < math.pi - 1e-9)
 
 
-def _zonogon(places: Array, least: float, most: float) -> Array:
+def _zonogon(places: Array, tension_min: float, tension_max: float) -> Array:
     """Corners of all sums T_i r_i with bounded T_i, counterclockwise, shape (2 n, 2)."""
-    sides = places * (most - least)
+    sides = places * (tension_max - tension_min)
     sides = np.where((sides[:, 1:] < 0.0) | ((sides[:, 1:] == 0.0) & (sides[:, :1] < 0.0)), -sides, sides)
     sides = sides[np.argsort(np.arctan2(sides[:, 1], sides[:, 0]), kind="stable")]
-    middle = places.sum(axis=0) * 0.5 * (least + most)
+    middle = places.sum(axis=0) * 0.5 * (tension_min + tension_max)
     lowest = middle - 0.5 * sides.sum(axis=0)
     half = lowest + np.cumsum(sides, axis=0)
     return np.ascontiguousarray(np.vstack([half, 2.0 * middle - half]))
 
 
+class _Tendons(NamedTuple):
+    """Tendons and bounds of their tension, as the kernels take them."""
+
+    arms: Any  # r_i [m], shape (2, n)
+    tension_min: float  # [N]
+    tension_max: float  # [N]
+
+
+class _Line(NamedTuple):
+    """A line y + t d in the dual's plane, and the moment M [N m] of its objective."""
+
+    M: tuple[float, float]
+    y: tuple[float, float]
+    d: tuple[float, float]
+
+
 @kernel
-def allocate(arms: Any, least: float, most: float, corners: Any, moment: Any, scratch: Any, out: Any) -> None:
+def allocate(tendons: _Tendons, corners: Any, moment: Any, scratch: Any, out: Any) -> None:
     """Write the tensions for `moment` into `out`, shape (n,).
 
     Args:
-        arms: [m], shape (2, n). corners: of the moments that are met, shape (2 n, 2).
+        tendons: their places and bounds.
+        corners: of the moments that are met [N m], shape (2 n, 2).
+        moment: [N m], shape (2,).
         scratch: shape (3, 2 n).
+        out: [N], written.
     """
+    arms, tension_min, tension_max = tendons
     n = arms.shape[1]
-    wanted_x, wanted_y = _nearest(corners, moment[0], moment[1])
+    M = _nearest(corners, moment[0], moment[1])
     largest = 0.0
     for i in range(n):
-        largest += math.hypot(arms[0, i], arms[1, i]) * most
+        largest += math.hypot(arms[0, i], arms[1, i]) * tension_max
     y0, y1 = 0.0, 0.0
     for _ in range(NEWTON_STEPS):
-        g0, g1, h00, h01, h11 = -wanted_x, -wanted_y, 0.0, 0.0, 0.0
+        g0, g1, h00, h01, h11 = -M[0], -M[1], 0.0, 0.0, 0.0
         total = 0.0
         for i in range(n):
             a, b = arms[0, i], arms[1, i]
-            free = least + a * y0 + b * y1
-            out[i] = min(max(free, least), most)
+            free = tension_min + a * y0 + b * y1
+            out[i] = min(max(free, tension_min), tension_max)
             g0 += a * out[i]
             g1 += b * out[i]
             total += a * a + b * b
-            if least <= free < most:
+            if tension_min <= free < tension_max:
                 h00 += a * a
                 h01 += a * b
                 h11 += b * b
@@ -149,20 +167,19 @@ def allocate(arms: Any, least: float, most: float, corners: Any, moment: Any, sc
         h11 += RIDGE * total
         determinant = h00 * h11 - h01 * h01
         d0, d1 = (h01 * g1 - h11 * g0) / determinant, (h01 * g0 - h00 * g1) / determinant
-        along = _line_search(arms, least, most, wanted_x, wanted_y, y0, y1, d0, d1, ROUNDING * largest, scratch)
+        along = _line_search(tendons, _Line(M, (y0, y1), (d0, d1)), ROUNDING * largest, scratch)
         y0 += along * d0
         y1 += along * d1
 
 
 @kernel
-def _line_search(
-    arms: Any, least: float, most: float, m0: float, m1: float, y0: float, y1: float, d0: float, d1: float,
-    rounding: float, scratch: Any,
-) -> float:  # fmt: skip
-    """Where the slope along y + t d, piecewise linear and not falling, is zero: the least t, or the last kink.
+def _line_search(tendons: _Tendons, line: _Line, rounding: float, scratch: Any) -> float:
+    """Find the smallest t where the slope along the line, piecewise linear and not falling, is zero; or the last kink.
 
-    A slope within `rounding` [N m] counts as zero: at the edge of what can be had, it is zero from some kink on.
+    A slope within `rounding` [N m] counts as zero: at the edge of the feasible moments it is zero from some kink on.
     """
+    arms, tension_min, tension_max = tendons
+    _, (y0, y1), (d0, d1) = line
     n = arms.shape[1]
     kinks, count = scratch[0], 0
     for i in range(n):
@@ -170,7 +187,7 @@ def _line_search(
         if rate == 0.0:
             continue
         free = arms[0, i] * y0 + arms[1, i] * y1
-        for bound in (0.0, most - least):
+        for bound in (0.0, tension_max - tension_min):
             t = (bound - free) / rate
             if t > 0.0:
                 place = count
@@ -180,9 +197,9 @@ def _line_search(
                 kinks[place] = t
                 count += 1
     flat = 0.1 * rounding * math.hypot(d0, d1)
-    before, slope_before = 0.0, _slope(arms, least, most, m0, m1, y0, y1, d0, d1, 0.0)
+    before, slope_before = 0.0, _slope(tendons, line, 0.0)
     for k in range(count):
-        slope = _slope(arms, least, most, m0, m1, y0, y1, d0, d1, kinks[k])
+        slope = _slope(tendons, line, kinks[k])
         if slope >= 0.0:
             return float(before - slope_before * (kinks[k] - before) / (slope - slope_before))
         before, slope_before = kinks[k], slope
@@ -192,14 +209,15 @@ def _line_search(
 
 
 @kernel
-def _slope(
-    arms: Any, least: float, most: float, m0: float, m1: float, y0: float, y1: float, d0: float, d1: float, t: float
-) -> float:
+def _slope(tendons: _Tendons, line: _Line, t: float) -> float:
+    """Slope of the dual's objective along the line, at t."""
+    arms, tension_min, tension_max = tendons
+    (m0, m1), (y0, y1), (d0, d1) = line
     total = -(m0 * d0 + m1 * d1)
     for i in range(arms.shape[1]):
         a, b = arms[0, i], arms[1, i]
-        free = least + a * (y0 + t * d0) + b * (y1 + t * d1)
-        total += (a * d0 + b * d1) * min(max(free, least), most)
+        free = tension_min + a * (y0 + t * d0) + b * (y1 + t * d1)
+        total += (a * d0 + b * d1) * min(max(free, tension_min), tension_max)
     return float(total)
 
 

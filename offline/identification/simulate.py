@@ -19,7 +19,7 @@ from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.tip_body import ball_inertia
-from tendond.model.rod.trajectory import course
+from tendond.model.rod.trajectory import simulate_trajectory
 from tendond.offline.identification.data import Recording
 from tendond.offline.identification.parameters import rod_parameters
 
@@ -190,7 +190,7 @@ class Simulation:
             rest = rod.solve_static(displacements=start)
         except ConvergenceError as error:
             raise SimulationError(f"{recording.path}: the rod has no rest to start from: {error}") from error
-        found = course(rod, rest, loads)
+        found = simulate_trajectory(rod, rest, loads)
         if found.solved < len(loads):
             at = self._ends_at[found.solved]
             shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items())

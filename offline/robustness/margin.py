@@ -14,7 +14,7 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
-from tendond.model.estimation.margin import FeedbackGains, UnknownPlant, loop_poles, softest
+from tendond.model.estimation.margin import FeedbackGains, UnknownPlant, loop_poles, min_stiffness_ratio
 from tendond.model.estimation.observer import tip_compliance
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode
@@ -58,7 +58,7 @@ class GainsRow:
 
 @dataclass(frozen=True)
 class StiffnessRow:
-    """Stiffness of the tip in its softest direction, of the straight rod's 3 EI/L^3 [-].
+    """Stiffness of the tip in its min_stiffness_ratio direction, of the straight rod's 3 EI/L^3 [-].
 
     Attributes:
         mass: on the tip [kg]. tension: of the agonist [N]. across: the tip's place [m].
@@ -123,7 +123,7 @@ def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
 
         loaded = [
             UnknownPlant(mass, stiffness, delay=delay + late)
-            for stiffness in (softest(rod, mass), 1.15)
+            for stiffness in (min_stiffness_ratio(rod, mass), 1.15)
             for late in (0, 1)
         ]
         yield GainsRow(

@@ -66,7 +66,7 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     kept = (slow + fast - slow * fast) * error + slow * fast * outlook.period * error_rate
     asked = outlook.target - outlook.position - kept
     change = _moment(outlook, asked, parameters.damping)
-    most = parameters.agility * outlook.period * outlook.allocation.longest
+    most = parameters.agility * outlook.period * outlook.allocation.arm_max
     moment = outlook.allocation.moment(observation.tension) + change * min(1.0, most / max(math.hypot(*change), most))
     x, y, z = error.tolist()
     u, v, w = asked.tolist()

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from tendond.daemon.control.reference.spatial import Goal
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.rod import Rod
-from tendond.model.rod.static_curve import Pair, StaticCurve, by_point, static_curve
+from tendond.model.rod.static_curve import Pair, StaticCurve, point_evaluator, static_curve
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -93,7 +93,7 @@ class _Along:
     def __init__(self, progress: Progress, curve: StaticCurve, start: float, way: float) -> None:
         self._made_of = (progress, curve, start, way)
         self._progress, self._start, self._way = progress, start, way
-        self._point_at, self._end = by_point(curve.spline), curve.length
+        self._point_at, self._end = point_evaluator(curve.spline), curve.length
 
     def __reduce__(self) -> tuple[type["_Along"], tuple[Progress, StaticCurve, float, float]]:
         return _Along, self._made_of
@@ -111,7 +111,7 @@ class _Sampled:
 
     def __init__(self, spline: CubicSpline, end: float, last: Pair) -> None:
         self._made_of = (spline, end, last)
-        self._point_at, self._end, self._last = by_point(spline), end, last
+        self._point_at, self._end, self._last = point_evaluator(spline), end, last
 
     def __reduce__(self) -> tuple[type["_Sampled"], tuple[CubicSpline, float, Pair]]:
         return _Sampled, self._made_of

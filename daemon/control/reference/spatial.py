@@ -121,7 +121,7 @@ def build_course(config: RigConfig, rod: Rod, allocation: Allocation) -> Course:
     section, surface = config.reference, Surface(rod, allocation)
     wanted, length, timing = _wanted(section)
     try:
-        start = surface.rest(allocation.moment(np.full(allocation.arms.shape[1], allocation.least)))
+        start = surface.rest(allocation.moment(np.full(allocation.arms.shape[1], allocation.tension_min)))
         rests, moved = _moved(section, surface, wanted)
         lead = [start]
         for part in np.linspace(0.0, 1.0, LEAD_IN)[1:-1]:

@@ -54,9 +54,9 @@ def test_the_moment_is_met_or_the_nearest_that_can_be_had_within_the_bounds(
     """The nearest one is scipy's, of a bounded least-squares problem, but for the little that keeps off the edge."""
     wanted = moment_at(one, direction, part)
     found = one.tensions(wanted)
-    assert found.min() >= one.least
-    assert found.max() <= one.most
-    other = lsq_linear(one.arms / 0.02, wanted / 0.02, (one.least, one.most), method="bvls", tol=1e-14).x
+    assert found.min() >= one.tension_min
+    assert found.max() <= one.tension_max
+    other = lsq_linear(one.arms / 0.02, wanted / 0.02, (one.tension_min, one.tension_max), method="bvls", tol=1e-14).x
     missed, theirs = (float(np.linalg.norm(one.moment(each) - wanted)) for each in (found, other))
     assert missed <= theirs + 3.0 * EDGE * scale(one)
 
@@ -69,14 +69,14 @@ def test_the_tensions_are_the_least(one: Allocation, direction: float, part: flo
     inside = middle + part * (edge - middle)
     found = one.tensions(inside)
     assert one.moment(found) == pytest.approx(inside, abs=1e-10 * scale(one))
-    free = (found > one.least + 1e-7) & (found < one.most - 1e-7)
-    y, *_ = np.linalg.lstsq(one.arms[:, free].T, found[free] - one.least, rcond=None)
+    free = (found > one.tension_min + 1e-7) & (found < one.tension_max - 1e-7)
+    y, *_ = np.linalg.lstsq(one.arms[:, free].T, found[free] - one.tension_min, rcond=None)
     pulled = one.arms.T @ y
     assume(free.sum() >= 2 and np.linalg.matrix_rank(one.arms[:, free], tol=1e-4) == 2)
-    size = one.most - one.least
-    assert pulled[free] == pytest.approx(found[free] - one.least, abs=1e-6 * size)
-    assert np.all(pulled[found <= one.least + 1e-7] <= 1e-5 * size)
-    assert np.all(pulled[found >= one.most - 1e-7] >= size * (1.0 - 1e-5))
+    size = one.tension_max - one.tension_min
+    assert pulled[free] == pytest.approx(found[free] - one.tension_min, abs=1e-6 * size)
+    assert np.all(pulled[found <= one.tension_min + 1e-7] <= 1e-5 * size)
+    assert np.all(pulled[found >= one.tension_max - 1e-7] >= size * (1.0 - 1e-5))
 
 
 @settings(deadline=None)

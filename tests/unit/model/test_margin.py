@@ -19,7 +19,7 @@ from tendond.model.estimation.margin import (
     admitted_gains,
     default_tip_mass,
     loop_poles,
-    softest,
+    min_stiffness_ratio,
 )
 from tendond.model.rod.parameters import RodParameters
 from tendond.offline.robustness.evaluate import evaluate
@@ -106,7 +106,7 @@ def test_a_run_that_swings_fails_the_study(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_hanging_mass_softens_the_bent_arm_no_more_than_the_margin_assumes() -> None:
     for row in stiffness_rows(RigConfig()):
         if row.mass > 0.0:
-            assert row.arm / row.observer >= softest(ROD, row.mass) - STIFFNESS_RANGE[0] + 1.0
+            assert row.arm / row.observer >= min_stiffness_ratio(ROD, row.mass) - STIFFNESS_RANGE[0] + 1.0
 
 
 @pytest.mark.parametrize("period", [0.01, 0.004])
@@ -116,7 +116,7 @@ def test_admitted_gains_bear_every_mass_stiffness_and_untold_cycle(period: float
     mass = default_tip_mass(ROD)
     gains = admitted_gains(ROD, period, -0.2, ASKED, RATES, late * period, mass)
     for load in (0.0, 0.2 * mass, mass):
-        for stiffness in (softest(ROD, load), 1.15):
+        for stiffness in (min_stiffness_ratio(ROD, load), 1.15):
             for untold in (0, 1):
                 plant = UnknownPlant(load, stiffness, delay=late + untold)
                 more = replace(gains, integral=GAIN_MARGIN * gains.integral)

@@ -142,14 +142,14 @@ def test_the_tips_response_is_a_column_of_the_sensitivity_and_leaves_the_state_a
     n = parameters.tendon_count
     rod = Rod(parameters, space)
     state = rod.solve_static(np.zeros(n))
-    assert not rod.tip_response(state, 0).any()
+    assert not rod.velocity_jacobian(state, 0).any()
     for part in (0.3, 0.6, 1.0):
         state = rod.step(state, part * TENSIONS[:n], tip_force=part * FORCE)
         before = state.copy()
         whole = rod.sensitivity(state).velocity_actuation
-        found = np.column_stack([rod.tip_response(state, tendon) for tendon in range(n)])
+        found = np.column_stack([rod.velocity_jacobian(state, tendon) for tendon in range(n)])
         assert off(found, whole) < TRUNCATION
         assert np.array_equal(before.levels, state.levels)
         assert np.array_equal(before.geometries, state.geometries)
     with pytest.raises(ParameterError, match="tendons 0 to"):
-        rod.tip_response(state, n)
+        rod.velocity_jacobian(state, n)

@@ -101,7 +101,7 @@ def test_the_forecast_knows_of_the_body() -> None:
     tension = np.array([3.0, 2.0, 2.0, 2.0])
     for _ in range(5):
         state = rod.step(state, tension)
-    ahead = rod.forecast(state, tension, np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]]), np.zeros(3))
+    ahead = rod.predict(state, tension, np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]]), np.zeros(3))
     np.testing.assert_allclose(ahead.position, rod.tip(rod.step(state, tension)).position, atol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Rod.forecast says what the coming step will do, and how that answers to the tendons: the step itself is the judge."""
+"""Rod.predict says what the coming step will do, and how that answers to the tendons: the step itself is the judge."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
     rod = Rod(PARAMETERS, tolerance=1e-10)
     state, tensions = moving(rod, 12)
     tensions = tensions + np.array([jump, 0.0, 0.0, 0.0])
-    said = rod.forecast(state, tensions, WAYS, FORCE)
+    said = rod.predict(state, tensions, WAYS, FORCE)
     tip = rod.tip(rod.step(state, tensions, tip_force=FORCE))
     # The guess of the step is further off after a jump, and so is what two corrections leave.
     near = 1e-9 if jump == 0.0 else 1e-6
@@ -45,15 +45,15 @@ def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump
         by_position = (more.position - less.position) / (2.0 * small)
         by_direction = (more.rotation[:, 2] - less.rotation[:, 2]) / (2.0 * small)
         size, turn = float(np.linalg.norm(by_position)), float(np.linalg.norm(by_direction))
-        assert said.position_answer[:, way] == pytest.approx(by_position, abs=rough * size)
-        assert said.direction_answer[:, way] == pytest.approx(by_direction, abs=rough * turn)
+        assert said.position_jacobian[:, way] == pytest.approx(by_position, abs=rough * size)
+        assert said.direction_jacobian[:, way] == pytest.approx(by_direction, abs=rough * turn)
 
 
 def test_a_forecast_leaves_the_state_as_it_was() -> None:
     rod = Rod(PARAMETERS)
     state, tensions = moving(rod, 3)
     before = rod.tip(state)
-    rod.forecast(state, tensions + 5.0, WAYS, FORCE)
+    rod.predict(state, tensions + 5.0, WAYS, FORCE)
     after = rod.tip(state)
     assert np.array_equal(before.position, after.position)
     assert np.array_equal(before.velocity, after.velocity)

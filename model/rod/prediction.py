@@ -25,23 +25,23 @@ WAYS = LANES - 6
 
 
 @dataclass(frozen=True)
-class Forecast:
+class TipPrediction:
     """The tip after the coming step of a tension-driven rod, world frame, if the loads are as they were given.
 
     Attributes:
         position, velocity, direction: [m], [m/s], [-], shape (3,).
-        position_answer, direction_answer: how they answer to each way to pull, shape (3, 2).
+        position_jacobian, direction_jacobian: how they answer to each way to pull, shape (3, 2).
     """
 
     position: Array
     velocity: Array
     direction: Array
-    position_answer: Array
-    direction_answer: Array
+    position_jacobian: Array
+    direction_jacobian: Array
 
 
 @kernel
-def tip_forecast(
+def predict_tip(
     rod: RodData, memory: Any, bdf: tuple[float, float, float, float], count: int, levels: Any, histories: Any,
     unknowns: Any, loads: Any, ways: Any, history: Any, level: Any, geometry: Any, jacobian: Any, tip: Any, answer: Any,
 ) -> bool:  # fmt: skip

@@ -119,5 +119,5 @@ def test_tendons_on_one_side_are_refused() -> None:
     for places in (FOUR[:2], FOUR[:3:2], [(0.02, 0.0), (0.0, 0.02), (-0.02, 0.0)]):
         with pytest.raises(ParameterError, match="do not surround the rod"):
             Allocation(places, 0.0, 60.0)
-    with pytest.raises(ParameterError, match="least tension"):
+    with pytest.raises(ParameterError, match="tension_min = 60"):
         Allocation(FOUR, 60.0, 60.0)

@@ -87,7 +87,7 @@ repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the recei
             parts.append(_faults())
     modes = ", ".join(code(mode.value) for mode in messages.Mode)
     parts.append(f"## Mode\n\n{escaped(summary(messages.Mode))} One of {modes}.\n")
-    parts.append("[How they follow each other](../architecture.md#modes).\n")
+    parts.append("[How they follow each other](../explanation/faults.md#modes).\n")
     return "\n".join(parts)
 
 

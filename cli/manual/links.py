@@ -7,7 +7,11 @@ from pathlib import Path
 
 DOCS = "docs/"
 SOURCE = "source/"
-ROOT_PAGES = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
+ROOT_PAGES = {
+    "ARCHITECTURE.md": "architecture.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+}
 LANGUAGES = {
     ".json5": "js",
     ".md": "markdown",

@@ -12,7 +12,7 @@ from tendond.cli.app import app
 from tendond.cli.manual.bus import keys_page, log_page, messages_page
 from tendond.cli.manual.commands import commands_page
 from tendond.cli.manual.configuration import configuration_page
-from tendond.cli.manual.links import source_page, with_links
+from tendond.cli.manual.links import ROOT_PAGES, source_page, with_links
 from tendond.cli.manual.markdown import attributes, table
 from tendond.cli.manual.pictures import watch_picture
 from tendond.schemas import keys
@@ -104,7 +104,7 @@ def test_every_program_in_the_documents_runs(
 def test_links_lead_somewhere(path: Path) -> None:
     """Within the site mkdocs checks them, anchors too; a reader of the files follows them as well."""
     prose = BLOCK.sub("", path.read_text(encoding="utf-8"))
-    generated = ("reference/", "architecture.md", "changelog.md")
+    generated = ("reference/", *ROOT_PAGES.values())
     for target in re.findall(r"\]\(([^)#\s]+)", prose):
         if "://" not in target and not any(name in target for name in generated):
             assert (path.parent / target).exists(), target

@@ -65,7 +65,7 @@ def run_controller(
             be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
-            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.rehearse else None, journal.rest_from)
+            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.speculate else None, journal.rest_from)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.choice.reference.notes:

@@ -263,7 +263,7 @@ def _pretension(setup: CycleSetup, state: CycleState) -> Array:
     elapsed = (state.tick - state.since + 1) * setup.config.loop.period
     part = min(1.0, elapsed / max(section.duration, 1e-9))
     if state.choice.law.looks_ahead:
-        return np.full(len(state.tension), part * section.least)
+        return np.full(len(state.tension), part * section.tension_min)
     return part * share(len(state.tension), control.agonist, control.antagonist, section.tension, section.antagonist)
 
 

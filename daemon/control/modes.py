@@ -197,7 +197,7 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         return f"tendons: {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
         return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
-    if state.mode is not Mode.PROBE and runs.equal_poses >= allowed.frozen_time and state.way > limits.equal_way:
+    if state.mode is not Mode.PROBE and runs.equal_poses >= allowed.frozen_time and state.way > limits.frozen_distance:
         seen = _seconds(setup, runs.equal_poses)
         return f"pose frozen: equal ones for {seen} while the model's tip went {state.way * 1e3:.0f} mm"
     if runs.mismatches >= allowed.mismatch_time:
@@ -225,7 +225,7 @@ def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
     if reported is None or len(reported.tension) != len(state.tension):
         return None
     for index, (told, expected) in enumerate(zip(reported.tension, state.tension.tolist(), strict=True)):
-        if expected > limits.slack_tension and abs(told) < limits.slack_part * expected:
+        if expected > limits.slack_tension and abs(told) < limits.slack_fraction * expected:
             return index
     return None
 

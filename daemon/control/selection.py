@@ -163,6 +163,6 @@ def _allocation(config: RigConfig, law: Law) -> Allocation | None:
     if not law.looks_ahead:
         return None
     try:
-        return Allocation(config.rod.tendon_positions, config.pretension.least, config.limits.tension_max)
+        return Allocation(config.rod.tendon_positions, config.pretension.tension_min, config.limits.tension_max)
     except ParameterError as error:
         raise LawError(f"the law {law.name} bends the rod to every side: {error}") from error

@@ -1,4 +1,4 @@
-"""[rig], [bus], [log]: what the rig is called, where it listens, what is kept of its runs."""
+"""[rig], [bus], [log]: name, bus endpoint and logs of a rig."""
 
 from ipaddress import ip_address
 from typing import Annotated
@@ -10,9 +10,9 @@ from tendond.schemas.keys import RIG_NAME
 
 
 class RigSection(Schema):
-    """[rig]"""
+    """[rig]: identity of the rig."""
 
-    name: str = Field("paper", description="first part of every Zenoh key")
+    name: str = Field("paper", description="name of the rig, the first part of every Zenoh key")
 
     @field_validator("name")
     @classmethod
@@ -23,10 +23,10 @@ class RigSection(Schema):
 
 
 class BusSection(Schema):
-    """[bus]"""
+    """[bus]: the Zenoh bus."""
 
     endpoint: str = Field("tcp/127.0.0.1:7447", description="Zenoh endpoint on which the controller listens")
-    unguarded: bool = Field(False, description="listen beyond this machine without an access list; see deploy/bus")
+    unguarded: bool = Field(False, description="listen on the network without an access list; see deploy/bus")
 
     @field_validator("endpoint")
     @classmethod
@@ -50,22 +50,28 @@ class BusSection(Schema):
 
 
 class LogSection(Schema):
-    """[log]"""
+    """[log]: recording of runs."""
 
-    queue: Annotated[int, Field(ge=10, description="entries between the loop and the recorder")] = 4000
+    queue: Annotated[int, Field(ge=10, description="capacity of the queue between loop and recorder, in entries")] = (
+        4000
+    )
     shape_period: Annotated[int, Field(ge=1, description="cycles between two rod shapes in the log")] = 5
-    split_size: Annotated[
-        float, Field(ge=0.1, le=1e6, description="of a file, from which on the run goes on in another one [MB]")
-    ] = 1000.0
-    split_time: Annotated[float, Field(ge=1.0, le=1e7, description="the same, by the file's age [s]")] = 3600.0
+    split_size: Annotated[float, Field(ge=0.1, le=1e6, description="file size at which the log is split [MB]")] = 1000.0
+    split_time: Annotated[float, Field(ge=1.0, le=1e7, description="age of a file at which the log is split [s]")] = (
+        3600.0
+    )
     idle_period: Annotated[
-        float, Field(ge=0.0, le=3600.0, description="[s]; while idle, a tenth of a second in so many is logged; 0: all")
+        float,
+        Field(
+            ge=0.0, le=3600.0, description="period at which 0.1 s are logged while idle [s]; 0: every cycle is logged"
+        ),
     ] = 60.0
     keep_size: Annotated[float, Field(ge=0.0, le=1e6)] | None = Field(
         None,
-        description="[GB] of logs of this rig, the oldest are removed; 0: no bound; left out: 20 or a tenth of the disk"
-        " for a service, no bound by hand",
+        description="total size of this rig's logs above which the oldest are removed [GB]; 0: no limit; default:"
+        " 20 or a tenth of"
+        " the disk for a service, else no limit",
     )
     keep_days: Annotated[float, Field(ge=0.0, le=1e5)] | None = Field(
-        None, description="[days] that they are kept; 0: no bound; left out: 90 for a service, no bound by hand"
+        None, description="age at which logs are removed [days]; 0: never; default: 90 for a service, else never"
     )

@@ -1,11 +1,20 @@
-"""Keys of a configuration that have a new name and unit: the old ones are still read, with a warning each."""
+"""Configuration keys that were renamed or removed: old names are still read, with a warning each."""
 
 import warnings
 from collections.abc import Mapping
 from typing import Any
 
 DEFAULT_PERIOD = 0.01
-"""[s] of the loop, where a configuration names none: what a count of cycles meant."""
+"""Period of the loop where a configuration names none [s], to convert a count of cycles."""
+
+RENAMED = {
+    ("loop", "rehearse"): "speculate",
+    ("pretension", "least"): "tension_min",
+    ("faults", "equal_way"): "frozen_distance",
+    ("faults", "slack_part"): "slack_fraction",
+    ("commissioning", "tension_part"): "tension_fraction",
+}
+"""New name by section and old name; value and unit are the same."""
 
 IN_SECONDS = {
     ("faults", "pose_stale"): "pose_timeout",
@@ -19,24 +28,23 @@ IN_SECONDS = {
     ("faults", "slack_cycles"): "slack_time",
     ("limits", "sustained"): "limit_time",
 }
-"""Thresholds that were counted in cycles, by section and old name; the new name, in seconds."""
-
+"""New name [s] by section and old name, of thresholds that were counted in cycles."""
 
 REMOVED = {
     ("observer", "delay_scale"): "the gains follow from the loop's margin at the configured delay",
 }
-"""Keys that mean nothing any more, by section and name, and why: they are left aside, with a warning each."""
+"""Reason by section and name, of keys that no longer have a meaning: they are ignored, with a warning each."""
 
 
 class RenamedKeyWarning(UserWarning):
-    """An old name of a key was used; the message names the new one."""
+    """A configuration has an old key; the message names the new one."""
 
 
 def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], list[tuple[tuple[str, str], str]]]:
-    """Convert old keys to the new ones, warning of each.
+    """Convert old keys to the new ones, with a warning each.
 
     Args:
-        data: nested tables of a configuration; they stay as they are.
+        data: nested tables of a configuration; not modified.
         source: name of the file, for the warnings.
 
     Returns:
@@ -44,6 +52,16 @@ def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], l
     """
     objections: list[tuple[tuple[str, str], str]] = []
     new = dict(data)
+    for (section, old), name in RENAMED.items():
+        table = new.get(section)
+        if not isinstance(table, Mapping) or old not in table:
+            continue
+        new[section] = {name if key == old else key: value for key, value in table.items()}
+        if name in table:
+            new[section][name] = table[name]
+            objections.append(((section, old), f"was renamed to {section}.{name}, which is given too: remove {old}"))
+        else:
+            _warn(f"{source}: {section}.{old} was renamed to {section}.{name}: use that key")
     for (section, old), name in IN_SECONDS.items():
         table = new.get(section)
         if not isinstance(table, Mapping) or old not in table:
@@ -57,20 +75,20 @@ def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], l
         else:
             seconds = round(cycles * _period(data), 9)
             rest[name] = seconds
-            warnings.warn(
+            _warn(
                 f"{source}: {section}.{old} = {cycles} (cycles) is read as {section}.{name} = {seconds:g} [s]: "
-                "use that key",
-                RenamedKeyWarning,
-                stacklevel=4,
+                "use that key"
             )
     for (section, old), why in REMOVED.items():
         table = new.get(section)
         if isinstance(table, Mapping) and old in table:
             new[section] = {key: value for key, value in table.items() if key != old}
-            warnings.warn(
-                f"{source}: {section}.{old} is no longer used ({why}): remove it", RenamedKeyWarning, stacklevel=4
-            )
+            _warn(f"{source}: {section}.{old} is no longer used ({why}): remove it")
     return new, objections
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, RenamedKeyWarning, stacklevel=5)
 
 
 def _period(data: Mapping[str, Any]) -> float:

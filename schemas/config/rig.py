@@ -93,8 +93,8 @@ class RigConfig(Schema):
             yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
         if self.pretension.antagonist > 0.0 and control.antagonist is None:
             yield "pretension.antagonist needs control.antagonist"
-        if self.pretension.least >= self.limits.tension_max:
-            yield "pretension.least must be below limits.tension_max"
+        if self.pretension.tension_min >= self.limits.tension_max:
+            yield "pretension.tension_min must be below limits.tension_max"
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
             yield "pretension.tension and .antagonist together are above limits.tension_max"
         if len(self.simulator.rod.tendon_positions) != count:

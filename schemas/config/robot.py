@@ -1,4 +1,4 @@
-"""[rod]: the robot, and what damps it."""
+"""[rod]: geometry, material, damping and tendons of the robot."""
 
 from typing import Annotated, Literal
 
@@ -13,25 +13,51 @@ Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 class RodSection(Schema):
     """[rod] and [simulator.rod]: parameters of the Cosserat rod; the defaults are the paper's robot."""
 
-    length: Annotated[float, Field(gt=0.0, le=10.0, description="[m]")] = 0.5
-    radius: Annotated[float, Field(gt=0.0, le=0.1, description="of the backbone [m]")] = 1e-3
-    youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="[Pa]")] = 190e9
-    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.5, description="[-]")] = 0.3
-    density: Annotated[float, Field(gt=0.0, le=1e6, description="with disks, glue, markers [kg/m^3]")] = 17189.0
-    shear_damping: Diagonal = Field((0.0, 0.0, 0.0), description="diagonal of Bse [N s]")
-    bending_damping: Diagonal = Field((0.008, 0.008, 0.008), description="diagonal of Bbt [N m^2 s]")
-    drag: Diagonal = Field((0.1, 0.1, 0.1), description="diagonal of C [kg/m^2]")
-    gravity: Vector3 = Field((-9.81, 0.0, 0.0), description="world frame, straight rod along +z [m/s^2]")
+    length: Annotated[float, Field(gt=0.0, le=10.0, description="length of the backbone [m]")] = 0.5
+    radius: Annotated[float, Field(gt=0.0, le=0.1, description="radius of the backbone [m]")] = 1e-3
+    youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="Young's modulus of the backbone [Pa]")] = 190e9
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio of the backbone [-]")] = 0.3
+    density: Annotated[
+        float, Field(gt=0.0, le=1e6, description="density of the backbone with disks, glue and markers [kg/m^3]")
+    ] = 17189.0
+    shear_damping: Diagonal = Field(
+        (0.0, 0.0, 0.0), description="damping of shear and extension, diagonal of Bse [N s]"
+    )
+    bending_damping: Diagonal = Field(
+        (0.008, 0.008, 0.008), description="damping of bending and torsion, diagonal of Bbt [N m^2 s]"
+    )
+    drag: Diagonal = Field((0.1, 0.1, 0.1), description="drag of the air, diagonal of C [kg/m^2]")
+    gravity: Vector3 = Field(
+        (-9.81, 0.0, 0.0), description="gravity in the world frame, with the straight rod along +z [m/s^2]"
+    )
     tendon_positions: Annotated[
         tuple[tuple[float, float], ...],
-        Field(min_length=1, max_length=16, description="(x, y) of each tendon in the cross-section [m]"),
+        Field(min_length=1, max_length=16, description="position (x, y) of each tendon in the cross-section [m]"),
     ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
-    tip_mass: Annotated[float, Field(ge=0.0, le=10.0, description="of a tool or marker body on the tip [kg]")] = 0.0
-    tip_inertia: Diagonal = Field((0.0, 0.0, 0.0), description="diagonal about its centre of mass, body frame [kg m^2]")
-    tip_offset: Vector3 = Field((0.0, 0.0, 0.0), description="from the tip to its centre of mass, body frame [m]")
-    tendon_stiffness: Positive | None = Field(None, description="[N/m]; left out: tendons do not stretch")
-    space: Literal["euler", "rk4", "rk6"] = Field("rk6", description="scheme along the rod; euler is the paper's")
+    tip_mass: Annotated[float, Field(ge=0.0, le=10.0, description="mass of a tool or marker body on the tip [kg]")] = (
+        0.0
+    )
+    tip_inertia: Diagonal = Field(
+        (0.0, 0.0, 0.0), description="inertia of that body about its centre of mass, diagonal, body frame [kg m^2]"
+    )
+    tip_offset: Vector3 = Field(
+        (0.0, 0.0, 0.0), description="centre of mass of that body, from the tip, body frame [m]"
+    )
+    tendon_stiffness: Positive | None = Field(
+        None, description="stiffness of a whole tendon [N/m]; default: inextensible"
+    )
+    space: Literal["euler", "rk4", "rk6"] = Field(
+        "rk6", description="integration scheme along the rod; euler is the paper's"
+    )
     nodes: (
-        Annotated[int, Field(ge=2, le=2000, description="along the rod; left out: the scheme's own number")] | None
+        Annotated[
+            int,
+            Field(
+                ge=2,
+                le=2000,
+                description="number of nodes along the rod; default: the scheme's own",
+            ),
+        ]
+        | None
     ) = None
-    alpha: Annotated[float, Field(ge=-0.5, le=0.0, description="of BDF-alpha [-]")] = -0.2
+    alpha: Annotated[float, Field(ge=-0.5, le=0.0, description="parameter of the BDF-alpha scheme in time [-]")] = -0.2

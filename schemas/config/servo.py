@@ -1,4 +1,4 @@
-"""[servo]: the Dynamixel bus, the spools, and what the servo driver allows whatever the controller commands."""
+"""[servo]: Dynamixel bus, spools, and the servo driver's own limits."""
 
 import math
 from typing import Annotated, Literal
@@ -10,85 +10,121 @@ from tendond.schemas.config.ranges import NotNegative, Positive
 
 BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
 STALL_TORQUE = 1.4
-"""[N m] of the XL430-W250-T at 11.1 V, by its manual."""
+"""Stall torque of the XL430-W250-T at 11.1 V [N m] (ROBOTIS e-Manual)."""
 
 NO_LOAD_SPEED = 57.0 * 2.0 * math.pi / 60.0
-"""[rad/s] of the XL430-W250-T at 11.1 V, by its manual."""
+"""No-load speed of the XL430-W250-T at 11.1 V [rad/s] (ROBOTIS e-Manual)."""
 
 VELOCITY_LIMIT = 265 * 0.229 * 2.0 * math.pi / 60.0
-"""[rad/s] Velocity Limit of the XL430-W250-T as in the factory, by its manual; 'tendond servo setup' leaves it so."""
+"""Factory value of the XL430-W250-T's Velocity Limit [rad/s] (ROBOTIS e-Manual); 'tendond servo setup' keeps it."""
 
 WATCHDOG_UNIT = 0.02
-"""[s] per unit of the servo's Bus Watchdog."""
+"""Unit of the servo's Bus Watchdog [s]."""
 
 
 class ServoSection(Schema):
-    """[servo]"""
+    """[servo]: Dynamixel bus, spools, and the servo driver's own limits."""
 
     port: str = Field("/dev/ttyUSB0", description="serial port of the bus")
     baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = Field(
-        1_000_000, description="[bit/s]"
+        1_000_000, description="baud rate of the bus [bit/s]"
     )
     ids: tuple[Annotated[int, Field(ge=0, le=252)], ...] = Field(
-        (), description="of the servos, in the order of the tendons; left out: 1, 2, 3 and so on"
+        (), description="ids of the servos, in the order of the tendons; default: 1, 2, 3 and so on"
     )
-    calibration: str = Field("calibration.json", description="file of zeros, signs and spools, beside this file")
-    spool_radius: Annotated[float, Field(gt=0.0, le=0.2, description="[m]; before it is calibrated")] = 0.015
-    period: Annotated[float, Field(ge=0.002, le=0.1, description="[s]; of the driver's cycle")] = 0.01
+    calibration: str = Field(
+        "calibration.json", description="calibration file with zeros, signs and spools, relative to this file"
+    )
+    spool_radius: Annotated[float, Field(gt=0.0, le=0.2, description="radius of the spools before calibration [m]")] = (
+        0.015
+    )
+    period: Annotated[float, Field(ge=0.002, le=0.1, description="period of the driver's cycle [s]")] = 0.01
     answer_timeout: Annotated[
-        float, Field(ge=0.001, le=1.0, description="[s]; for a servo's answer, beside its time on the wire")
+        float, Field(ge=0.001, le=1.0, description="timeout of a servo's answer, beyond its time on the wire [s]")
     ] = 0.004
-    fast_read: bool = Field(True, description="Fast Sync Read; false for firmware that does not know it")
-    profile_velocity: Annotated[float, Field(gt=0.0, le=24.0, description="[rad/s]; of the servos")] = 5.9
+    fast_read: bool = Field(True, description="use Fast Sync Read; false for firmware without it")
+    profile_velocity: Annotated[float, Field(gt=0.0, le=24.0, description="Profile Velocity of the servos [rad/s]")] = (
+        5.9
+    )
     profile_acceleration: Annotated[
-        float, Field(ge=0.0, le=12000.0, description="[rad/s^2]; of the servos; 0: no limit")
+        float, Field(ge=0.0, le=12000.0, description="Profile Acceleration of the servos [rad/s^2]; 0: no limit")
     ] = 200.0
     watchdog: Annotated[
-        float, Field(ge=0.04, le=2.5, description="[s]; of silence on the bus after which a servo stops by itself")
+        float,
+        Field(
+            ge=0.04, le=2.5, description="silence on the bus after which a servo stops by itself, its Bus Watchdog [s]"
+        ),
     ] = 0.2
-    displacement_min: Annotated[float, Field(le=0.0, ge=-1.0, description="[m]")] = -0.08
-    displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="[m]")] = 0.08
-    displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="[m/s]")] = 0.085
-    load_max: Annotated[float, Field(gt=0.0, le=1.0, description="of the stall torque [-]")] = 0.7
-    load_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; for which it may be exceeded")] = 0.3
+    displacement_min: Annotated[
+        float, Field(le=0.0, ge=-1.0, description="smallest displacement of a tendon [m]")
+    ] = -0.08
+    displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="largest displacement of a tendon [m]")] = 0.08
+    displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="largest rate of the displacement [m/s]")] = (
+        0.085
+    )
+    load_max: Annotated[
+        float, Field(gt=0.0, le=1.0, description="largest load of a servo, as a fraction of its stall torque [-]")
+    ] = 0.7
+    load_time: Annotated[float, Field(gt=0.0, le=10.0, description="time beyond load_max that is a fault [s]")] = 0.3
     tension_margin: Annotated[
         float,
         Field(
             ge=1.0,
             le=5.0,
-            description="so many times limits.tension_max may a servo's load be, if load_max is not less: it is"
-            " inferred from the motor's output, and gears and friction are in it [-]",
+            description="largest load of a servo, as a multiple of limits.tension_max, where load_max is not less"
+            " [-]; the load"
+            " is inferred from the motor's output and includes gears and friction",
         ),
     ] = 1.5
     following_error: Annotated[
-        float, Field(gt=0.0, le=0.1, description="[m]; that a tendon may be behind its goal")
+        float, Field(gt=0.0, le=0.1, description="largest distance of a tendon from its goal [m]")
     ] = 0.01
-    following_time: Annotated[float, Field(gt=0.0, le=10.0, description="[s]; for which it may be exceeded")] = 0.3
-    temperature_max: Annotated[float, Field(gt=0.0, le=80.0, description="[degree Celsius]")] = 68.0
-    voltage_min: Annotated[float, Field(ge=6.0, le=14.0, description="[V]")] = 9.5
-    voltage_max: Annotated[float, Field(ge=6.0, le=14.8, description="[V]")] = 13.0
+    following_time: Annotated[
+        float, Field(gt=0.0, le=10.0, description="time beyond following_error that is a fault [s]")
+    ] = 0.3
+    temperature_max: Annotated[
+        float, Field(gt=0.0, le=80.0, description="largest temperature of a servo [degree Celsius]")
+    ] = 68.0
+    voltage_min: Annotated[float, Field(ge=6.0, le=14.0, description="smallest supply voltage [V]")] = 9.5
+    voltage_max: Annotated[float, Field(ge=6.0, le=14.8, description="largest supply voltage [V]")] = 13.0
     command_timeout: Annotated[
-        float, Field(ge=0.02, le=2.0, description="[s]; without a command for so long, the goals are held")
+        float, Field(ge=0.02, le=2.0, description="time without a command after which the goals are held [s]")
     ] = 0.1
     hold_time: Annotated[
-        float, Field(ge=0.0, le=60.0, description="[s]; that they are held before the bus falls silent")
+        float,
+        Field(ge=0.0, le=60.0, description="time for which the goals are held, before the driver stops sending [s]"),
     ] = 1.0
     silent_reads: Annotated[int, Field(ge=1, le=100, description="unanswered reads in a row that are a fault")] = 5
     fault_hold: Annotated[
-        float, Field(ge=0.0, le=10.0, description="[s]; that all tendons stand still after a fault")
+        float, Field(ge=0.0, le=10.0, description="time for which all tendons stand still after a fault [s]")
     ] = 0.3
-    release_rate: Annotated[float, Field(gt=0.0, le=1.0, description="[m/s]; at which they are let out afterwards")] = (
-        0.05
-    )
+    release_rate: Annotated[
+        float, Field(gt=0.0, le=1.0, description="rate at which the tendons are released [m/s]")
+    ] = 0.05
     release_time: Annotated[
-        float, Field(gt=0.0, le=10.0, description="[s]; after which the torque goes off in any case")
+        float,
+        Field(
+            gt=0.0, le=10.0, description="duration of a release after which the torque is switched off in any case [s]"
+        ),
     ] = 4.0
     home_window: Annotated[
-        float, Field(gt=0.0, le=0.2, description="[m]; within which a tendon must be of its zero to be switched on")
+        float,
+        Field(
+            gt=0.0,
+            le=0.2,
+            description="largest distance of a tendon from its zero at which the torque may be switched on [m]",
+        ),
     ] = 0.01
-    pretension_load: Annotated[float, Field(gt=0.0, le=0.5, description="of the stall torque [-]")] = 0.06
-    pretension_reach: NotNegative = Field(0.03, description="[m]; of slack that may be wound up in search of it")
-    slow_rate: Positive = Field(0.01, description="[m/s]; of homing, pretension and calibration")
+    pretension_load: Annotated[
+        float,
+        Field(
+            gt=0.0, le=0.5, description="load at which a tendon counts as taut, as a fraction of the stall torque [-]"
+        ),
+    ] = 0.06
+    pretension_reach: NotNegative = Field(
+        0.03, description="largest slack that is taken up in search of pretension_load [m]"
+    )
+    slow_rate: Positive = Field(0.01, description="rate of homing, pretension and calibration [m/s]")
 
     @field_validator("ids")
     @classmethod
@@ -115,7 +151,7 @@ class ServoSection(Schema):
         return self
 
     def turn_objection(self, spool_radius: float, name: str) -> str:
-        """Why a servo that is rebooted would not know where its tendon is; empty where it would.
+        """Explain why a rebooted servo would not know where its tendon is; empty where it would.
 
         Args:
             spool_radius: of the spool [m].
@@ -138,7 +174,7 @@ class ServoSection(Schema):
         return ""
 
     def servo_ids(self, tendons: int) -> tuple[int, ...]:
-        """Id of each tendon's servo."""
+        """Return the id of each tendon's servo."""
         return self.ids or tuple(range(1, tendons + 1))
 
 
@@ -150,7 +186,7 @@ def servo_objections(
     displacement_min: float,
     displacement_max: float,
 ) -> list[str]:
-    """What the controller's limits ask of the servos that they cannot do, in words.
+    """Name the controller's limits that the servos cannot meet, one line each.
 
     Args:
         section: [servo].

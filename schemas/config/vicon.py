@@ -1,4 +1,4 @@
-"""[vicon]: which objects of Vicon Tracker are the robot, how they lie on it, and how Tracker's numbers are read."""
+"""[vicon]: Vicon Tracker's objects on the robot, their alignment, and the stream."""
 
 import math
 from ipaddress import IPv4Address
@@ -12,13 +12,13 @@ from tendond.schemas.config.ranges import Axis, Port, Positive
 Axes = tuple[Axis, Axis, Axis]
 EulerOrder = Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx"]
 NAME_BYTES = 24
-"""Of an object's name in Tracker's UDP stream."""
+"""Bytes of an object's name in Tracker's UDP stream."""
 
 _SIGNED = {"+": 1, "-": -1}
 
 
 def axis_vector(axis: Axis) -> tuple[int, int, int]:
-    """The unit vector of an axis: '-y' is (0, -1, 0)."""
+    """Return the unit vector of an axis: '-y' is (0, -1, 0)."""
     x, y, z = (_SIGNED[axis[0]] if axis[1] == letter else 0 for letter in "xyz")
     return x, y, z
 
@@ -32,38 +32,53 @@ def _is_ipv4(text: str) -> bool:
 
 
 class ViconSection(Schema):
-    """[vicon]"""
+    """[vicon]: Vicon Tracker's objects on the robot, their alignment, and the stream."""
 
     source: Literal["udp", "datastream"] = Field(
-        "udp", description="udp: Tracker's UDP object stream; datastream: the DataStream SDK, extra [vicon-sdk]"
+        "udp",
+        description="source of the frames; udp: Tracker's UDP object stream; datastream: the DataStream SDK, extra"
+        " [vicon-sdk]",
     )
-    address: str = Field("0.0.0.0", description="of this computer's network card on which packets are awaited")
-    multicast: str = Field("", description="group that is joined on that card, where Tracker sends to one")
+    address: str = Field("0.0.0.0", description="address of the network card on which packets arrive")
+    multicast: str = Field("", description="multicast group to join on that card, if Tracker sends to one")
     port: Port = Field(51001, description="UDP port to which Tracker sends")
     sender: str = Field(
-        "", description="address of Tracker's computer, from which alone packets are taken; empty: the first that sends"
+        "", description="address of Tracker's computer, the only accepted sender; empty: the first that sends"
     )
-    server: str = Field("127.0.0.1:801", description="of the DataStream server, HOST:PORT")
+    server: str = Field("127.0.0.1:801", description="address of the DataStream server, HOST:PORT")
     server_timeout: Annotated[
-        float, Field(gt=0.0, le=600.0, description="[s]; without a first frame for so long, it is connected to anew")
+        float,
+        Field(
+            gt=0.0, le=600.0, description="time without a first frame after which the connection is opened again [s]"
+        ),
     ] = 10.0
     tip: str = Field("tip", description="name of Tracker's object at the tip")
     base: str = Field("base", description="name of Tracker's object at the base; empty: the Vicon world is the base")
     euler_order: EulerOrder = Field(
-        "XYZ", description="of the three angles: capitals about the object's moving axes, small about the fixed ones"
+        "XYZ",
+        description="order of the three angles; capitals: about the object's moving axes; small letters: about the"
+        " fixed axes",
     )
     base_axes: Axes = Field(("+x", "+y", "+z"), description="axes of the base object along the rod frame's x, y and z")
-    base_offset: Vector3 = Field((0.0, 0.0, 0.0), description="[m]; the rod's base, in the base object's frame")
-    tip_axes: Axes = Field(("+x", "+y", "+z"), description="axes of the tip object along the rod's x, y and z there")
-    tip_offset: Vector3 = Field((0.0, 0.0, 0.0), description="[m]; the rod's tip, in the tip object's frame")
+    base_offset: Vector3 = Field((0.0, 0.0, 0.0), description="base of the rod, in the base object's frame [m]")
+    tip_axes: Axes = Field(
+        ("+x", "+y", "+z"), description="axes of the tip object along the rod's x, y and z at the tip"
+    )
+    tip_offset: Vector3 = Field((0.0, 0.0, 0.0), description="tip of the rod, in the tip object's frame [m]")
     up: Axis = Field("+z", description="axis of the Vicon world that points up; checked against rod.gravity")
     gravity_tolerance: Annotated[
-        float, Field(gt=0.0, le=math.pi, description="[rad]; a base turned further than this gives no valid pose")
+        float,
+        Field(
+            gt=0.0,
+            le=math.pi,
+            description="largest angle between measured and configured gravity for a valid pose [rad]",
+        ),
     ] = 0.17
     latency: Annotated[
-        float, Field(ge=0.0, le=0.5, description="[s]; from exposure to the packet's arrival, taken off the stamp")
+        float,
+        Field(ge=0.0, le=0.5, description="delay from exposure to the packet's arrival, subtracted from the stamp [s]"),
     ] = 0.0
-    silence: Positive = Field(1.0, description="[s]; without a packet for so long, the driver says so")
+    silence: Positive = Field(1.0, description="time without a packet after which the driver reports it [s]")
 
     @field_validator("address", "multicast", "sender")
     @classmethod
@@ -76,9 +91,11 @@ class ViconSection(Schema):
     @classmethod
     def _card(cls, value: str) -> str:
         if not value:
-            raise ValueError("must be an IPv4 address, for instance 192.168.10.2; 0.0.0.0 stands for all cards")
+            raise ValueError("must be an IPv4 address, for instance 192.168.10.2; 0.0.0.0 means all cards")
         if IPv4Address(value).is_multicast:
-            raise ValueError("is a multicast group: set vicon.multicast to it, and this to the card's own address")
+            raise ValueError(
+                "is a multicast group: set vicon.multicast to it, and vicon.address to the card's own address"
+            )
         return value
 
     @field_validator("multicast")

@@ -128,7 +128,7 @@ class ProbePlan:
         arms = np.hypot(*np.array(parameters.tendon_positions).T)
         wanted = 2.0 * parameters.bending_stiffness * motion / (np.maximum(arms, 1e-6) * parameters.length**2)
         slack = SLACK_WAYS * 2.0 * motion * float(np.max(arms)) / parameters.length
-        largest = section.tension_part * config.limits.tension_max
+        largest = section.tension_fraction * config.limits.tension_max
         return ProbePlan(
             tensions=np.minimum(wanted, largest / MORE),
             motion=motion,
@@ -215,7 +215,7 @@ def start_probe(
 
 def probe_limits(config: RigConfig) -> LimitsSection:
     """Limits of the command while tendons are probed."""
-    largest = config.commissioning.tension_part * config.limits.tension_max
+    largest = config.commissioning.tension_fraction * config.limits.tension_max
     return config.limits.model_copy(update={"tension_min": 0.0, "tension_max": largest})
 
 

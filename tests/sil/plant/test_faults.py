@@ -41,7 +41,7 @@ duration = 1.0
 unreachable = "track"
 [faults]
 mismatch = 100.0
-equal_way = 1000.0
+frozen_distance = 1000.0
 pose_timeout = 5.0
 tendon_timeout = 5.0
 overrun_time = 5.0

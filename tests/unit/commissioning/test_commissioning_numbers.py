@@ -191,7 +191,7 @@ def test_a_probe_pulls_by_the_rods_stiffness_and_no_more_than_its_part_of_the_la
     section = CONFIG.commissioning
     stiffness = 190e9 * math.pi * 1e-3**4 / 4.0
     wanted = 2.0 * stiffness * section.motion * 0.5 / (0.02 * 0.5**2)
-    largest = section.tension_part * 60.0
+    largest = section.tension_fraction * 60.0
     assert wanted < largest
     assert PLAN.tensions == pytest.approx([wanted] * 4)
     assert PLAN.load_max == pytest.approx(largest)
@@ -201,7 +201,7 @@ def test_a_probe_pulls_by_the_rods_stiffness_and_no_more_than_its_part_of_the_la
     assert (PLAN.down, PLAN.start, PLAN.block, PLAN.rest) == (12, 16, 10, 50)
     assert (PLAN.ramp, PLAN.settling) == (round(section.ramp / 0.01), round(section.settling / 0.01))
     _, stiff = plan("[rod]\nyoungs_modulus = 1e12\n[limits]\ntension_max = 30.0\n[reference]\nacross = 0.01\n")
-    assert stiff.tensions == pytest.approx([section.tension_part * 30.0 / 1.5] * 4)  # half as much again is allowed
+    assert stiff.tensions == pytest.approx([section.tension_fraction * 30.0 / 1.5] * 4)  # half as much again is allowed
     limits = probe_limits(CONFIG)
     assert limits.tension_min == 0.0
     assert limits.tension_max == pytest.approx(largest)

@@ -253,7 +253,7 @@ def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() 
         parse_config(
             "[limits]\ntension_max = 500.0\ndisplacement_max = 1.0\ndisplacement_min = -1.0\n"
             "displacement_rate = 1000.0\n[pretension]\ntension = 480.0\nduration = 1.0\n"
-            "[reference]\nunreachable = 'track'\n[faults]\nmismatch = 100.0\nequal_way = 1000.0\n"
+            "[reference]\nunreachable = 'track'\n[faults]\nmismatch = 100.0\nfrozen_distance = 1000.0\n"
             "[commissioning]\nprobe = false\n",
             "test",
         )

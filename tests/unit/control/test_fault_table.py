@@ -79,7 +79,7 @@ def test_what_the_tendon_driver_reports_is_a_fault() -> None:
 
 def test_equal_poses_are_a_fault_only_where_the_model_has_moved() -> None:
     frozen = with_runs(equal_poses=ALLOWED.frozen_time)
-    assert find_fault(SETUP, changed(frozen, way=FAULTS.equal_way)) == ""
+    assert find_fault(SETUP, changed(frozen, way=FAULTS.frozen_distance)) == ""
     assert find_fault(SETUP, changed(with_runs(equal_poses=ALLOWED.frozen_time - 1), way=0.0234)) == ""
     assert find_fault(SETUP, changed(frozen, way=0.0234)) == (
         f"pose frozen: equal ones for {seconds(ALLOWED.frozen_time)} while the model's tip went 23 mm"
@@ -113,7 +113,7 @@ def test_a_tendon_that_does_not_pull_is_a_fault_after_its_time_and_is_named() ->
         ((0.0, 0.0, 30.0, 30.0), (0.0, 0.0, 30.0, 1.0), 3),
         ((0.0, 0.0, 30.0, 30.0), (0.0, 0.0, 1.0, 1.0), 2),
         ((FAULTS.slack_tension,) * 4, (0.0,) * 4, None),  # too little to tell
-        ((30.0,) * 4, (FAULTS.slack_part * 30.0,) * 4, None),
+        ((30.0,) * 4, (FAULTS.slack_fraction * 30.0,) * 4, None),
         ((30.0,) * 4, (-30.0,) * 4, None),  # the wrong sign is another matter
         ((30.0,) * 4, (0.0,) * 3, None),  # another number of tendons is a fault of its own
     ],

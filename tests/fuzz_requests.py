@@ -131,7 +131,7 @@ def run(count: int, seed: int) -> dict[str, int]:
 def _plan(setup: CycleSetup, state: CycleState, asked: ControlRequest) -> str:
     """Plan as the planner does; the cycle finds the plan, or finds the same error again."""
     assert asked.reference is not None
-    plan = make_plan(setup, state.choice.law_name, asked.reference)
+    plan = make_plan(setup, state.selection.law_name, asked.reference)
     assert not plan.error.startswith("planning failed"), plan.error
     if plan.reference is None:
         return "plan: refused"
@@ -151,7 +151,7 @@ def _cycle(
         law=None if asked is None else asked.law,
         reference=None if asked is None else asked.reference,
     )
-    before = state.commanded
+    before = state.tension_command
     state, command, record = step(setup, state, inputs)
     plant.step(command)
     limits = setup.config.limits

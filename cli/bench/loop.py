@@ -24,7 +24,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.modes import ACTIVE
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -272,12 +272,12 @@ def _recorder(folder: Path) -> Quantiles:
     setup = CycleSetup.from_config(config)
     inputs = [record.inputs for record in closed_loop(config, 500, {5: ControlAction.ARM})]
     state, times = initial_state(setup), []
-    with Journal(folder / "recorder.mcap", config, setup.rod) as journal:
+    with RunLog(folder / "recorder.mcap", config, setup.rod) as run_log:
         for tick, arrived in enumerate(inputs):
             state, _, record = step(setup, state, arrived)
             timing = LoopTiming(tick=tick, lateness_us=1.0, work_us=1.0, missed_ticks=0)
             started = time.monotonic()
-            journal.cycle(record, timing, state.rod, None)
+            run_log.cycle(record, timing, state.rod, None)
             times.append((time.monotonic() - started) * 1e6)
             time.sleep(config.loop.period)
     return Quantiles.of(times)

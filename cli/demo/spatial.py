@@ -60,7 +60,7 @@ CHAIN_WORDS = {
 
 
 def _course(text: str) -> Course:
-    course = CycleSetup.from_config(parse_config(text, "demo-3d")).choice.reference
+    course = CycleSetup.from_config(parse_config(text, "demo-3d")).selection.reference
     assert isinstance(course, Course)
     return course
 
@@ -78,7 +78,7 @@ def outcome_from_log(path: Path) -> Outcome:
     first = mode.index(Mode.TRACKING.value)
     count = next((i for i, value in enumerate(mode[first:]) if value != Mode.TRACKING.value), len(mode) - first)
     part = slice(first, first + count)
-    course = CycleSetup.from_config(run.config).choice.reference
+    course = CycleSetup.from_config(run.config).selection.reference
     assert isinstance(course, Course)
     truth = np.asarray(run["truth.position"][part], dtype=np.float64)
     seen = ~np.isnan(truth[:, 0])

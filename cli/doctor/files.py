@@ -34,7 +34,7 @@ def log_space(rig: Rig) -> Result:
     folder = existing(rig.log_folder)
     name, section = rig.config.rig.name, rig.config.log
     kept = retention(section, rig.log_folder, name, service=rig.log_folder.resolve().is_relative_to(SYSTEM_LOGS))
-    room = replace(kept, folder=folder).outlook()
+    room = replace(kept, folder=folder).room()
     finding = f"{room.free / GIGABYTE:.1f} GB free for {rig.log_folder}, {room.used / GIGABYTE:.1f} GB of logs"
     if room.size is not None:
         finding += f" of {room.size / GIGABYTE:.1f} GB that may be kept"

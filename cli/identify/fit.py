@@ -15,7 +15,7 @@ from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.data import load_recording, parse_weights
-from tendond.offline.identification.dry_run import Rehearsal, rehearse
+from tendond.offline.identification.dry_run import DryRun, dry_run
 from tendond.offline.identification.fit import LOSSES, Loss
 from tendond.offline.identification.identify import Identification, Options, identify
 from tendond.offline.identification.parameter_file import free_name, parameter_file
@@ -145,8 +145,8 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     config = load_config(config_file)
     announce_compilation(say)
     plan = propose(config, kinds(parts), reach)
-    rehearsed = rehearse(rig_of_model(config), plan)
-    for line in plan_lines(plan, rehearsed):
+    dry = dry_run(rig_of_model(config), plan)
+    for line in plan_lines(plan, dry):
         print(line)
     option = f" --config {config_file}" if config_file else ""
     weight = proposed_weight(config)
@@ -159,13 +159,13 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     )
 
 
-def plan_lines(plan: Plan, rehearsed: Rehearsal) -> list[str]:
+def plan_lines(plan: Plan, dry: DryRun) -> list[str]:
     """A plan for the eye."""
     lines = [f"{time:6.1f} s  {words}" for time, words in plan.parts]
     lines.append(f"{plan.duration:6.1f} s  end")
     lines.append(
-        f"on the simulator: tension up to {rehearsed.tension:.1f} N, tendon {rehearsed.displacement * 1e3:.1f} mm, "
-        f"tip {rehearsed.speed:.1f} m/s; at a limit in {rehearsed.limited:.0%} of the cycles"
+        f"on the simulator: tension up to {dry.tension:.1f} N, tendon {dry.displacement * 1e3:.1f} mm, "
+        f"tip {dry.speed:.1f} m/s; at a limit in {dry.limited:.0%} of the cycles"
     )
     return lines
 
@@ -176,7 +176,7 @@ def kinds(parts: str) -> tuple[str, ...]:
 
 
 def rig_of_model(config: RigConfig, weight: float = 0.0) -> RigConfig:
-    """A configuration whose simulator is the controller's own model, with its limits: for a rehearsal."""
+    """A configuration whose simulator is the controller's own model, with its limits: for a dry run."""
     simulator = config.simulator.model_copy(
         update={
             "rod": config.rod,

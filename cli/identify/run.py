@@ -26,7 +26,7 @@ from tendond.cli.processes import (
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.data import WEIGHT_NOTE
-from tendond.offline.identification.dry_run import rehearse
+from tendond.offline.identification.dry_run import dry_run
 from tendond.offline.identification.plan import Plan, Request, propose
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
@@ -39,7 +39,7 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
     """Rehearse a plan, ask, and carry it out; see `tendond identify run --help`.
 
     Raises:
-        TendondError: a configuration that leaves no way to go, a plan that the rehearsal does not survive, a controller
+        TendondError: a configuration that leaves no way to go, a plan that the dry run does not survive, a controller
             that cannot be started, a fault on the way.
     """
     config = load_config(config_file)
@@ -50,8 +50,8 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
     _refuse_another_controller(config)
     announce_compilation(say)
     plan = propose(config, kinds(parts), reach)
-    rehearsed = rehearse(rig_of_model(config, weight), plan)
-    for line in plan_lines(plan, rehearsed):
+    dry = dry_run(rig_of_model(config, weight), plan)
+    for line in plan_lines(plan, dry):
         print(line, flush=True)
     if not yes and input(f"Weight on the tip: {weight:g} kg. Is the arm free to move? [y/N] ").strip() not in (
         "y",

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import chosen_config, say, stop_on_signals
-from tendond.daemon.control.reference.feasibility import haste
+from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.recording.retention import retention
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Clock, Lockstep, Pacer
@@ -50,11 +50,11 @@ def run_controller(
     except (LawError, ModelError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
-    written = Journal(log_file, config, setup.rod, calibration=calibration, notes=notes, retention=kept)
+    written = RunLog(log_file, config, setup.rod, calibration=calibration, notes=notes, retention=kept)
     # The planner is forked, so it comes before there is a thread.
-    with closing(Planner(setup)) as planner, Hub(config) as hub, written as journal:
+    with closing(Planner(setup)) as planner, Hub(config) as hub, written as run_log:
         supervisor = Supervisor()
-        loop = Loop(setup, hub, journal, arm_at, supervisor, planner)
+        loop = Loop(setup, hub, run_log, arm_at, supervisor, planner)
         try:
             state = loop.warm()
         except ModelError as error:
@@ -65,20 +65,20 @@ def run_controller(
             be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
-            pacer = Clock(hub, config.loop.period, loop.rehearse if config.loop.speculate else None, journal.rest_from)
+            pacer = Clock(hub, config.loop.period, loop.speculate if config.loop.speculate else None, run_log.rest_from)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
-        for note in setup.choice.reference.notes:
+        for note in setup.selection.reference.notes:
             say(note)
-        if late := haste(setup.choice.reference, setup.config.limits):
+        if late := feasibility(setup.selection.reference, setup.config.limits):
             say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
         say(ready)
         supervisor.ready(ready)
         loop.run(state, pacer, stopped, cycles)
-    if journal.error:
-        raise DaemonError(f"ended, its log is not whole: {journal.summary}; free or mend the disk")
-    say(f"ended: {journal.summary}")
+    if run_log.error:
+        raise DaemonError(f"ended, its log is not whole: {run_log.summary}; free or mend the disk")
+    say(f"ended: {run_log.summary}")
 
 
 def _calibration(config: RigConfig, folder: Path) -> Calibration | None:

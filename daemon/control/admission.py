@@ -42,7 +42,7 @@ class Admission:
 
 def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admission:
     """Take over the inputs that can be trusted and age the rest."""
-    missed, runs, allowed = inputs.missed_ticks, state.runs, setup.thresholds
+    missed, runs, allowed = inputs.missed_ticks, state.bad_cycles, setup.thresholds
     alive = {TIP_POSE: allowed.pose_timeout, TENDON_STATE: allowed.tendon_timeout}
     pulling = state.mode not in (Mode.STARTING, Mode.IDLE, Mode.FAULT)
     heard = hear(state.sources, state.tick, inputs, alive, allowed.source_time, pulling=pulling)
@@ -74,7 +74,8 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         for name in rejected:
             counts[name] = counts.get(name, 0) + 1
 
-    age, earlier, interval, way, equal = state.pose_age, state.earlier, state.interval, state.way, runs.equal_poses
+    age, interval = state.pose_age, state.pose_interval
+    earlier, way, equal = state.previous_position, state.path_length, runs.equal_poses
     if fresh and pose is not None:
         same = state.pose is not None and state.pose.position == pose.position
         equal, way = (lengthened(equal, 1 + missed + (age or 0)), way) if same else (0, 0.0)
@@ -101,13 +102,13 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         state,
         pose=pose if fresh else state.pose,
         pose_age=age,
-        earlier=earlier,
-        interval=interval,
-        way=way,
+        previous_position=earlier,
+        pose_interval=interval,
+        path_length=way,
         tendon_state=tendon_state,
         tendon_age=tendon_age,
         tendon_interval=tendon_interval,
-        runs=runs,
+        bad_cycles=runs,
         sources=sources,
         commissioned=state.commissioned and not _renewed(state, sources, pose if fresh else None, tendon_state),
         rejected=counts,
@@ -132,7 +133,7 @@ def _disorder(
 
     One publisher's poses do not: where others are used meanwhile, two publishers without names count each for itself.
     """
-    runs, missed = state.runs, inputs.missed_ticks
+    runs, missed = state.bad_cycles, inputs.missed_ticks
     since = runs.since_disorder + 1 + missed
     if fresh is not None and state.pose is not None and fresh.seq <= state.pose.seq:  # a count that started anew
         return 0, 0
@@ -192,7 +193,7 @@ def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | Non
         return ANEW if pose.seq < state.pose.seq - REORDERED else OUT_OF_ORDER
     # A tip may have gone further in cycles without a pose, but not in those that have already shown it elsewhere:
     # a jump that lasts would else be believed as soon as enough of them had been refused.
-    faults, unseen = setup.config.faults, state.pose_age + 1 - state.runs.teleports
+    faults, unseen = setup.config.faults, state.pose_age + 1 - state.bad_cycles.teleports
     reach = faults.tip_speed_max * setup.config.loop.period * unseen + faults.teleport_margin
     if math.dist(pose.position, state.pose.position) > reach:
         return "teleport"

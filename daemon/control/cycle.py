@@ -67,11 +67,11 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     fresh = np.array(state.pose.position) if admission.fresh and state.pose is not None else None
     state = _observe(setup, state, fresh)
     state = _probe(setup, state, admission.fresh)
-    if state.jump.withheld or (state.jump.over and config.control.feedback == "direct"):
+    if state.jump_watch.withheld or (state.jump_watch.pose_distrusted and config.control.feedback == "direct"):
         fresh = None
-    tip, choice = state.tip, state.choice
-    elapsed = (state.tick - state.since) * period if state.mode is Mode.TRACKING else 0.0
-    reference = choice.reference.at(elapsed, state.slip)
+    tip, selection = state.tip, state.selection
+    elapsed = (state.tick - state.mode_since) * period if state.mode is Mode.TRACKING else 0.0
+    reference = selection.reference.at(elapsed, state.reference_offset)
 
     state = watch_tip(setup, state, admission.fresh, reference)
 
@@ -79,12 +79,12 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     if state.mode is Mode.TRACKING:
         observation = _observation(setup, state, fresh, reference)
         if observation is not None:
-            ahead = look_ahead(setup, state, observation, elapsed) if choice.law.looks_ahead else observation
-            decision = choice.law.decide(choice.parameters, ahead)
-    wanted = state.tension if decision is None else decision.tension
+            ahead = look_ahead(setup, state, observation, elapsed) if selection.law.looks_ahead else observation
+            decision = selection.law.decide(selection.parameters, ahead)
+    wanted = state.tension_estimate if decision is None else decision.tension
     overbent = None
-    if decision is not None and not choice.law.looks_ahead and config.control.feedback == "observer":
-        overbent = choice.reference.overbent(tip.rotation[:, 2])
+    if decision is not None and not selection.law.looks_ahead and config.control.feedback == "observer":
+        overbent = selection.reference.overbent(tip.rotation[:, 2])
     if overbent is not None:  # an impact has thrown the arm over: back to where the law holds
         wanted = share(len(wanted), config.control.agonist, config.control.antagonist, overbent, 0.0)
     if state.mode is Mode.PRETENSION:
@@ -93,37 +93,39 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         wanted = probe_tension(setup.probe, state.probe)
     limits = setup.probe_limits if state.mode is Mode.PROBE else config.limits
     if state.mode in ACTIVE:
-        command, met = limit_tension(limits, period, lead(wanted, state.tension, setup.lagging), state.commanded)
+        command, met = limit_tension(
+            limits, period, lead(wanted, state.tension_estimate, setup.lag_factor), state.tension_command
+        )
     else:
-        command, met = np.maximum(state.commanded - config.limits.release_rate * period, 0.0), ()
+        command, met = np.maximum(state.tension_command - config.limits.release_rate * period, 0.0), ()
 
     wound = _wind(setup, state, command)
     if wound.met and state.mode in ACTIVE:  # what cannot be wound is not pulled
-        held = _wind(setup, state, state.tension)
+        held = _wind(setup, state, state.tension_estimate)
         part = attainable(held.asked, wound.asked, wound.command)
         met += wound.met
-        reached = state.tension + part * (command - state.tension)
+        reached = state.tension_estimate + part * (command - state.tension_estimate)
         step = limits.tension_rate * period  # where actuators lag, what was commanded is not what they stand at
-        reached = np.clip(reached, state.commanded - step, state.commanded + step)
+        reached = np.clip(reached, state.tension_command - step, state.tension_command + step)
         # a tendon that is let go ends slack: a rest of its tension would hold its displacement at the rate's limit
         reached = np.where((command == 0.0) & (reached < SLACK), 0.0, reached)
-        wound = held if np.array_equal(reached, held.state.commanded) else _wind(setup, state, reached)
+        wound = held if np.array_equal(reached, held.state.tension_command) else _wind(setup, state, reached)
     state = wound.state
-    command, displacement = state.commanded, wound.command
+    command, displacement = state.tension_command, wound.command
     if not (_finite(command) and _finite(displacement)):
         state = enter(state, Mode.FAULT, "the command was not finite")
         displacement = command = np.zeros_like(command)
-        state = changed(state, commanded=command, tension=command, wound=command)
+        state = changed(state, tension_command=command, tension_estimate=command, displacement_estimate=command)
     lagging = bool(wound.met) and state.mode not in ACTIVE
     slip = _slip(setup, state, elapsed, None if _held_back(met) else observation, reference)
     last = changed(
         state,
         tick=state.tick + 1,
         tip=setup.rod.tip(state.rod),
-        displacement=displacement,
-        lagging=lagging,
-        slip=slip,
-        runs=changed(state.runs, limited=state.runs.limited + 1 if _held_back(met) else 0),
+        displacement_command=displacement,
+        release_pending=lagging,
+        reference_offset=slip,
+        bad_cycles=changed(state.bad_cycles, limited=state.bad_cycles.limited + 1 if _held_back(met) else 0),
     )
     return Response(
         state=last,
@@ -142,11 +144,11 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
 def _command(state: CycleState) -> TendonCommand:
     """What the state after a cycle tells the tendons."""
     # Letting out what is wired wrongly may wind it: its torque is cut as soon as nothing pulls.
-    let_out = state.lagging and not (state.probe is not None and state.probe.verdict)
+    let_out = state.release_pending and not (state.probe is not None and state.probe.verdict)
     armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
-        state.mode is Mode.FAULT and (let_out or bool((state.commanded > 0.0).any()))
+        state.mode is Mode.FAULT and (let_out or bool((state.tension_command > 0.0).any()))
     )
-    displacement = state.displacement.tolist() if armed else [0.0] * len(state.displacement)
+    displacement = state.displacement_command.tolist() if armed else [0.0] * len(state.displacement_command)
     return TendonCommand.trusted(
         version=SCHEMA_VERSION,
         seq=state.tick - 1,
@@ -154,7 +156,7 @@ def _command(state: CycleState) -> TendonCommand:
         source="",
         pose_seq=None if state.pose is None else state.pose.seq,
         displacement=tuple(displacement),
-        tension=tuple(state.commanded.tolist()),
+        tension=tuple(state.tension_command.tolist()),
         armed=armed,
     )
 
@@ -181,18 +183,18 @@ def _observe(setup: CycleSetup, state: CycleState, fresh: Array | None) -> Cycle
     if jump.withheld:
         fresh = None
         observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, None)
-    way = state.way + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
-    runs = state.runs
+    way = state.path_length + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
+    runs = state.bad_cycles
     if fresh is not None:
         apart = math.hypot(*observer.innovation.tolist())
         gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
         if gross or runs.mismatches:
-            runs = changed(runs, mismatches=lengthened(runs.mismatches, state.interval) if gross else 0)
+            runs = changed(runs, mismatches=lengthened(runs.mismatches, state.pose_interval) if gross else 0)
     if state.tendon_age == 0:  # an old report says nothing about a tension that has changed since
         slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
         if slack or runs.slack:
             runs = changed(runs, slack=lengthened(runs.slack, state.tendon_interval) if slack else 0)
-    return changed(state, observer=observer, way=way, runs=runs, jump=jump)
+    return changed(state, observer=observer, path_length=way, bad_cycles=runs, jump_watch=jump)
 
 
 def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
@@ -201,8 +203,8 @@ def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
         return state
     pose = state.pose if fresh else None
     tendons = state.tendon_state if state.tendon_age == 0 else None
-    tip, before = state.tip.position, state.displacement
-    return changed(state, probe=advance_probe(setup.probe, state.probe, pose, tip, state.rest, tendons, before))
+    tip, before = state.tip.position, state.displacement_command
+    return changed(state, probe=advance_probe(setup.probe, state.probe, pose, tip, state.rest_watch, tendons, before))
 
 
 def _observation(
@@ -213,19 +215,19 @@ def _observation(
     if control.feedback == "observer":
         position, velocity = tip.position + state.observer.offset, tip.velocity
     elif fresh is not None:
-        earlier = fresh if state.earlier is None else state.earlier
+        earlier = fresh if state.previous_position is None else state.previous_position
         position = fresh
-        velocity = (fresh - earlier) / (state.interval * setup.config.loop.period)
+        velocity = (fresh - earlier) / (state.pose_interval * setup.config.loop.period)
     else:
         return None
-    sampled = control.sampled and not state.choice.law.looks_ahead
+    sampled = control.sampled and not state.selection.law.looks_ahead
     return Observation(
         position=position,
         velocity=velocity,
         acceleration=tip.acceleration,
         input_gain=tip.input_gain,
         response=setup.rod.velocity_jacobian(state.rod, control.agonist) if sampled else None,
-        tension=state.tension,
+        tension=state.tension_estimate,
         target=np.array(reference.position),
         target_velocity=np.array(reference.velocity),
         target_acceleration=np.array(reference.acceleration),
@@ -246,13 +248,13 @@ def _slip(
     """
     if state.mode is not Mode.TRACKING:
         return 0.0
-    if observation is None or not state.choice.reference.yields or elapsed < state.choice.reference.arrival:
-        return state.slip
+    if observation is None or not state.selection.reference.yields or elapsed < state.selection.reference.arrival:
+        return state.reference_offset
     across, along = PLANES[setup.config.control.plane]
     position: list[float] = observation.position.tolist()
     if abs(position[across] - reference.position[across]) > ARRIVED * abs(reference.position[across]):
-        return state.slip
-    slip = state.slip + YIELD * (position[along] - reference.position[along])
+        return state.reference_offset
+    slip = state.reference_offset + YIELD * (position[along] - reference.position[along])
     most = FARTHEST * setup.config.rod.length
     return min(most, max(-most, slip))
 
@@ -260,11 +262,13 @@ def _slip(
 def _pretension(setup: CycleSetup, state: CycleState) -> Array:
     """Tensions on their way to the pretension [N], shape (n,)."""
     section, control = setup.config.pretension, setup.config.control
-    elapsed = (state.tick - state.since + 1) * setup.config.loop.period
+    elapsed = (state.tick - state.mode_since + 1) * setup.config.loop.period
     part = min(1.0, elapsed / max(section.duration, 1e-9))
-    if state.choice.law.looks_ahead:
-        return np.full(len(state.tension), part * section.tension_min)
-    return part * share(len(state.tension), control.agonist, control.antagonist, section.tension, section.antagonist)
+    if state.selection.law.looks_ahead:
+        return np.full(len(state.tension_estimate), part * section.tension_min)
+    return part * share(
+        len(state.tension_estimate), control.agonist, control.antagonist, section.tension, section.antagonist
+    )
 
 
 @dataclass(frozen=True)
@@ -285,20 +289,22 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
     proportion to the tension while that is released.
     """
     config = setup.config
-    tension = follow(command, state.tension, setup.lagging)
-    if setup.lagging:
+    tension = follow(command, state.tension_estimate, setup.lag_factor)
+    if setup.lag_factor:
         tension = np.where((command == 0.0) & (tension < SLACK), 0.0, tension)
     after, error = _advance_model(setup, state, tension)
     if error:
-        total = float(np.sum(state.tension))
+        total = float(np.sum(state.tension_estimate))
         left = 1.0 if state.mode in ACTIVE else float(np.sum(tension)) / total if total > 0.0 else 0.0
-        wanted = np.where(state.wound > 0.0, left * state.wound, state.wound)
+        wanted = np.where(
+            state.displacement_estimate > 0.0, left * state.displacement_estimate, state.displacement_estimate
+        )
     else:
         wanted = setup.rod.displacements(after.rod, elastic=config.rod.tendon_stiffness is not None)
     let_out = max(config.limits.slack, setup.probe.slack) if state.mode is Mode.PROBE else config.limits.slack
     slack = np.where(tension > 0.0, 0.0, 0.0 if error else let_out)
-    asked = lead(wanted - slack, state.wound, setup.lagging)
-    last, wound = state.displacement, state.wound
+    asked = lead(wanted - slack, state.displacement_estimate, setup.lag_factor)
+    last, wound = state.displacement_command, state.displacement_estimate
     if state.mode is Mode.PROBE and state.probe is not None:  # slowly: what is wired wrongly is wound by any of it
         rests = state.probe.phase is Phase.REST
         if rests and state.probe.since <= 1:
@@ -309,7 +315,12 @@ def _wind(setup: CycleSetup, state: CycleState, command: Array) -> _Wound:
             wanted = np.minimum(wanted, state.probe.held)
         asked = np.clip(wanted - slack, last - down, last + up)
     displacement, met = limit_displacement(config.limits, config.loop.period, asked, last)
-    after = changed(after, tension=tension, commanded=command, wound=follow(displacement, wound, setup.lagging))
+    after = changed(
+        after,
+        tension_estimate=tension,
+        tension_command=command,
+        displacement_estimate=follow(displacement, wound, setup.lag_factor),
+    )
     return _Wound(after, asked, displacement, met, error)
 
 
@@ -319,11 +330,11 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
     for force in (observer.tip_force, observer.force):
         try:
             rod = setup.rod.step(state.rod, tension, tip_force=force)
-            return changed(state, rod=rod, runs=changed(state.runs, solver_failures=0)), ""
+            return changed(state, rod=rod, bad_cycles=changed(state.bad_cycles, solver_failures=0)), ""
         except ConvergenceError as failure:
             error = str(failure)
-    runs = changed(state.runs, solver_failures=state.runs.solver_failures + 1)
-    return changed(state, runs=runs), error
+    runs = changed(state.bad_cycles, solver_failures=state.bad_cycles.solver_failures + 1)
+    return changed(state, bad_cycles=runs), error
 
 
 def _held_back(met: tuple[str, ...]) -> bool:

@@ -13,7 +13,7 @@ from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.probe import Phase, Probe, start_probe
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.monitors import monitored_fault, pose_age_objection
-from tendond.daemon.control.state import CycleSetup, CycleState, Runs, changed
+from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, changed
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
 from tendond.model.estimation.observer import start_observer
@@ -36,17 +36,17 @@ class Answer:
 
 def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
     """`state` in another mode."""
-    return changed(state, mode=mode, reason=reason, since=state.tick)
+    return changed(state, mode=mode, reason=reason, mode_since=state.tick)
 
 
 def pulls(state: CycleState) -> bool:
     """Whether a tendon has tension."""
-    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0))
+    return bool(np.any(state.tension_command > 0.0)) or bool(np.any(state.tension_estimate > 0.0))
 
 
 def is_taut(state: CycleState) -> bool:
     """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
-    return bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)) or state.lagging
+    return pulls(state) or state.release_pending
 
 
 def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
@@ -56,17 +56,17 @@ def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
         pose = state.pose if fresh else None
         block = setup.thresholds.rest_block
         watch = (
-            state.rest.add(None, None, block)
+            state.rest_watch.add(None, None, block)
             if pose is None
-            else state.rest.add(pose.position, pose.orientation, block)
+            else state.rest_watch.add(pose.position, pose.orientation, block)
         )
-        return changed(state, rest=watch)
-    return state if state.rest.cycles == 0 else changed(state, rest=RestWatch())
+        return changed(state, rest_watch=watch)
+    return state if state.rest_watch.cycles == 0 else changed(state, rest_watch=RestWatch())
 
 
 def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     """With the model solved anew, slack and at rest, where it had no solution any more."""
-    rod = setup.rod.solve_static(np.zeros_like(state.tension))
+    rod = setup.rod.solve_static(np.zeros_like(state.tension_estimate))
     tip = setup.rod.tip(rod)
     return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
 
@@ -93,23 +93,27 @@ def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) ->
             return state, Answer(False, f"nothing to reset: {state.mode.value}")
         if is_taut(state):
             return state, Answer(False, "not reset: the tendons are still being released")
-        if state.runs.solver_failures:
+        if state.bad_cycles.solver_failures:
             state = _with_model_at_rest(setup, state)
-        state = changed(state, runs=Runs(), commissioned=False)
+        state = changed(state, bad_cycles=BadCycles(), commissioned=False)
         return enter(state, Mode.IDLE, "reset by the operator"), Answer(True, "reset")
     return state, Answer(True, state.mode.value)
 
 
 def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[CycleState, Answer]:
     """Pretension, after the probe of the tendons where one is due, or asked for by itself."""
-    state = changed(state, runs=Runs())
+    state = changed(state, bad_cycles=BadCycles())
     due = setup.config.commissioning.probe and not state.commissioned
     if not (due or probe_only):
         return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
     report = state.tendon_state
-    held = None if report is None or len(report.displacement) != len(state.tension) else tuple(report.displacement)
+    held = (
+        None
+        if report is None or len(report.displacement) != len(state.tension_estimate)
+        else tuple(report.displacement)
+    )
     state = enter(
-        changed(state, probe=start_probe(setup.rests, state.rest, held, only=probe_only)),
+        changed(state, probe=start_probe(setup.rests, state.rest_watch, held, only=probe_only)),
         Mode.PROBE,
         PROBING if probe_only else ARMED,
     )
@@ -134,19 +138,19 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
     try:
         if inputs.law is not None:
-            choice = state.choice.with_law(setup.config, inputs.law)
+            selection = state.selection.with_law(setup.config, inputs.law)
             done = f"law: {inputs.law}"
         elif inputs.reference is not None:
-            choice = state.choice.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
-            x, y, z = choice.reference.target
-            remarks = [*choice.reference.notes, setup.plans.remark(choice.reference, setup.config.limits)]
+            selection = state.selection.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
+            x, y, z = selection.reference.target
+            remarks = [*selection.reference.notes, setup.plans.remark(selection.reference, setup.config.limits)]
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
             done = "; ".join([done, *filter(None, remarks)])
         else:
             return state, Answer(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:
         return state, Answer(False, "not changed: " + "; ".join(str(error).splitlines()))
-    return changed(state, choice=choice), Answer(True, done)
+    return changed(state, selection=selection), Answer(True, done)
 
 
 def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
@@ -166,16 +170,16 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"the tendon driver reports {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > setup.thresholds.tendon_timeout:
         return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
-    if state.runs.solver_failures:
+    if state.bad_cycles.solver_failures:
         return "the model has no solution"
     if old := pose_age_objection(setup, state, 1):
         return old
-    return "" if setup.rests is None else rest_objection(setup.rests, state.rest)
+    return "" if setup.rests is None else rest_objection(setup.rests, state.rest_watch)
 
 
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
     """What must end pretension or tracking now, in words; empty if nothing."""
-    limits, runs, allowed = setup.config.faults, state.runs, setup.thresholds
+    limits, runs, allowed = setup.config.faults, state.bad_cycles, setup.thresholds
     if crowded := state.sources.in_words():
         return crowded
     if runs.missed_ticks >= allowed.overrun_time:
@@ -197,9 +201,13 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         return f"tendons: {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
         return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
-    if state.mode is not Mode.PROBE and runs.equal_poses >= allowed.frozen_time and state.way > limits.frozen_distance:
+    if (
+        state.mode is not Mode.PROBE
+        and runs.equal_poses >= allowed.frozen_time
+        and state.path_length > limits.frozen_distance
+    ):
         seen = _seconds(setup, runs.equal_poses)
-        return f"pose frozen: equal ones for {seen} while the model's tip went {state.way * 1e3:.0f} mm"
+        return f"pose frozen: equal ones for {seen} while the model's tip went {state.path_length * 1e3:.0f} mm"
     if runs.mismatches >= allowed.mismatch_time:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
         return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, runs.mismatches)}"
@@ -209,7 +217,7 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         assert state.tendon_state is not None
         return (
             f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
-            f"{state.tension[tendon]:.1f} N, for {_seconds(setup, runs.slack)}; is it cut, or off its spool?"
+            f"{state.tension_estimate[tendon]:.1f} N, for {_seconds(setup, runs.slack)}; is it cut, or off its spool?"
         )
     return ""
 
@@ -222,9 +230,9 @@ def _seconds(setup: CycleSetup, cycles: int) -> str:
 def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
     """Index of a tendon that ought to pull and is reported not to; none if there is none."""
     limits, reported = setup.config.faults, state.tendon_state
-    if reported is None or len(reported.tension) != len(state.tension):
+    if reported is None or len(reported.tension) != len(state.tension_estimate):
         return None
-    for index, (told, expected) in enumerate(zip(reported.tension, state.tension.tolist(), strict=True)):
+    for index, (told, expected) in enumerate(zip(reported.tension, state.tension_estimate.tolist(), strict=True)):
         if expected > limits.slack_tension and abs(told) < limits.slack_fraction * expected:
             return index
     return None
@@ -232,11 +240,11 @@ def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
 
 def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
     """A released arm rests: a model that has long been far from it is lost, and starts at rest again."""
-    if state.mode in ACTIVE or state.runs.mismatches < setup.thresholds.mismatch_time:
+    if state.mode in ACTIVE or state.bad_cycles.mismatches < setup.thresholds.mismatch_time:
         return state
-    if bool(np.any(state.commanded > 0.0)) or bool(np.any(state.tension > 0.0)):
+    if pulls(state):
         return state
-    return changed(_with_model_at_rest(setup, state), runs=changed(state.runs, mismatches=0))
+    return changed(_with_model_at_rest(setup, state), bad_cycles=changed(state.bad_cycles, mismatches=0))
 
 
 def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
@@ -250,7 +258,7 @@ def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
         return _end_probe(state, state.probe)
     if state.mode is Mode.PRETENSION:
         duration = setup.config.pretension.duration / setup.config.loop.period
-        if state.tick - state.since >= duration:
+        if state.tick - state.mode_since >= duration:
             return enter(state, Mode.TRACKING, state.reason)
     if state.mode is Mode.RELEASING and not is_taut(state):
         return enter(state, Mode.IDLE, f"released: {state.reason}")

@@ -33,23 +33,24 @@ WATCHED = (Mode.PRETENSION, Mode.TRACKING)
 def watch_pose_age(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fresh: bool) -> CycleState:
     """Return the state with the age of a fresh pose, by its stamp; `fresh`: the pose was admitted."""
     lag, pose = inputs.pose_lag, inputs.pose
-    if lag is None or pose is None or not fresh or pose.stamp_ns == state.age.stamp_ns:
+    if lag is None or pose is None or not fresh or pose.stamp_ns == state.stamp_age.stamp_ns:
         return state
-    bounds, least = setup.tracking, state.age.least + CLOCK_DRIFT * state.interval * setup.config.loop.period
-    least = min(lag, least)
-    age = lag if 0.0 <= lag < ONE_CLOCK else lag - least
-    run = state.age.run + state.interval if age > bounds.age else 0
-    return changed(state, age=PoseAge(stamp_ns=pose.stamp_ns, seconds=age, least=least, run=run))
+    bounds = setup.tracking_bounds
+    drift = CLOCK_DRIFT * state.pose_interval * setup.config.loop.period
+    lag_min = min(lag, state.stamp_age.lag_min + drift)
+    age = lag if 0.0 <= lag < ONE_CLOCK else lag - lag_min
+    run = state.stamp_age.too_old + state.pose_interval if age > bounds.pose_age_max else 0
+    return changed(state, stamp_age=PoseAge(stamp_ns=pose.stamp_ns, seconds=age, lag_min=lag_min, too_old=run))
 
 
 def pose_age_objection(setup: CycleSetup, state: CycleState, run: int) -> str:
     """Why the poses are too old to be used, in words; empty while they have not been for `run` cycles."""
-    bounds = setup.tracking
-    if state.age.run < run:
+    bounds = setup.tracking_bounds
+    if state.stamp_age.too_old < run:
         return ""
     return (
-        f"poses are {state.age.seconds * 1e3:.0f} ms old, where observer.delay and faults.pose_age allow "
-        f"{bounds.age * 1e3:.0f} ms: find what delays them, or tell the delay"
+        f"poses are {state.stamp_age.seconds * 1e3:.0f} ms old, where observer.delay and faults.pose_age allow "
+        f"{bounds.pose_age_max * 1e3:.0f} ms: find what delays them, or tell the delay"
     )
 
 
@@ -58,22 +59,22 @@ def watch_reports(setup: CycleSetup, state: CycleState) -> CycleState:
     if state.tendon_age != 0:
         return state
     odd = state.mode in WATCHED and bool(_odd_report(setup, state))
-    if not odd and not state.runs.odd_reports:
+    if not odd and not state.bad_cycles.odd_reports:
         return state
-    run = state.runs.odd_reports + state.tendon_interval if odd else 0
-    return changed(state, runs=changed(state.runs, odd_reports=run))
+    run = state.bad_cycles.odd_reports + state.tendon_interval if odd else 0
+    return changed(state, bad_cycles=changed(state.bad_cycles, odd_reports=run))
 
 
 def _odd_report(setup: CycleSetup, state: CycleState) -> str:
     """Which report cannot be right, or must not be; empty if none."""
-    bounds, report = setup.tracking, state.tendon_state
-    if report is None or len(report.tension) != len(state.tension):
+    bounds, report = setup.tracking_bounds, state.tendon_state
+    if report is None or len(report.tension) != len(state.tension_estimate):
         return ""
-    for index, (load, model) in enumerate(zip(report.tension, state.tension.tolist(), strict=True)):
+    for index, (load, model) in enumerate(zip(report.tension, state.tension_estimate.tolist(), strict=True)):
         if load > bounds.load_max:
             most = setup.config.limits.tension_max
             return f"tendon {index} reports {load:.0f} N, where limits.tension_max is {most:g} N"
-        if load > 2.0 * model + bounds.load_apart:
+        if load > 2.0 * model + bounds.load_excess:
             return f"tendon {index} reports {load:.0f} N, where the model has {model:.0f} N"
     for index, displacement in enumerate(report.displacement):
         if not bounds.displacement_min <= displacement <= bounds.displacement_max:
@@ -83,45 +84,45 @@ def _odd_report(setup: CycleSetup, state: CycleState) -> str:
 
 def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: ObserverState) -> JumpWatch:
     """Return the watch of jumps after the observer's cycle; `fresh`: with a new pose."""
-    if state.mode not in WATCHED or state.pose is None or state.earlier is None:
-        return JumpWatch() if state.jump != JumpWatch() else state.jump
+    if state.mode not in WATCHED or state.pose is None or state.previous_position is None:
+        return JumpWatch() if state.jump_watch != JumpWatch() else state.jump_watch
     if not fresh:
-        return state.jump
-    if state.runs.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
-        return JumpWatch(gap=state.interval)
-    x, y, z = state.earlier.tolist()
+        return state.jump_watch
+    if state.bad_cycles.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
+        return JumpWatch(gap_cycles=state.pose_interval)
+    x, y, z = state.previous_position.tolist()
     way = math.dist(state.pose.position, (x, y, z))
     change = float(np.linalg.norm(observer.innovation - state.observer.innovation))
-    return watch_jump(setup.tracking, state.jump, state.interval, way, change, (x, y, z))
+    return watch_jump(setup.tracking_bounds, state.jump_watch, state.pose_interval, way, change, (x, y, z))
 
 
 def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: ReferencePoint) -> CycleState:
     """Return the state with the tip against its reference, while the rig tracks."""
     if state.mode is not Mode.TRACKING or state.pose is None:
-        return changed(state, tracking=TrackingWatch()) if state.tracking != TrackingWatch() else state
-    if not fresh or state.jump.withheld:
+        return changed(state, tracking_watch=TrackingWatch()) if state.tracking_watch != TrackingWatch() else state
+    if not fresh or state.jump_watch.withheld:
         return state
     held = setup.observer.kind == "force" and setup.config.commissioning.orientation < math.pi
     angle = tip_angle(state.pose.orientation, quaternion(state.tip.rotation)) if held else None
     return changed(
         state,
-        tracking=watch_tracking(
-            setup.tracking, state.tracking, state.tick, state.interval, state.pose.position, reference.position,
-            reference.velocity, state.commanded.tolist(), angle,
+        tracking_watch=watch_tracking(
+            setup.tracking_bounds, state.tracking_watch, state.tick, state.pose_interval, state.pose.position,
+            reference.position, reference.velocity, state.tension_command.tolist(), angle,
         ),
     )  # fmt: skip
 
 
 def monitored_fault(setup: CycleSetup, state: CycleState) -> str:
     """What these watch must end pretension or tracking, in words; empty if nothing."""
-    bounds = setup.tracking
-    if old := pose_age_objection(setup, state, bounds.age_time):
+    bounds = setup.tracking_bounds
+    if old := pose_age_objection(setup, state, bounds.pose_age_time):
         return f"pose age: {old}"
-    if state.runs.odd_reports >= bounds.report_time and (odd := _odd_report(setup, state)):
+    if state.bad_cycles.odd_reports >= bounds.report_time and (odd := _odd_report(setup, state)):
         return f"tendon report: {odd}; is its servo's calibration right, or does something hold the arm?"
-    if state.jump.lasting:
+    if state.jump_watch.persistent:
         return (
-            f"pose jump: the measured tip went {state.jump.size * 1e3:.0f} mm between two poses and rests there, which "
-            "no arm does; was the camera, the base or a marker moved?"
+            f"pose jump: the measured tip went {state.jump_watch.step_size * 1e3:.0f} mm between two poses and rests "
+            "there, which no arm does; was the camera, the base or a marker moved?"
         )
-    return tracking_fault(bounds, state.tracking, saturated=state.runs.limited > 0)
+    return tracking_fault(bounds, state.tracking_watch, saturated=state.bad_cycles.limited > 0)

@@ -16,18 +16,18 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
         observation: of the tip now.
         elapsed: time since tracking began [s].
     """
-    choice, period = state.choice, setup.config.loop.period
-    assert choice.allocation is not None
+    selection, period = state.selection, setup.config.loop.period
+    assert selection.allocation is not None
     rod, model = setup.rod, state.rod
     try:
-        forecast = rod.predict(model, state.tension, choice.allocation.shares, state.observer.tip_force)
+        forecast = rod.predict(model, state.tension_estimate, selection.allocation.shares, state.observer.tip_force)
     except ConvergenceError:  # the step itself will say so
         return replace(observation, outlook=None)
-    then, target = choice.reference.goal(elapsed + period, state.slip), observation.target
-    if choice.reference.aim == "direction":
+    then, target = selection.reference.goal(elapsed + period, state.reference_offset), observation.target
+    if selection.reference.aim == "direction":
         position, velocity = state.tip.rotation[:, 2], (forecast.direction - state.tip.rotation[:, 2]) / period
         ahead, answer = forecast.direction, forecast.direction_jacobian
-        target = choice.reference.goal(elapsed).place
+        target = selection.reference.goal(elapsed).place
         target_velocity = (then.place - target) / period
     else:
         position, velocity = observation.position, observation.velocity
@@ -46,6 +46,6 @@ def look_ahead(setup: CycleSetup, state: CycleState, observation: Observation, e
             answer=answer,
             target=then.place,
             directions=then.answer,
-            allocation=choice.allocation,
+            allocation=selection.allocation,
         ),
     )

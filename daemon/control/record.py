@@ -72,8 +72,8 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
         ),
         terms={} if decision is None else _finite_terms(decision.terms),
         wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
-        tension=tuple(state.tension.tolist()),
-        law=state.choice.law_name,
+        tension=tuple(state.tension_estimate.tolist()),
+        law=state.selection.law_name,
         limited=response.limited,
         model=ModelState.trusted(
             position=_vector(state.tip.position),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from tendond.daemon.control.laws import LAWS, Law, LawParameters, select_law
-from tendond.daemon.control.reference.feasibility import haste
+from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.planar import Reference, build_reference
 from tendond.daemon.control.reference.spatial import Course, build_course
 from tendond.daemon.errors import LawError
@@ -31,12 +31,12 @@ class SetupOfCycle(Protocol):
         """Model of the rod."""
 
     @property
-    def choice(self) -> "Choice":
+    def selection(self) -> "Selection":
         """Selection that the configuration names."""
 
 
 class Plans:
-    """References that were planned beforehand: what `Choice.with_reference` would make, which takes long to compute.
+    """References that were planned beforehand: what `Selection.with_reference` would make, which takes long to compute.
 
     It holds the newest one only. A plan is the same whoever makes it, so it changes what a cycle takes, not what it
     gives.
@@ -46,7 +46,7 @@ class Plans:
         self._plan: tuple[str, ReferenceSection, Planned, str] | None = None
 
     def keep(self, law: str, section: ReferenceSection, reference: Planned, remark: str) -> None:
-        """Remember a plan for a law and a [reference], and what `haste` says of it."""
+        """Remember a plan for a law and a [reference], and what `feasibility` says of it."""
         self._plan = (law, section, reference, remark)
 
     def find(self, law: str, section: ReferenceSection) -> Planned | None:
@@ -54,13 +54,13 @@ class Plans:
         return self._plan[2] if self._plan is not None and self._plan[:2] == (law, section) else None
 
     def remark(self, reference: Planned, limits: LimitsSection) -> str:
-        """What `haste` says of a reference, reckoned here where it was not planned."""
+        """What `feasibility` says of a reference, reckoned here where it was not planned."""
         planned = self._plan is not None and self._plan[2] is reference
-        return self._plan[3] if planned and self._plan is not None else haste(reference, limits)
+        return self._plan[3] if planned and self._plan is not None else feasibility(reference, limits)
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """What is chosen, as data, and what follows from it.
 
     Attributes:
@@ -78,7 +78,7 @@ class Choice:
     reference: Planned
 
     @staticmethod
-    def from_config(config: RigConfig, rod: Rod) -> "Choice":
+    def from_config(config: RigConfig, rod: Rod) -> "Selection":
         """What the configuration chooses.
 
         Raises:
@@ -90,27 +90,27 @@ class Choice:
         _check(law, config.reference)
         allocation = _allocation(config, law)
         reference = _build(config, rod, None, allocation)
-        return Choice(config.control.law, config.reference, law, parameters, allocation, reference)
+        return Selection(config.control.law, config.reference, law, parameters, allocation, reference)
 
     def to_snapshot(self) -> dict[str, Any]:
         """What of it is data, as JSON has it."""
         return {"law": self.law_name, "reference": self.section.model_dump(mode="json")}
 
     @classmethod
-    def from_snapshot(cls, data: dict[str, Any], setup: SetupOfCycle) -> "Choice":
+    def from_snapshot(cls, data: dict[str, Any], setup: SetupOfCycle) -> "Selection":
         """What was chosen when `to_snapshot` wrote it down."""
         section = ReferenceSection.model_validate(data["reference"])
         law, parameters = select_law(data["law"], setup.config.control.laws)
-        choice = replace(
-            setup.choice,
+        selection = replace(
+            setup.selection,
             law_name=data["law"],
             law=law,
             parameters=parameters,
             allocation=_allocation(setup.config, law),
         )
-        return choice if section == choice.section else choice.with_reference(setup.config, setup.rod, section)
+        return selection if section == selection.section else selection.with_reference(setup.config, setup.rod, section)
 
-    def with_law(self, config: RigConfig, name: str, section: ReferenceSection | None = None) -> "Choice":
+    def with_law(self, config: RigConfig, name: str, section: ReferenceSection | None = None) -> "Selection":
         """Another law, with the configuration's parameters.
 
         Args:
@@ -127,7 +127,7 @@ class Choice:
 
     def with_reference(
         self, config: RigConfig, rod: Rod, section: ReferenceSection, plans: Plans | None = None
-    ) -> "Choice":
+    ) -> "Selection":
         """Another reference, planned here where `plans` does not have it; the curve of resting tips stays.
 
         Raises:

@@ -27,9 +27,13 @@ import numpy as np
 from pydantic import BaseModel, PlainSerializer
 from pydantic_core import from_json, to_json
 
-from tendond.schemas.base import SCHEMA_VERSION, Schema
+from tendond.daemon.control.renamed import with_present_names
+from tendond.schemas.base import Schema
 
 T = TypeVar("T")
+
+SNAPSHOT_VERSION: Literal[2] = 2
+"""Version 1 had other names of the state's fields: see `renamed`."""
 
 
 class Rebuilt(Protocol):
@@ -53,7 +57,7 @@ class StateSnapshot(Schema):
         state: see `encode_state`; a function that gives it is called when the message is written, in the recorder.
     """
 
-    version: Literal[1] = SCHEMA_VERSION
+    version: Literal[1, 2] = SNAPSHOT_VERSION
     tick: int
     left_out: int = 0
     state: Annotated[
@@ -137,6 +141,8 @@ def _typed(kind: Any, value: Any, setup: Any) -> Any:
 
 def _dataclass(kind: Any, value: dict[str, Any], setup: Any) -> Any:
     hints = _hints(kind)
+    if hints.keys() != value.keys():
+        value = with_present_names(kind.__name__, value)
     if hints.keys() != value.keys():
         raise KeyError(f"{kind.__name__}: {', '.join(sorted(hints.keys() ^ value.keys()))}")
     return kind(**{name: _typed(hint, value[name], setup) for name, hint in hints.items()})

@@ -12,7 +12,7 @@ from tendond.daemon.control.commissioning.probe import Probe, ProbePlan, probe_l
 from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests
 from tendond.daemon.control.commissioning.tracking import JumpWatch, TrackingBounds, TrackingWatch
 from tendond.daemon.control.gains import observer_gains
-from tendond.daemon.control.selection import Choice, Plans
+from tendond.daemon.control.selection import Plans, Selection
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.model.estimation.observer import ObserverGains, ObserverState, start_observer
@@ -60,26 +60,26 @@ class CycleSetup:
     Attributes:
         config: of the rig, with the robot's own rates where it names none.
         rod: the model.
-        choice: law and reference that the configuration names.
+        selection: law and reference that the configuration names.
         observer: its gains.
-        lagging: part of a step that the actuators lack after a cycle [-].
+        lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
         thresholds: of faults, in cycles.
         rests: that a right rig may have; none: they are not compared.
         probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
         plans: references that were planned beforehand.
-        tracking: bounds of what is borne while it tracks.
+        tracking_bounds: limits of what is tolerated while tracking.
     """
 
     config: RigConfig
     rod: Rod
-    choice: Choice
+    selection: Selection
     observer: ObserverGains
-    lagging: float
+    lag_factor: float
     thresholds: Thresholds
     rests: RestFamily | None
     probe: ProbePlan
     probe_limits: LimitsSection
-    tracking: TrackingBounds
+    tracking_bounds: TrackingBounds
     plans: Plans = field(default_factory=Plans)
 
     @staticmethod
@@ -99,28 +99,28 @@ class CycleSetup:
         return CycleSetup(
             config=config,
             rod=rod,
-            choice=Choice.from_config(config, rod),
+            selection=Selection.from_config(config, rod),
             observer=observer_gains(config, rod.parameters),
-            lagging=lag_share(section.lag, period),
+            lag_factor=lag_share(section.lag, period),
             thresholds=Thresholds.from_config(config),
             rests=rests,
             probe=ProbePlan.from_config(config, rod.parameters, rests),
             probe_limits=probe_limits(config),
-            tracking=TrackingBounds.from_config(config),
+            tracking_bounds=TrackingBounds.from_config(config),
         )
 
 
 @dataclass(frozen=True)
-class Runs:
-    """For how many cycles something has been wrong; the fault table's thresholds apply to these.
+class BadCycles:
+    """Number of cycles for which something has been wrong; the fault table's thresholds apply to these.
 
     What is judged by reports (rejected, teleports, equal_poses, mismatches, slack) counts the cycles from the first bad
-    report to the newest one, the first for one: a slow camera is judged by the same time as a fast one.
+    report to the newest one, the first as one: a slow camera is judged by the same time as a fast one.
 
     Attributes:
-        disorder: cycles through which poses have come out of order, beside others that are used.
-        objection: to the newest rejected pose.
-        since_pose: cycles since a pose came, used or not.
+        disorder: cycles during which poses have arrived out of order, beside others that are used.
+        objection: reason of the newest rejected pose.
+        since_pose: cycles since a pose arrived, used or not.
     """
 
     rejected: int = 0
@@ -144,15 +144,15 @@ class PoseAge:
     """Age of the newest pose by its stamp.
 
     Attributes:
-        stamp_ns: of it. seconds: its age when it was used [s].
-        least: difference of the two clocks at a pose that came at once [s].
-        run: cycles for which poses have been too old.
+        stamp_ns: stamp of that pose [ns]. seconds: its age when it was used [s].
+        lag_min: smallest difference of the two clocks so far, that of a pose without delay [s].
+        too_old: cycles for which poses have been too old.
     """
 
     stamp_ns: int = -1
     seconds: float = 0.0
-    least: float = 1e18
-    run: int = 0
+    lag_min: float = 1e18
+    too_old: int = 0
 
 
 YOUNG, STILL, UNWATCHED = PoseAge(), JumpWatch(), TrackingWatch()
@@ -163,62 +163,65 @@ class CycleState:
     """State of the controller between two cycles.
 
     Attributes:
-        tick: of the next cycle.
-        mode, reason: see `Mode`; since: the tick at which the mode was entered.
-        rod: of the model.
-        tip: of that rod.
-        observer: of the tip.
-        choice: law and reference in use.
-        pose: the newest one admitted; pose_age: cycles since it arrived.
-        earlier: position of the pose before it [m], shape (3,); interval: cycles between the two.
-        way: of the model's tip since the measured one last changed [m].
-        tendon_state: the newest one; tendon_age: cycles since it arrived;
+        tick: index of the next cycle.
+        mode, reason: see `Mode`; mode_since: tick at which the mode was entered.
+        rod: state of the model.
+        tip: tip of that rod.
+        observer: state of the tip observer.
+        selection: law and reference in use.
+        pose: newest admitted pose; pose_age: cycles since it arrived.
+        previous_position: position of the pose before it [m], shape (3,); pose_interval: cycles between the two.
+        path_length: distance the model's tip has travelled since the measured tip last changed [m].
+        tendon_state: newest report of the tendons; tendon_age: cycles since it arrived;
             tendon_interval: cycles between it and the one before.
-        tension: that the actuators are estimated to apply [N]; commanded: told to them [N]; shapes (n,).
-        wound: displacement that they are estimated to hold [m]; displacement: told to them [m]; shapes (n,).
-        slip: of the reference along the straight rod [m], where that is not part of the target.
-        lagging: the displacement is still on its way, held back by its rate.
-        sources: who is listened to.
-        runs: of bad cycles.
+        tension_estimate: tension that the actuators are estimated to apply [N], shape (n,).
+        tension_command: tension last commanded [N], shape (n,).
+        displacement_estimate: displacement that the actuators are estimated to hold [m], shape (n,).
+        displacement_command: displacement last commanded [m], shape (n,).
+        reference_offset: shift of the reference along the straight rod [m], where that is not part of the target.
+        release_pending: the tendons are being released, and the rate limit still holds the displacement back.
+        sources: publishers in use.
+        bad_cycles: durations of what is wrong.
         rejected: inputs dropped since the start, by reason.
-        rest: the tip while no tendon pulls.
-        probe: that runs, or ran last; commissioned: one has passed, and nothing has changed since.
-        age: of the pose. jump: of the measured tip. tracking: the tip against its reference.
-        unreadable: which field of the first malformed message was wrong, and how; empty without one.
+        rest_watch: averages of the tip while no tendon is under tension.
+        probe: the running or the last probe; commissioned: one has passed and nothing has changed since.
+        stamp_age: age of the pose by its stamp. jump_watch: jumps of the measured tip. tracking_watch: tip against
+            reference.
+        unreadable: field of the first malformed message and what was wrong with it; empty without one.
     """
 
     tick: int
     mode: Mode
     reason: str
-    since: int
+    mode_since: int
     rod: RodState
     tip: Tip
     observer: ObserverState
-    choice: Choice
+    selection: Selection
     pose: TipPose | None
     pose_age: int | None
-    earlier: Array | None
-    interval: int
+    previous_position: Array | None
+    pose_interval: int
     tendon_state: TendonState | None
-    tension: Array
-    commanded: Array
-    wound: Array
-    displacement: Array
-    slip: float = 0.0
-    way: float = 0.0
+    tension_estimate: Array
+    tension_command: Array
+    displacement_estimate: Array
+    displacement_command: Array
+    reference_offset: float = 0.0
+    path_length: float = 0.0
     tendon_age: int = 0
     tendon_interval: int = 1
-    lagging: bool = False
+    release_pending: bool = False
     sources: Sources = field(default_factory=lambda: Sources({}, {}))
-    runs: Runs = Runs()
+    bad_cycles: BadCycles = BadCycles()
     rejected: dict[str, int] = field(default_factory=dict)
     unreadable: str = ""
-    rest: RestWatch = RESTLESS
+    rest_watch: RestWatch = RESTLESS
     probe: Probe | None = None
     commissioned: bool = False
-    age: PoseAge = YOUNG
-    jump: JumpWatch = STILL
-    tracking: TrackingWatch = UNWATCHED
+    stamp_age: PoseAge = YOUNG
+    jump_watch: JumpWatch = STILL
+    tracking_watch: TrackingWatch = UNWATCHED
 
 
 def initial_state(setup: CycleSetup) -> CycleState:
@@ -234,18 +237,18 @@ def initial_state(setup: CycleSetup) -> CycleState:
         tick=0,
         mode=Mode.STARTING,
         reason="starting",
-        since=0,
+        mode_since=0,
         rod=rod,
         tip=tip,
         observer=start_observer(setup.observer, tip.position),
-        choice=setup.choice,
+        selection=setup.selection,
         pose=None,
         pose_age=None,
-        earlier=None,
-        interval=1,
+        previous_position=None,
+        pose_interval=1,
         tendon_state=None,
-        tension=np.zeros(n),
-        commanded=np.zeros(n),
-        wound=np.zeros(n),
-        displacement=np.zeros(n),
+        tension_estimate=np.zeros(n),
+        tension_command=np.zeros(n),
+        displacement_estimate=np.zeros(n),
+        displacement_command=np.zeros(n),
     )

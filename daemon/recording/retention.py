@@ -84,7 +84,7 @@ class Retention:
                     found.append((path, status.st_size, status.st_mtime))
         yield from sorted(found, key=lambda one: (one[2], one[0]))
 
-    def outlook(self) -> "Room":
+    def room(self) -> "Room":
         """How much room there is, and for how long."""
         now = time.time()
         files = list(self.files())

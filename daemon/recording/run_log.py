@@ -50,7 +50,7 @@ LOOK_SECONDS = 60.0
 
 
 class _Cycle(NamedTuple):
-    """What the journal has of a cycle beside its record: log time [ns], states before and after it, and the rest.
+    """What the run_log has of a cycle beside its record: log time [ns], states before and after it, and the rest.
 
     Attributes:
         begun: the state before it is in the log already.
@@ -64,7 +64,7 @@ class _Cycle(NamedTuple):
     truth: SimulatorTruth | None
 
 
-class Journal:
+class RunLog:
     """The log of one run of the controller.
 
     Args:
@@ -251,7 +251,7 @@ class Journal:
         if self._retention is not None and time.monotonic() >= self._next_look:
             self._next_look = time.monotonic() + LOOK_SECONDS
             with suppress(OSError):
-                self.days_left = self._retention.outlook().days
+                self.days_left = self._retention.room().days
 
     def warning(self, text: str) -> None:
         """A line for people."""

@@ -16,13 +16,13 @@ from tendond.daemon.control.record import Response, write_record
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.health import Health
 from tendond.daemon.runtime.pacing import Pacer
 from tendond.daemon.runtime.planner import Planner
-from tendond.daemon.runtime.request_queue import Desk
-from tendond.daemon.runtime.warm_up import practise
+from tendond.daemon.runtime.request_queue import RequestQueue
+from tendond.daemon.runtime.warm_up import warm_up
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonCommand, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import decode, encode
@@ -41,7 +41,7 @@ class Loop:
     Args:
         setup: of the cycle.
         hub: open.
-        journal: where the records go.
+        run_log: where the records go.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
         planner: of references; without one they are planned in the cycle.
         supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
@@ -51,26 +51,26 @@ class Loop:
         self,
         setup: CycleSetup,
         hub: Hub,
-        journal: Journal,
+        run_log: RunLog,
         arm_at: int | None = None,
         supervisor: Supervisor | None = None,
         planner: Planner | None = None,
     ) -> None:
         self._setup = setup
         self._hub = hub
-        self._journal = journal
+        self._run_log = run_log
         self._arm_at = arm_at
         self._supervisor = supervisor or Supervisor({})
-        self._desk = Desk(setup, hub.requests, planner)
+        self._request_queue = RequestQueue(setup, hub.requests, planner)
         self._health = Health()
         self._status_seq = 0
         self._malformed_said = False
         self._crowded = False  # two publishers of a key, or two controllers
-        self._rehearsed: tuple[int, Response] | None = None  # to how many inputs
+        self._speculated: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
         """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
-        return practise(self._setup)
+        return warm_up(self._setup)
 
     def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
         """Run until stopped and released, or for so many cycles; whatever ends it, a slack command goes out last.
@@ -88,14 +88,14 @@ class Loop:
         gc.freeze()
         gc.disable()
         self._state = state
-        self.rehearse(Arrivals())  # the first one is slow
-        self._rehearsed = None
-        self._journal.state(state)
+        self.speculate(Arrivals())  # the first one is slow
+        self._speculated = None
+        self._run_log.state(state)
         try:
             self._run(pacer, stopped, cycles)
         except Exception as error:
             self._supervisor.stopping()
-            self._journal.crash(traceback.format_exc())
+            self._run_log.crash(traceback.format_exc())
             self._let_go()
             raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
         finally:
@@ -103,7 +103,7 @@ class Loop:
             self._supervisor.stopping()
             self._hub.publish_last(_slack(self._setup, self._next_seq))
 
-    def rehearse(self, arrivals: Arrivals) -> None:
+    def speculate(self, arrivals: Arrivals) -> None:
         """The coming cycle on what has arrived so far: if nothing else comes, its command is ready at the deadline.
 
         `respond` is a pure function, so a response to the same inputs is the same response. If something comes, that
@@ -113,7 +113,7 @@ class Loop:
         pose = self._state.pose
         with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with
             if arrivals.pose is not None or pose is None:
-                self._rehearsed = (arrivals.inputs, respond(self._setup, self._state, _inputs(arrivals)))
+                self._speculated = (arrivals.inputs, respond(self._setup, self._state, _inputs(arrivals)))
             else:
                 pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
                 encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
@@ -154,7 +154,7 @@ class Loop:
         seen: object = None  # by whoever watches the status
         next_status = 0.0
         give_up: float | None = None
-        self._desk.open(time.monotonic())
+        self._request_queue.open(time.monotonic())
         while cycles is None or self._health.cycles < cycles:
             stopping = stopped()
             if stopping:
@@ -170,14 +170,14 @@ class Loop:
                 own = ControlAction.STOP
             elif self._state.tick == self._arm_at:
                 own = ControlAction.ARM
-            requested, request = self._desk.take(time.monotonic(), self._state, own)
+            requested, request = self._request_queue.take(time.monotonic(), self._state, own)
             response = None
             if requested is None and not wake.missed_ticks:
                 response = self._ready(wake.arrivals)
             ahead = response is not None
             if response is None:
                 response = self._respond(_inputs(wake.arrivals, requested, request, wake.missed_ticks))
-            self._state, self._rehearsed = response.state, None
+            self._state, self._speculated = response.state, None
             self._hub.followed = {topic: source.name for topic, source in self._state.sources.followed.items()}
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
@@ -186,31 +186,31 @@ class Loop:
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
-            self._desk.answer(record, lambda record=record: self._status(record))  # type: ignore[misc]
+            self._request_queue.answer(record, lambda record=record: self._status(record))  # type: ignore[misc]
             timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
                 ahead=ahead,
-                rehearsal_us=wake.rehearsal * 1e6,
+                rehearsal_us=wake.speculation * 1e6,
             )
-            self._journal.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
-            self._journal.state(self._state)
+            self._run_log.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
+            self._run_log.state(self._state)
             if self._state.unreadable and not self._malformed_said:
                 self._malformed_said = True
-                self._journal.warning(f"malformed: {self._state.unreadable}")
+                self._run_log.warning(f"malformed: {self._state.unreadable}")
             crowded = self._state.sources.in_words()
             if crowded and not self._crowded:
-                self._journal.warning(crowded)
+                self._run_log.warning(crowded)
             self._crowded = bool(crowded)
-            now = (record.mode, record.law, record.reference.target, self._journal.error, crowded)
+            now = (record.mode, record.law, record.reference.target, self._run_log.error, crowded)
             if now != seen or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
-                self._journal.status(status, changed=now != seen)
+                self._run_log.status(status, changed=now != seen)
                 if now != seen:
-                    self._supervisor.status("; ".join(filter(None, (_in_words(record), crowded, self._journal.error))))
+                    self._supervisor.status("; ".join(filter(None, (_in_words(record), crowded, self._run_log.error))))
                 seen, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
@@ -222,16 +222,16 @@ class Loop:
         except Exception as error:
             if inputs.request is None:
                 raise
-            self._desk.fail(error)
-            self._journal.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
+            self._request_queue.fail(error)
+            self._run_log.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
             without = {"request": None, "law": None, "reference": None}
             return respond(self._setup, self._state, inputs.model_copy(update=without))
 
     def _ready(self, arrivals: Arrivals) -> Response | None:
-        """The rehearsal's response, if nothing has come in since."""
-        if self._rehearsed is None:
+        """The speculation's response, if nothing has come in since."""
+        if self._speculated is None:
             return None
-        inputs, response = self._rehearsed
+        inputs, response = self._speculated
         return response if inputs == arrivals.inputs else None
 
     def _status(self, record: CycleRecord) -> Status:
@@ -254,7 +254,7 @@ class Loop:
             rejected=self._state.rejected,
             sources=_names(self._state.sources),
             refused=describe_refusals(self._state),
-            loop=self._health.report(self._journal.dropped, self._journal.error, self._journal.days_left),
+            loop=self._health.report(self._run_log.dropped, self._run_log.error, self._run_log.days_left),
         )
 
 

@@ -12,17 +12,17 @@ LOCKSTEP_PATIENCE_SECONDS = 5.0
 """That a simulator may take for a step before it counts as gone."""
 
 
-REHEARSAL_SHARE = 0.3
-"""Of the period, that a rehearsal may take: one that ends after the deadline does harm."""
+SPECULATION_SHARE = 0.3
+"""Of the period, that a speculation may take: one that ends after the deadline does harm."""
 
 AHEAD_SECONDS = 1000e-6
-"""Before it begins to rehearse, or wakes, from which on the loop wants the interpreter to itself."""
+"""Before it begins to speculate, or wakes, from which on the loop wants the interpreter to itself."""
 
 REMEMBERED = 0.998
-"""Of the longest rehearsal, from one cycle to the next."""
+"""Of the longest speculation, from one cycle to the next."""
 
 SPIN_SECONDS = 300e-6
-"""Before each deadline, awake: a processor that sleeps loses what the rehearsal has fetched, and wakes up late."""
+"""Before each deadline, awake: a processor that sleeps loses what the speculation has fetched, and wakes up late."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,14 @@ class Wake:
         arrivals: since the last one.
         lateness: after the deadline [s].
         missed_ticks: deadlines skipped before it.
-        rehearsal: time that was spent on one [s].
+        speculation: time that was spent on one [s].
     """
 
     at: float
     arrivals: Arrivals
     lateness: float
     missed_ticks: int
-    rehearsal: float = 0.0
+    speculation: float = 0.0
 
 
 class Pacer(Protocol):
@@ -57,7 +57,7 @@ class Clock:
     Args:
         hub: of the controller.
         period: of the cycle [s].
-        rehearse: called shortly before each deadline, where there is time for it, with what has arrived by then.
+        speculate: called shortly before each deadline, where there is time for it, with what has arrived by then.
         announce: told when the loop will next want the interpreter to itself [s], before it sleeps.
     """
 
@@ -65,14 +65,14 @@ class Clock:
         self,
         hub: Hub,
         period: float,
-        rehearse: Callable[[Arrivals], None] | None = None,
+        speculate: Callable[[Arrivals], None] | None = None,
         announce: Callable[[float], None] = lambda moment: None,
     ) -> None:
         self._hub = hub
         self._period = period
-        self._rehearse = rehearse
+        self._speculate = speculate
         self._announce = announce
-        self._took = REHEARSAL_SHARE * period
+        self._took = SPECULATION_SHARE * period
         self._deadline: float | None = None
 
     def wait(self) -> Wake:
@@ -85,26 +85,26 @@ class Clock:
         if now >= self._deadline:
             missed = int((now - self._deadline) / self._period) + 1
             self._deadline += missed * self._period
-        arrivals, rehearsal = Arrivals(), 0.0
-        if self._rehearse is None:
+        arrivals, speculation = Arrivals(), 0.0
+        if self._speculate is None:
             self._announce(self._deadline - AHEAD_SECONDS)
         else:
-            rehearsal = self._prepare(self._rehearse, arrivals)
+            speculation = self._prepare(self._speculate, arrivals)
             time.sleep(max(0.0, self._deadline - SPIN_SECONDS - time.monotonic()))
             while time.monotonic() < self._deadline:
                 pass
         time.sleep(max(0.0, self._deadline - time.monotonic()))
         now = time.monotonic()
-        return Wake(now, self._hub.receive(arrivals), now - self._deadline, missed, rehearsal)
+        return Wake(now, self._hub.receive(arrivals), now - self._deadline, missed, speculation)
 
-    def _prepare(self, rehearse: Callable[[Arrivals], None], arrivals: Arrivals) -> float:
-        """Rehearse just before the deadline, as early as the longest of the last rehearsals asks for.
+    def _prepare(self, speculate: Callable[[Arrivals], None], arrivals: Arrivals) -> float:
+        """Speculate just before the deadline, as early as the longest of the last speculations asks for.
 
         One that would take too long is left out, and tried again when that one is forgotten. Returns how long it took.
         """
         assert self._deadline is not None
         self._took *= REMEMBERED
-        longest = REHEARSAL_SHARE * self._period
+        longest = SPECULATION_SHARE * self._period
         begin = self._deadline - SPIN_SECONDS - self._took
         possible = self._took <= longest and time.monotonic() <= begin
         self._announce((begin if possible else self._deadline) - AHEAD_SECONDS)
@@ -114,7 +114,7 @@ class Clock:
         started = time.monotonic()
         if started > begin + SPIN_SECONDS:  # woken so late that it would hold up the cycle itself
             return 0.0
-        rehearse(self._hub.receive(arrivals))
+        speculate(self._hub.receive(arrivals))
         took = time.monotonic() - started
         self._took = min(max(self._took, 1.2 * took), 1.25 * longest)  # a stall is forgotten in 112 cycles
         return took

@@ -14,7 +14,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import FrameType
 
-from tendond.daemon.control.reference.feasibility import haste
+from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.selection import Planned
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError, TargetError
@@ -152,9 +152,9 @@ def _work(setup: CycleSetup, requests: Connection, results: int, *theirs: "Conne
 def make_plan(setup: CycleSetup, law: str, section: ReferenceSection) -> Plan:
     """Plan a reference for a law; whatever goes wrong is the plan's error."""
     try:
-        choice = setup.choice.with_law(setup.config, law, section)
-        reference = choice.with_reference(setup.config, setup.rod, section).reference
-        return Plan(law, section, reference, remark=haste(reference, setup.config.limits))
+        selection = setup.selection.with_law(setup.config, law, section)
+        reference = selection.with_reference(setup.config, setup.rod, section).reference
+        return Plan(law, section, reference, remark=feasibility(reference, setup.config.limits))
     except (DaemonError, ModelError) as error:
         return Plan(law, section, None, "; ".join(str(error).splitlines()))
     except Exception as error:

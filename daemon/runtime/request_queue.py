@@ -1,4 +1,4 @@
-"""The operators' desk: which request goes into the coming cycle, what is planned meanwhile, who is answered what."""
+"""The queue of requests: which request goes into the coming cycle, what is planned meanwhile, who is answered what."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ STARTING = "not done: the controller was still starting; ask again"
 PLANNING = "a reference is being planned: wait for it, or stop to give it up"
 
 
-class Desk:
+class RequestQueue:
     """Requests on their way into the cycle and back.
 
     A stop is heard first, whatever else waits; every stop that waits is answered at once, a request to arm that came
@@ -63,7 +63,7 @@ class Desk:
         if wanted.reference is not None and idle and self._planner is not None and question is not self._planned:
             self._give_up_plan("not changed: another reference was asked for meanwhile")
             self._planned = question
-            self._planner.plan(state.choice.law_name, wanted.reference)
+            self._planner.plan(state.selection.law_name, wanted.reference)
             return None, None
         if question is self._planned:
             self._planned = None

@@ -17,7 +17,7 @@ from tendond.schemas.record import CycleInputs
 CYCLES = 3
 
 
-def practise(setup: CycleSetup) -> CycleState:
+def warm_up(setup: CycleSetup) -> CycleState:
     """The initial state, which the practice leaves as it is.
 
     Raises:
@@ -27,9 +27,9 @@ def practise(setup: CycleSetup) -> CycleState:
     _track(setup, state)
     for name in LAWS:
         with suppress(LawError):  # a law that does not go with reference or tendons cannot be chosen either
-            choice = state.choice.with_law(setup.config, name)
+            selection = state.selection.with_law(setup.config, name)
             with suppress(ModelError):
-                _track(setup, replace(state, choice=choice))
+                _track(setup, replace(state, selection=selection))
     return state
 
 
@@ -41,5 +41,5 @@ def _track(setup: CycleSetup, state: CycleState) -> None:
         pose = TipPose(seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=(1.0, 0.0, 0.0, 0.0))
         state, _, _ = step(setup, state, CycleInputs(pose=pose))
     state, _, _ = step(setup, state, CycleInputs(request=ControlAction.STOP))
-    fault = replace(state, mode=Mode.FAULT, runs=replace(state.runs, solver_failures=1))
+    fault = replace(state, mode=Mode.FAULT, bad_cycles=replace(state.bad_cycles, solver_failures=1))
     step(setup, fault, CycleInputs(request=ControlAction.RESET))

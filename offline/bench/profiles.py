@@ -113,7 +113,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
     settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
     way = last.command.displacement[config.control.agonist]
     wound = config.simulator.drive == "displacement"
-    arrival = CycleSetup.from_config(config).choice.reference.arrival
+    arrival = CycleSetup.from_config(config).selection.reference.arrival
     busy = part[: round((arrival + 1.0) / period)]
     tension = np.array([one.record.command.tension[config.control.agonist] for one in busy])
     displacement = np.array([one.record.command.displacement[config.control.agonist] for one in busy])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.state import CycleSetup, CycleState
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.offline.identification.plan import Plan, PlanError
 from tendond.schemas.config.rig import RigConfig
@@ -21,7 +21,7 @@ EPOCH_NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class DryRun:
     """What a plan came to.
 
     Attributes:
@@ -38,7 +38,7 @@ class Rehearsal:
     tip: NDArray[np.float64]
 
 
-def rehearse(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict[str, str] | None = None) -> Rehearsal:
+def dry_run(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict[str, str] | None = None) -> DryRun:
     """Carry out a plan on the simulator of a configuration.
 
     Args:
@@ -60,20 +60,20 @@ def rehearse(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict
     newest: list[CycleState] = []
     commands, tips, speeds, limited, armed = [], [], [], 0, 0
     at = [EPOCH_NS]
-    journal = None if log is None else Journal(
+    run_log = None if log is None else RunLog(
         log, config, setup.rod, now=lambda: at[0], notes=notes, queue=QUEUE
     )  # fmt: skip
-    if journal is not None:
-        journal.__enter__()
+    if run_log is not None:
+        run_log.__enter__()
     try:
         for watched in watched_loop(config, round(plan.duration / period), requests, see_state=newest.append):
             record = watched.record
-            if journal is not None:
+            if run_log is not None:
                 if len(newest) == 2:
-                    journal.state(newest[0])
+                    run_log.state(newest[0])
                 at[0] = EPOCH_NS + round(record.tick * period * 1e9)
-                journal.cycle(record, None, newest[-1].rod, watched.truth)
-                journal.state(newest[-1])
+                run_log.cycle(record, None, newest[-1].rod, watched.truth)
+                run_log.state(newest[-1])
             newest[:] = newest[-1:]
             if record.mode is Mode.FAULT:
                 raise PlanError(f"the plan ends in a fault at {record.time:.2f} s: {record.reason}")
@@ -85,13 +85,13 @@ def rehearse(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict
             armed += record.command.armed
             limited += bool(record.limited)
     finally:
-        if journal is not None:
-            journal.__exit__()
-    if journal is not None and (journal.error or journal.dropped):
-        raise PlanError(f"the log is not whole: {journal.summary}")
+        if run_log is not None:
+            run_log.__exit__()
+    if run_log is not None and (run_log.error or run_log.dropped):
+        raise PlanError(f"the log is not whole: {run_log.summary}")
     n = len(commands[0]) // 2
     peak = np.max(np.array(commands), axis=0)
-    return Rehearsal(
+    return DryRun(
         tension=float(peak[:n].max()),
         displacement=float(peak[n:].max()),
         speed=max(speeds),

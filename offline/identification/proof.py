@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.data import WEIGHT_NOTE, Recording, load_recording
-from tendond.offline.identification.dry_run import rehearse
+from tendond.offline.identification.dry_run import dry_run
 from tendond.offline.identification.fit import Memory, Problem, refine
 from tendond.offline.identification.identify import Identification, Options, identify
 from tendond.offline.identification.parameters import DEFAULT, chosen
@@ -159,7 +159,7 @@ def record(task: Task) -> dict[str, Path]:
         config = rig(task.plant, 10 * task.seed + index, weight, task.noise)
         paths[name] = folder / f"{name}.mcap"
         paths[name].unlink(missing_ok=True)
-        rehearse(config, propose(config, kinds, reach), paths[name], {WEIGHT_NOTE: str(weight)})
+        dry_run(config, propose(config, kinds, reach), paths[name], {WEIGHT_NOTE: str(weight)})
     return paths
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.messages import ControlAction
@@ -18,8 +18,8 @@ QUEUE = 10_000_000
 """Entries that may wait for the disk: here nobody waits for a command, and none must be lost."""
 
 
-class OfflineJournal(Journal):
-    """A journal whose time, `at` [ns], is set by hand.
+class OfflineRunLog(RunLog):
+    """A run_log whose time, `at` [ns], is set by hand.
 
     Args:
         path: of the MCAP file.
@@ -66,15 +66,15 @@ def record_lockstep(
     period_ns = round(setup.config.loop.period * 1e9)
     newest: list[CycleState] = []
     records = []
-    with OfflineJournal(path, setup, notes, calibration) as journal:
+    with OfflineRunLog(path, setup, notes, calibration) as run_log:
         for watched in watched_loop(setup.config, cycles, requests, see_state=newest.append, probe=True):
             if len(newest) == 2:  # the one before the first cycle, too
-                journal.state(newest[0])
+                run_log.state(newest[0])
             state = newest[-1]
             newest[:] = [state]
-            journal.at = EPOCH_NS + watched.record.tick * period_ns
-            journal.cycle(watched.record, None, state.rod, watched.truth)
-            journal.state(state)
+            run_log.at = EPOCH_NS + watched.record.tick * period_ns
+            run_log.cycle(watched.record, None, state.rod, watched.truth)
+            run_log.state(state)
             records.append(watched.record)
-    journal.check()
+    run_log.check()
     return records

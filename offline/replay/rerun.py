@@ -17,7 +17,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.snapshot import decode_state, encode_state
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.runtime.warm_up import practise
+from tendond.daemon.runtime.warm_up import warm_up
 from tendond.model import ModelError
 from tendond.offline.logs.log import LogError, Run, no_cycles, open_run
 from tendond.offline.replay.difference import Difference, Field, compare
@@ -88,7 +88,7 @@ def rerun(
     """
     run = open_run(path)
     setup = recorded_setup(run.config, str(run.paths[0]))
-    practise(setup)  # loads the kernels: not a part of the replay's time
+    warm_up(setup)  # loads the kernels: not a part of the replay's time
     outcome = Outcome(period=run.config.loop.period)
     started = time.perf_counter()
     for compared, differing, difference in _results(run, setup, outcome.gaps, first, last, tolerance, jobs):
@@ -191,11 +191,18 @@ def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, re
     if found is not None or tolerance is not None or segment.end is None:
         return compared, differing, found
     text = encode_state(state)
-    if text != segment.end and (fields := compare(segment.end, text)):
+    if text != segment.end and (fields := compare(_with_present_names(setup, segment.end), text)):
         fields = tuple(Field(f"state.{one.path}", one.logged, one.replayed) for one in fields)
         return compared, 1, Difference(state.tick - 1, fields)
     reached.text, reached.state = segment.end, state
     return compared, differing, found
+
+
+def _with_present_names(setup: CycleSetup, text: str) -> str:
+    """A state's text as this version writes it, where an older one has written it; else as it is."""
+    with suppress(ValueError):
+        return encode_state(decode_state(CycleState, text, setup))
+    return text
 
 
 def inputs_of(data: bytes) -> CycleInputs:

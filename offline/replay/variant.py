@@ -10,7 +10,7 @@ from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model import ModelError
 from tendond.offline.logs.log import Log, LogError, Run, as_text, load, open_run
-from tendond.offline.replay.offline import OfflineJournal, record_lockstep
+from tendond.offline.replay.offline import OfflineRunLog, record_lockstep
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import CycleInputs, CycleRecord
 
@@ -52,18 +52,18 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     start_ns, period_ns = first_time(open_run(path)), round(config.loop.period * 1e9)
     records = []
     notes = _notes(path, "same inputs", changes)
-    with OfflineJournal(out, setup, notes, recorded.calibration) as journal:
-        journal.at = start_ns
-        journal.state(state)
+    with OfflineRunLog(out, setup, notes, recorded.calibration) as run_log:
+        run_log.at = start_ns
+        run_log.state(state)
         for old in recorded.records:
             if state.tick != old.tick:  # cycles were left out while the arm was idle: it stays as it is
                 state = replace(state, tick=old.tick)
             state, _, record = step(setup, state, old.inputs)
-            journal.at = start_ns + old.tick * period_ns
-            journal.cycle(record, None, state.rod, None)
-            journal.state(state)
+            run_log.at = start_ns + old.tick * period_ns
+            run_log.cycle(record, None, state.rod, None)
+            run_log.state(state)
             records.append(record)
-    journal.check()
+    run_log.check()
     return compare_commands(recorded.records, records)
 
 

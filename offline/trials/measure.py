@@ -75,7 +75,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
         TendondError: the course cannot be followed, or the plant has no solution.
     """
     config = config_of(base, trial, seed)
-    course = CycleSetup.from_config(config).choice.reference
+    course = CycleSetup.from_config(config).selection.reference
     assert isinstance(course, Course)
     period = config.loop.period
     cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + course.arrival) / period) + 1

@@ -150,7 +150,7 @@ def run(case: Case, tracking: float = TRACKING) -> Outcome:
     state = initial_state(setup)
     arm, wanted = round(ARM_AT / period), math.ceil(tracking / period)
     tips: list[np.ndarray] = []
-    most, target = 0.0, setup.choice.reference.target[0]
+    most, target = 0.0, setup.selection.reference.target[0]
     reason = "it never tracked"
     for tick in range(arm + round(PATIENCE / period) + wanted):
         position, quaternion = (tuple(part.tolist()) for part in rig.pose())

@@ -92,12 +92,12 @@ class TrackingBounds:
     orientation_time: int
     jump: float
     load_max: float
-    load_apart: float
+    load_excess: float
     displacement_min: float
     displacement_max: float
     report_time: int
-    age: float
-    age_time: int
+    pose_age_max: float
+    pose_age_time: int
 
     @staticmethod
     def from_config(config: RigConfig) -> "TrackingBounds":
@@ -119,12 +119,12 @@ class TrackingBounds:
             orientation_time=cycles(faults.orientation_time),
             jump=faults.jump * length,
             load_max=(1.0 + faults.load_margin) * limits.tension_max,
-            load_apart=faults.load_margin * limits.tension_max,
+            load_excess=faults.load_margin * limits.tension_max,
             displacement_min=limits.displacement_min - margin,
             displacement_max=limits.displacement_max + margin,
             report_time=cycles(faults.report_time),
-            age=config.observer.delay + faults.pose_age,
-            age_time=cycles(faults.age_time),
+            pose_age_max=config.observer.delay + faults.pose_age,
+            pose_age_time=cycles(faults.age_time),
         )
 
 
@@ -140,12 +140,12 @@ class TrackingWatch:
         orientation_run: cycles at more than the allowed angle; angle: now [rad].
     """
 
-    error_run: int = 0
+    error_cycles: int = 0
     error: float = 0.0
-    tip: tuple[Swing, ...] = ()
-    tension: tuple[Swing, ...] = ()
+    tip_swings: tuple[Swing, ...] = ()
+    tension_swings: tuple[Swing, ...] = ()
     heading: Vector3 = (0.0, 0.0, 0.0)
-    orientation_run: int = 0
+    orientation_cycles: int = 0
     angle: float = 0.0
 
 
@@ -176,7 +176,7 @@ def watch_tracking(
     # A reference that starts, stops or turns back makes the arm sway: what it excites is no limit cycle of the loop.
     along = sum(a * b for a, b in zip(heading, watch.heading, strict=True))
     excited = along < 0.0 or (rests is not (math.hypot(*watch.heading) == 0.0))
-    tip, tension = (() if excited else watch.tip) or (Swing(),) * 3, watch.tension
+    tip, tension = (() if excited else watch.tip_swings) or (Swing(),) * 3, watch.tension_swings
     tip = tuple(one.add(value, tick, factor * bounds.swing) for one, value in zip(tip, apart, strict=True))
     if rests:
         tension = tension or (Swing(),) * len(commanded)
@@ -187,12 +187,12 @@ def watch_tracking(
         tension = ()
     turned = angle is not None and angle > bounds.orientation
     return TrackingWatch(
-        error_run=watch.error_run + interval if error > factor * bounds.error else 0,
+        error_cycles=watch.error_cycles + interval if error > factor * bounds.error else 0,
         error=error,
-        tip=tip,
-        tension=tension,
+        tip_swings=tip,
+        tension_swings=tension,
         heading=heading,
-        orientation_run=watch.orientation_run + interval if turned else 0,
+        orientation_cycles=watch.orientation_cycles + interval if turned else 0,
         angle=angle or 0.0,
     )
 
@@ -204,24 +204,25 @@ def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool
         bounds: of what is borne. watch: so far.
         saturated: the command stands at a limit.
     """
-    if watch.error_run >= bounds.error_time:
+    if watch.error_cycles >= bounds.error_time:
         cause = "the command is at a limit" if saturated else "the commands have been there for long"
+        seconds = watch.error_cycles * bounds.period
         return (
             f"tracking error: the tip is {watch.error * 1e3:.0f} mm from its reference for "
-            f"{watch.error_run * bounds.period:g} s, and {cause}; is the arm held, or the rig another than configured?"
+            f"{seconds:g} s, and {cause}; is the arm held, or the rig another than configured?"
         )
-    if watch.orientation_run >= bounds.orientation_time:
+    if watch.orientation_cycles >= bounds.orientation_time:
         return (
             f"orientation: the measured tip is turned by {math.degrees(watch.angle):.0f} degrees against the model's "
-            f"in the same place, for {watch.orientation_run * bounds.period:g} s; have markers or camera moved?"
+            f"in the same place, for {watch.orientation_cycles * bounds.period:g} s; have markers or camera moved?"
         )
-    for axis, swing in zip("xyz", watch.tip, strict=False):
+    for axis, swing in zip("xyz", watch.tip_swings, strict=False):
         if (found := swing.sustained(bounds.period)) is not None:
             return (
                 f"limit cycle: the tip swings by {found[0] * 1e3:.0f} mm in {axis} at {found[1]:.1f} Hz and does not "
                 "settle; lower observer.integral, or tell the delay and the weight on the tip"
             )
-    for index, swing in enumerate(watch.tension):
+    for index, swing in enumerate(watch.tension_swings):
         if (found := swing.sustained(bounds.period)) is not None:
             return (
                 f"limit cycle: the command of tendon {index} swings by {found[0]:.1f} N at {found[1]:.1f} Hz and does "
@@ -244,17 +245,17 @@ class JumpWatch:
             succession afterwards, and each of them then goes further than its own interval says.
     """
 
-    last: float = 0.0
-    before: Vector3 | None = None
-    size: float = 0.0
-    lasting: bool = False
-    over: bool = False
-    gap: int = 1
+    last_step: float = 0.0
+    origin: Vector3 | None = None
+    step_size: float = 0.0
+    persistent: bool = False
+    pose_distrusted: bool = False
+    gap_cycles: int = 1
 
     @property
     def withheld(self) -> bool:
         """Whether the newest pose is not to be believed yet."""
-        return self.before is not None
+        return self.origin is not None
 
 
 def watch_jump(
@@ -272,12 +273,18 @@ def watch_jump(
         change: of measured against model tip since then [m].
         before: measured tip before the step [m].
     """
-    gap = max(interval, watch.gap - 1)
+    gap = max(interval, watch.gap_cycles - 1)
     step = way / gap
-    if watch.before is not None:
-        return JumpWatch(step, lasting=step < BEFORE_AND_AFTER * watch.size, size=watch.size, over=True, gap=gap)
-    sudden = min(way, change) > bounds.jump * gap and watch.last < BEFORE_AND_AFTER * step
-    return JumpWatch(step, before=before if sudden else None, size=step, gap=gap)
+    if watch.origin is not None:
+        return JumpWatch(
+            step,
+            persistent=step < BEFORE_AND_AFTER * watch.step_size,
+            step_size=watch.step_size,
+            pose_distrusted=True,
+            gap_cycles=gap,
+        )
+    sudden = min(way, change) > bounds.jump * gap and watch.last_step < BEFORE_AND_AFTER * step
+    return JumpWatch(step, origin=before if sudden else None, step_size=step, gap_cycles=gap)
 
 
 def tip_angle(one: Quaternion, other: Quaternion) -> float:

@@ -25,7 +25,7 @@ def fastest_winding(reference: Reference) -> float:
     return float(np.max(np.abs(np.diff(displacement)))) / float(times[1])
 
 
-def haste(reference: Reference | Course, limits: LimitsSection) -> str:
+def feasibility(reference: Reference | Course, limits: LimitsSection) -> str:
     """What to tell an operator of a reference that `limits.displacement_rate` holds back; empty if it does not.
 
     A course in space is slowed down by itself, and says so.

@@ -11,7 +11,7 @@ from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.record import Response
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime import loop as loop_module
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
@@ -48,7 +48,7 @@ def test_the_ramp_of_a_crash_lets_the_wound_tendons_out_steadily_to_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def failing(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
-        if state.displacement.max() > WOUND_UP:
+        if state.displacement_command.max() > WOUND_UP:
             raise RuntimeError("of all things")
         return respond(setup, state, inputs)
 
@@ -57,9 +57,9 @@ def test_the_ramp_of_a_crash_lets_the_wound_tendons_out_steadily_to_nothing(
         {"rig": {"name": one.name}, "bus": {"endpoint": one.endpoint}, "limits": {"release_rate": 200.0}}, "test"
     )
     setup = CycleSetup.from_config(config)
-    with Hub(config) as hub, Journal(tmp_path / "run.mcap", config, setup.rod) as journal, one.session() as session:
+    with Hub(config) as hub, RunLog(tmp_path / "run.mcap", config, setup.rod) as run_log, one.session() as session:
         subscriber = session.declare_subscriber(key(one.name, TENDON_COMMAND), zenoh.handlers.FifoChannel(5000))
-        loop = Loop(setup, hub, journal, arm_at=5)
+        loop = Loop(setup, hub, run_log, arm_at=5)
         state = loop.warm()
         monkeypatch.setattr(loop_module, "respond", failing)
         with pytest.raises(DaemonError, match="of all things"):

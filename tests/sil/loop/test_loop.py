@@ -12,7 +12,7 @@ from tendond.bus.client import open_client
 from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime import loop as loop_module
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
@@ -64,9 +64,9 @@ def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
         "test",
     )
     setup = CycleSetup.from_config(config)
-    with Hub(config) as hub, Journal(tmp_path / "run.mcap", config, setup.rod) as journal, one.session() as session:
+    with Hub(config) as hub, RunLog(tmp_path / "run.mcap", config, setup.rod) as run_log, one.session() as session:
         commands = session.declare_subscriber(key(one.name, TENDON_COMMAND), zenoh.handlers.FifoChannel(1000))
-        loop = Loop(setup, hub, journal, arm_at=5)
+        loop = Loop(setup, hub, run_log, arm_at=5)
         state = loop.warm()
         monkeypatch.setattr(loop_module, "respond", failing)
         with pytest.raises(DaemonError, match="ZeroDivisionError: of all things"):
@@ -105,8 +105,8 @@ def test_a_request_that_the_cycle_cannot_take_is_answered_with_the_reason_and_th
     )
     setup = CycleSetup.from_config(config)
     replies: list[ControlReply] = []
-    with Hub(config) as hub, Journal(tmp_path / "run.mcap", config, setup.rod) as journal, one.session() as session:
-        loop = Loop(setup, hub, journal, arm_at=5)
+    with Hub(config) as hub, RunLog(tmp_path / "run.mcap", config, setup.rod) as run_log, one.session() as session:
+        loop = Loop(setup, hub, run_log, arm_at=5)
         state = loop.warm()
         monkeypatch.setattr(loop_module, "respond", failing)
         asker = threading.Thread(target=lambda: replies.append(one.ask(session, ControlAction.RESET)))

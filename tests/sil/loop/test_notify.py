@@ -11,7 +11,7 @@ import pytest
 
 from tendond.bus.systemd import Supervisor
 from tendond.daemon.control.state import CycleSetup
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Wake
@@ -92,8 +92,8 @@ def test_a_loop_that_is_always_late_gives_no_sign_of_life(tmp_path: Path, manage
     for number, (wakes, alive) in enumerate(((late, False), ([(0.0, 0)] * 5, True))):
         log = tmp_path / f"{number}.mcap"
         before = len(manager.told)
-        with Hub(config) as hub, Journal(log, config, setup.rod) as journal:
-            loop = Loop(setup, hub, journal, supervisor=manager.supervisor())
+        with Hub(config) as hub, RunLog(log, config, setup.rod) as run_log:
+            loop = Loop(setup, hub, run_log, supervisor=manager.supervisor())
             loop.run(loop.warm(), Pacer(wakes), lambda: False)
         manager.await_line("STOPPING=1", before)
         assert (PING in manager.told[before:]) is alive

@@ -38,40 +38,40 @@ SEEN = after(START, CycleInputs(pose=pose(100), tendon_state=tendons(100)))
 
 def test_refused_poses_are_counted_from_the_first_to_the_newest_with_the_reason_of_the_newest() -> None:
     state = after(SEEN, CycleInputs(pose=pose(101, FAR)))
-    assert (state.runs.teleports, state.runs.rejected, state.runs.objection) == (1, 1, "teleport")
+    assert (state.bad_cycles.teleports, state.bad_cycles.rejected, state.bad_cycles.objection) == (1, 1, "teleport")
     state = after(state, CycleInputs(missed_ticks=1))
-    assert (state.runs.teleports, state.runs.rejected, state.runs.objection) == (1, 1, "teleport")
+    assert (state.bad_cycles.teleports, state.bad_cycles.rejected, state.bad_cycles.objection) == (1, 1, "teleport")
     state = after(state, CycleInputs(pose=pose(102, FAR)))
-    assert (state.runs.teleports, state.runs.rejected) == (4, 4)
+    assert (state.bad_cycles.teleports, state.bad_cycles.rejected) == (4, 4)
     state = after(state, CycleInputs(pose=pose(103, (3.0, 0.0, 0.0))))
-    assert (state.runs.teleports, state.runs.rejected, state.runs.objection) == (4, 5, "out of reach")
+    assert (state.bad_cycles.teleports, state.bad_cycles.rejected, state.bad_cycles.objection) == (4, 5, "out of reach")
     state = after(state, CycleInputs(unreadable={"malformed": 1}))
-    assert (state.runs.rejected, state.runs.objection) == (6, "out of reach")
+    assert (state.bad_cycles.rejected, state.bad_cycles.objection) == (6, "out of reach")
     state = after(state, CycleInputs(pose=pose(104)))
-    assert (state.runs.teleports, state.runs.rejected, state.runs.objection) == (0, 0, "")
+    assert (state.bad_cycles.teleports, state.bad_cycles.rejected, state.bad_cycles.objection) == (0, 0, "")
 
 
 def test_an_occluded_pose_is_no_bad_one_and_is_counted_for_itself_until_the_tip_is_seen_again() -> None:
     hidden = CycleInputs(pose=pose(101, valid=False))
     state = after(SEEN, hidden, hidden)
-    assert (state.runs.occluded, state.runs.rejected) == (2, 0)
+    assert (state.bad_cycles.occluded, state.bad_cycles.rejected) == (2, 0)
     state = after(state, CycleInputs())
-    assert state.runs.occluded == 2
-    assert after(state, CycleInputs(pose=pose(102))).runs.occluded == 0
+    assert state.bad_cycles.occluded == 2
+    assert after(state, CycleInputs(pose=pose(102))).bad_cycles.occluded == 0
 
 
 def test_equal_poses_are_counted_in_cycles_with_those_that_had_none_and_the_missed_ones() -> None:
     state = after(SEEN, CycleInputs(pose=pose(101)))
-    assert state.runs.equal_poses == 1
+    assert state.bad_cycles.equal_poses == 1
     state = after(state, CycleInputs(), CycleInputs(), CycleInputs(pose=pose(102), missed_ticks=1))
-    assert state.runs.equal_poses == 5
-    assert after(state, CycleInputs(pose=pose(103, (*REST[:2], REST[2] + 1e-6)))).runs.equal_poses == 0
+    assert state.bad_cycles.equal_poses == 5
+    assert after(state, CycleInputs(pose=pose(103, (*REST[:2], REST[2] + 1e-6)))).bad_cycles.equal_poses == 0
 
 
 def test_the_way_of_the_model_since_the_pose_changed_is_kept_while_poses_are_equal() -> None:
-    state = changed(SEEN, way=0.02)
-    assert after(state, CycleInputs(pose=pose(101))).way == 0.02
-    assert after(state, CycleInputs(pose=pose(101, (*REST[:2], REST[2] + 1e-6)))).way == 0.0
+    state = changed(SEEN, path_length=0.02)
+    assert after(state, CycleInputs(pose=pose(101))).path_length == 0.02
+    assert after(state, CycleInputs(pose=pose(101, (*REST[:2], REST[2] + 1e-6)))).path_length == 0.0
 
 
 @pytest.mark.parametrize(("cycles", "missed", "interval"), [(0, 0, 1), (2, 0, 3), (2, 4, 7)])
@@ -80,14 +80,14 @@ def test_the_interval_of_reports_is_counted_in_cycles_for_poses_and_tendons(
 ) -> None:
     state = after(SEEN, *[CycleInputs()] * cycles)
     state = after(state, CycleInputs(pose=pose(101), tendon_state=tendons(101), missed_ticks=missed))
-    assert (state.interval, state.pose_age) == (interval, 0)
+    assert (state.pose_interval, state.pose_age) == (interval, 0)
     assert (state.tendon_interval, state.tendon_age) == (interval, 0)
 
 
 def test_missed_deadlines_in_a_row_end_with_a_cycle_in_time() -> None:
     state = after(SEEN, CycleInputs(missed_ticks=2), CycleInputs(missed_ticks=3))
-    assert state.runs.missed_ticks == 5
-    assert after(state, CycleInputs()).runs.missed_ticks == 0
+    assert state.bad_cycles.missed_ticks == 5
+    assert after(state, CycleInputs()).bad_cycles.missed_ticks == 0
 
 
 PROBED = changed(

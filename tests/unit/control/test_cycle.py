@@ -104,7 +104,7 @@ def test_law_and_reference_change_while_idle_and_show_in_the_record() -> None:
         state, record = go(state, CycleInputs(pose=follow(state)))
     assert record.mode is Mode.TRACKING
     assert record.law == "sliding_mode"
-    assert START.choice.law_name == "backstepping"
+    assert START.selection.law_name == "backstepping"
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_a_law_or_reference_that_cannot_be_is_refused_with_the_reason(inputs: di
     state, record = go(START, CycleInputs(pose=pose(0)), CycleInputs(pose=pose(1), **inputs))
     assert not record.accepted
     assert why in record.reply
-    assert state.choice == START.choice
+    assert state.selection == START.selection
 
 
 def test_law_and_reference_are_refused_while_anything_moves() -> None:

@@ -11,7 +11,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.state import CycleSetup, changed, rod_from_section
 from tendond.daemon.runtime.planner import make_plan
-from tendond.daemon.runtime.warm_up import practise
+from tendond.daemon.runtime.warm_up import warm_up
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.reference import ReferenceSection
@@ -62,7 +62,7 @@ def test_no_cycle_takes_long(count: int) -> None:
         )
     )
     setup = CycleSetup.from_config(config)
-    ready = practise(setup)
+    ready = warm_up(setup)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
     plain: list[float] = []
     longest: tuple[float, str] = (0.0, "")
@@ -95,10 +95,15 @@ def test_no_cycle_takes_long(count: int) -> None:
                     case 35:
                         inputs.update(request=ControlAction.STOP)
                     case 40:
-                        runs = changed(state.runs, solver_failures=1)
-                        slack = 0.0 * state.tension
+                        runs = changed(state.bad_cycles, solver_failures=1)
+                        slack = 0.0 * state.tension_estimate
                         state = changed(
-                            state, mode=Mode.FAULT, runs=runs, tension=slack, commanded=slack, lagging=False
+                            state,
+                            mode=Mode.FAULT,
+                            bad_cycles=runs,
+                            tension_estimate=slack,
+                            tension_command=slack,
+                            release_pending=False,
                         )
                         inputs.update(request=ControlAction.RESET)
                 asked = CycleInputs(**inputs)

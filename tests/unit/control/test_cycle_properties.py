@@ -90,20 +90,22 @@ def check(config: RigConfig, before: CycleState, after: CycleState, inputs: Cycl
     assert np.isfinite(tension).all()
     assert np.isfinite(displacement).all()
     assert ((tension >= 0.0) & (tension <= limits.tension_max)).all()
-    assert (np.abs(tension - before.commanded) <= max(limits.tension_rate, limits.release_rate) * period + 1e-9).all()
+    assert (
+        np.abs(tension - before.tension_command) <= max(limits.tension_rate, limits.release_rate) * period + 1e-9
+    ).all()
     assert ((displacement >= limits.displacement_min) & (displacement <= limits.displacement_max)).all()
     if not command.armed:
         assert not displacement.any()
     elif record.mode is not Mode.PROBE or before.mode is Mode.PROBE:  # a probe begins where the servos stand
-        assert (np.abs(displacement - before.displacement) <= limits.displacement_rate * period + 1e-9).all()
+        assert (np.abs(displacement - before.displacement_command) <= limits.displacement_rate * period + 1e-9).all()
     reset = inputs.request is ControlAction.RESET
     if before.mode is Mode.FAULT and not (reset and record.accepted):
         assert record.mode is Mode.FAULT
     if record.mode in (Mode.IDLE, Mode.FAULT, Mode.RELEASING) and before.mode is record.mode:
-        assert (tension <= before.commanded + 1e-12).all()  # nothing pulls who is not asked to
+        assert (tension <= before.tension_command + 1e-12).all()  # nothing pulls who is not asked to
     if record.mode is Mode.IDLE:
         assert not command.armed
-    if after.choice is not before.choice:
+    if after.selection is not before.selection:
         assert before.mode in (Mode.IDLE, Mode.STARTING)
 
 

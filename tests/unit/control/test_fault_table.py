@@ -20,7 +20,7 @@ def seconds(cycles: int) -> str:
 
 
 def with_runs(**runs: int | str) -> CycleState:
-    return changed(TRACKING, runs=changed(TRACKING.runs, **runs))
+    return changed(TRACKING, bad_cycles=changed(TRACKING.bad_cycles, **runs))
 
 
 def report(*tension: float, fault: str = "") -> TendonState:
@@ -66,7 +66,7 @@ def test_no_pose_at_all_is_a_fault() -> None:
 
 def test_tendons_are_stale_after_their_time_if_they_have_ever_been_heard() -> None:
     age = ALLOWED.tendon_timeout + 1
-    heard = changed(TRACKING, tendon_state=report(*TRACKING.tension.tolist()))
+    heard = changed(TRACKING, tendon_state=report(*TRACKING.tension_estimate.tolist()))
     assert find_fault(SETUP, changed(heard, tendon_age=age - 1)) == ""
     assert find_fault(SETUP, changed(heard, tendon_age=age)) == f"tendons stale: no state for {seconds(age)}"
     assert find_fault(SETUP, changed(TRACKING, tendon_state=None, tendon_age=age)) == ""
@@ -79,9 +79,9 @@ def test_what_the_tendon_driver_reports_is_a_fault() -> None:
 
 def test_equal_poses_are_a_fault_only_where_the_model_has_moved() -> None:
     frozen = with_runs(equal_poses=ALLOWED.frozen_time)
-    assert find_fault(SETUP, changed(frozen, way=FAULTS.frozen_distance)) == ""
-    assert find_fault(SETUP, changed(with_runs(equal_poses=ALLOWED.frozen_time - 1), way=0.0234)) == ""
-    assert find_fault(SETUP, changed(frozen, way=0.0234)) == (
+    assert find_fault(SETUP, changed(frozen, path_length=FAULTS.frozen_distance)) == ""
+    assert find_fault(SETUP, changed(with_runs(equal_poses=ALLOWED.frozen_time - 1), path_length=0.0234)) == ""
+    assert find_fault(SETUP, changed(frozen, path_length=0.0234)) == (
         f"pose frozen: equal ones for {seconds(ALLOWED.frozen_time)} while the model's tip went 23 mm"
     )
 
@@ -97,13 +97,13 @@ def test_a_model_far_from_the_tip_is_a_fault_after_its_time() -> None:
 
 def test_a_tendon_that_does_not_pull_is_a_fault_after_its_time_and_is_named() -> None:
     tension = np.array([0.0, 30.0, 0.0, 0.0])
-    state = changed(with_runs(slack=ALLOWED.slack_time), tension=tension, tendon_age=0)
+    state = changed(with_runs(slack=ALLOWED.slack_time), tension_estimate=tension, tendon_age=0)
     assert find_fault(SETUP, changed(state, tendon_state=report(0.0, 1.23, 0.0, 0.0))) == (
         f"tendon 1 slack: 1.2 N reported where the model has 30.0 N, for {seconds(ALLOWED.slack_time)}; is it cut, or "
         "off its spool?"
     )
     assert find_fault(SETUP, changed(state, tendon_state=report(0.0, 29.0, 0.0, 0.0))) == ""
-    early = changed(with_runs(slack=ALLOWED.slack_time - 1), tension=tension, tendon_age=0)
+    early = changed(with_runs(slack=ALLOWED.slack_time - 1), tension_estimate=tension, tendon_age=0)
     assert find_fault(SETUP, changed(early, tendon_state=report(0.0, 1.23, 0.0, 0.0))) == ""
 
 
@@ -121,14 +121,14 @@ def test_a_tendon_that_does_not_pull_is_a_fault_after_its_time_and_is_named() ->
 def test_a_tendon_counts_as_slack_that_reports_much_less_than_the_model_has(
     expected: tuple[float, ...], reported: tuple[float, ...], slack: int | None
 ) -> None:
-    state = changed(TRACKING, tension=np.array(expected), tendon_state=report(*reported))
+    state = changed(TRACKING, tension_estimate=np.array(expected), tendon_state=report(*reported))
     assert slack_tendon(SETUP, state) == slack
     assert slack_tendon(SETUP, changed(state, tendon_state=None)) is None
 
 
-@pytest.mark.parametrize("name", ["commanded", "tension"])
+@pytest.mark.parametrize("name", ["tension_command", "tension_estimate"])
 def test_a_tendon_may_pull_while_it_is_told_to_or_has_not_followed_yet(name: str) -> None:
     assert not is_taut(START)
     little = np.array([0.0, 0.0, 1e-3, 0.0])
     assert is_taut(changed(START, **{name: little}))
-    assert is_taut(changed(START, lagging=True))
+    assert is_taut(changed(START, release_pending=True))

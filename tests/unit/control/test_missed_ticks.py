@@ -36,7 +36,7 @@ def test_a_pose_that_came_before_missed_deadlines_is_older_by_them() -> None:
 
 def test_tendons_are_stale_after_a_time_of_which_missed_deadlines_are_a_part() -> None:
     allowed, missed = SETUP.thresholds.tendon_timeout, 3
-    report = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 4, tension=tuple(armed().tension.tolist()))
+    report = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 4, tension=tuple(armed().tension_estimate.tolist()))
     state, _, _ = step(SETUP, armed(), CycleInputs(pose=follow(armed()), tendon_state=report))
     age, late = 0, 0
     while state.mode is Mode.TRACKING:

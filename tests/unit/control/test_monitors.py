@@ -217,11 +217,11 @@ def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:
     watch = JumpWatch()
     for way in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
         watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
-        assert not watch.lasting
+        assert not watch.persistent
     watch = JumpWatch()
     for way in (0.0, 0.001, 0.03, 0.0005):
         watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
-    assert watch.lasting
+    assert watch.persistent
 
 
 def test_poses_that_were_held_up_are_no_jump_when_they_come_at_once() -> None:
@@ -230,11 +230,11 @@ def test_poses_that_were_held_up_are_no_jump_when_they_come_at_once() -> None:
     for interval, way in ((1, 0.006), (1, 0.006), (7, 0.006), (1, 0.036), (1, 0.006), (1, 0.006)):
         watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
         assert not watch.withheld
-        assert not watch.lasting
+        assert not watch.persistent
     watch = JumpWatch()
     for interval, way in ((1, 0.001), (7, 0.006), (1, 0.3), (1, 0.001)):  # further than any arm gets in the time
         watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
-    assert watch.lasting
+    assert watch.persistent
 
 
 @pytest.mark.parametrize("law", ["backstepping", "sliding_mode", "sensitivity"])
@@ -258,5 +258,5 @@ def test_a_pose_after_missed_deadlines_is_no_jump() -> None:
         pose = TipPose(seq=tick, stamp_ns=0, position=(x, 0.0, 0.48), orientation=(1.0, 0.0, 0.0, 0.0))
         request = ControlAction.ARM if tick == 1 else None
         state, _, record = step(setup, state, CycleInputs(pose=pose, missed_ticks=missed, request=request))
-        assert not state.jump.withheld
+        assert not state.jump_watch.withheld
     assert record.mode is not Mode.FAULT

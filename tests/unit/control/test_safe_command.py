@@ -40,8 +40,8 @@ def test_a_law_that_asks_for_what_is_no_number_never_reaches_the_tendons(
         right = LAWS["backstepping"].decide(parameters, observation)
         return dataclasses.replace(right, tension=np.full(4, value))
 
-    law = dataclasses.replace(state.choice.law, decide=broken)
-    state = changed(state, choice=dataclasses.replace(state.choice, law=law))
+    law = dataclasses.replace(state.selection.law, decide=broken)
+    state = changed(state, selection=dataclasses.replace(state.selection, law=law))
     for _ in range(SETUP.thresholds.limit_time + 2):
         state, command, record = step(SETUP, state, CycleInputs(pose=follow(state)))
         assert np.isfinite(command.tension).all()

@@ -14,7 +14,7 @@ from tendond.cli.common import load_config
 from tendond.cli.identify.fit import proposed_weight, rig_of_model
 from tendond.daemon.errors import UsageError
 from tendond.offline.identification.data import DataError, load_recording, parse_weights
-from tendond.offline.identification.dry_run import rehearse
+from tendond.offline.identification.dry_run import dry_run
 from tendond.offline.identification.plan import PlanError, Request, propose
 from tendond.offline.identification.proof import Outcome, Task, coverage, met, truth
 from tendond.schemas.config.rig import RigConfig, check_config
@@ -46,9 +46,9 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("logs")
     free, weighted = folder / "free.mcap", folder / "weighted.mcap"
     plan = propose(config_with(), ("sway",), 0.7)
-    rehearse(config_with(), replace(plan, requests=plan.requests[:3], duration=plan.parts[1][0]), free)
+    dry_run(config_with(), replace(plan, requests=plan.requests[:3], duration=plan.parts[1][0]), free)
     plan = propose(config_with(0.04), ("steps",), 0.4)
-    rehearse(config_with(0.04), replace(plan, duration=5.0), weighted, {"weight": "0.04"})
+    dry_run(config_with(0.04), replace(plan, duration=5.0), weighted, {"weight": "0.04"})
     return free, weighted
 
 
@@ -150,7 +150,7 @@ def test_a_plan_keeps_to_the_limits_and_asks_for_nothing_while_the_arm_moves() -
     times = [one.time for one in plan.requests]
     assert times == sorted(times)
     short = propose(config, ("steps",), 0.6)
-    came_to = rehearse(rig_of_model(config), short)
+    came_to = dry_run(rig_of_model(config), short)
     assert came_to.tension <= config.limits.tension_max
     assert came_to.displacement < 0.6 * config.limits.displacement_max
 
@@ -161,7 +161,7 @@ def test_a_rehearsed_weight_is_a_body_and_the_plan_for_it_stays_safe(mass: float
     config = config_with()
     idealised = check_config({**BASE, "simulator": {"weight": {"force_only": True, "string": 0.3}}}, "test")
     assert rig_of_model(idealised, mass).simulator.weight == Weight(mass=mass)
-    came_to = rehearse(rig_of_model(config, mass), propose(config, ("steps",), 0.6))
+    came_to = dry_run(rig_of_model(config, mass), propose(config, ("steps",), 0.6))
     assert came_to.tension < config.limits.tension_max
     assert came_to.displacement < config.limits.displacement_max
     assert came_to.speed < config.faults.tip_speed_max
@@ -172,11 +172,11 @@ def test_a_rehearsed_weight_is_a_body_and_the_plan_for_it_stays_safe(mass: float
 def test_a_plan_that_the_rig_does_not_survive_is_refused() -> None:
     strict = check_config({**BASE, "limits": {**BASE["limits"], "limit_time": 0.01}}, "test")
     with pytest.raises(PlanError, match="ends in a fault"):
-        rehearse(strict, propose(strict, ("chirp",)))
+        dry_run(strict, propose(strict, ("chirp",)))
     plan = propose(strict, ("steps",), 0.6)
     early = replace(plan, requests=(Request(0.5, ControlAction.RESET), *plan.requests))
     with pytest.raises(PlanError, match="is refused: nothing to reset"):
-        rehearse(config_with(), early)
+        dry_run(config_with(), early)
 
 
 def test_limits_that_leave_no_way_are_said_so() -> None:

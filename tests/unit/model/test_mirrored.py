@@ -47,7 +47,7 @@ def test_bent_beyond_the_target_is_judged_on_the_side_to_which_the_agonist_bends
         f"[control]\nagonist = {AGONISTS['xz'][side]}\n[reference]\nacross = {0.2 * side}\n",
         "test",
     )
-    reference = CycleSetup.from_config(config).choice.reference
+    reference = CycleSetup.from_config(config).selection.reference
     assert isinstance(reference, Reference)
     assert reference.arc is not None
     rest = float(reference.curve.tension_at(reference.arc))

@@ -54,8 +54,8 @@ def test_a_state_comes_back_from_its_text_to_the_last_bit_and_goes_on_alike() ->
 def test_a_state_of_another_version_is_named() -> None:
     setup = CycleSetup.from_config(parse_config(CONFIG, "test"))
     data = json.loads(encode_state(initial_state(setup)))
-    del data["slip"]
-    with pytest.raises(ValueError, match=r"is no CycleState of this version of tendond .*CycleState: slip"):
+    del data["reference_offset"]
+    with pytest.raises(ValueError, match=r"is no CycleState of this version of tendond .*CycleState: reference_offset"):
         decode_state(CycleState, json.dumps(data), setup)
 
 
@@ -136,13 +136,13 @@ def test_a_state_in_the_log_that_is_not_the_one_reached_is_a_difference(recorded
         if topic != STATE.topic or snapshot["tick"] != 100:
             return data
         state = json.loads(snapshot["state"])
-        state["interval"] += 1
+        state["pose_interval"] += 1
         return StateSnapshot(tick=100, state=json.dumps(state)).model_dump_json().encode()
 
     outcome = rerun(rewritten(recorded, tmp_path / "spoiled.mcap", change))
     assert outcome.first is not None
     assert outcome.first.tick == 99
-    assert [field.path for field in outcome.first.fields] == ["state.interval"]
+    assert [field.path for field in outcome.first.fields] == ["state.pose_interval"]
 
 
 def test_a_dropped_cycle_is_named_and_the_replay_goes_on_at_the_next_state(recorded: Path, tmp_path: Path) -> None:

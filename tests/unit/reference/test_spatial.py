@@ -35,7 +35,7 @@ def config(reference: dict[str, Any], **sections: dict[str, Any]) -> RigConfig:
 
 
 def course(reference: dict[str, Any], **sections: dict[str, Any]) -> Course:
-    found = CycleSetup.from_config(config(reference, **sections)).choice.reference
+    found = CycleSetup.from_config(config(reference, **sections)).selection.reference
     assert isinstance(found, Course)
     return found
 

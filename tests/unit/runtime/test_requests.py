@@ -23,7 +23,7 @@ LITTLE = np.array([0.0, 0.0, 1e-3, 0.0])
         (IDLE, ControlAction.STOP, Mode.IDLE, "started", True, "nothing to stop: idle"),
         (FAULT, ControlAction.RESET, Mode.IDLE, "reset by the operator", True, "reset"),
         (
-            changed(FAULT, commanded=LITTLE),
+            changed(FAULT, tension_command=LITTLE),
             ControlAction.RESET,
             Mode.FAULT,
             FAULT.reason,
@@ -56,7 +56,7 @@ def test_a_request_is_answered_by_the_mode_it_finds(
     assert (answer.accepted, answer.text) == (accepted, text)
 
 
-@pytest.mark.parametrize("name", ["commanded", "tension"])
+@pytest.mark.parametrize("name", ["tension_command", "tension_estimate"])
 def test_a_tendon_pulls_while_it_is_told_to_or_has_not_followed_yet(name: str) -> None:
     assert pulls(START) is False
     assert pulls(changed(START, **{name: LITTLE})) is True
@@ -64,11 +64,14 @@ def test_a_tendon_pulls_while_it_is_told_to_or_has_not_followed_yet(name: str) -
 
 def test_a_model_that_was_lost_starts_at_rest_once_after_its_time_and_not_while_a_tendon_pulls() -> None:
     lost = changed(
-        IDLE, rod=TRACKING.rod, tip=TRACKING.tip, runs=changed(IDLE.runs, mismatches=SETUP.thresholds.mismatch_time)
+        IDLE,
+        rod=TRACKING.rod,
+        tip=TRACKING.tip,
+        bad_cycles=changed(IDLE.bad_cycles, mismatches=SETUP.thresholds.mismatch_time),
     )
     again = advance_mode(SETUP, lost)
     assert again.tip.position == pytest.approx(START.tip.position, abs=1e-6)
-    assert again.runs.mismatches == 0
-    early = changed(lost, runs=changed(lost.runs, mismatches=SETUP.thresholds.mismatch_time - 1))
-    for held in (early, changed(lost, commanded=LITTLE), changed(lost, tension=LITTLE)):
+    assert again.bad_cycles.mismatches == 0
+    early = changed(lost, bad_cycles=changed(lost.bad_cycles, mismatches=SETUP.thresholds.mismatch_time - 1))
+    for held in (early, changed(lost, tension_command=LITTLE), changed(lost, tension_estimate=LITTLE)):
         assert advance_mode(SETUP, held).tip is lost.tip

@@ -10,7 +10,7 @@ import pytest
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.recording.retention import DAY, Retention, retention
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.offline.logs.log import load
 from tendond.schemas.config.machine import LogSection
 from tendond.schemas.config.rig import parse_config
@@ -69,10 +69,10 @@ def test_the_days_left_are_those_at_the_growth_of_the_last_days(tmp_path: Path) 
     begun = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(time.time() - 2 * DAY))
     log(tmp_path, f"arm-{begun}.mcap", 2 * MB, 1.0)
     log(tmp_path, f"arm-{begun}-001.mcap", 2 * MB, 0.0)
-    room = Retention(tmp_path, "arm", 10 * MB, None).outlook()
+    room = Retention(tmp_path, "arm", 10 * MB, None).room()
     assert room.rate == pytest.approx(2 * MB, rel=0.01)
     assert room.days == pytest.approx(3.0, rel=0.01)
-    assert Retention(tmp_path / "..", "nobody", None, None).outlook().days is None
+    assert Retention(tmp_path / "..", "nobody", None, None).room().days is None
 
 
 def test_a_run_that_goes_on_and_on_stays_within_its_bound_and_never_removes_the_file_that_it_writes(
@@ -88,19 +88,19 @@ def test_a_run_that_goes_on_and_on_stays_within_its_bound_and_never_removes_the_
     def used() -> float:
         return sum(size for _, size, _ in kept.files())
 
-    with Journal(path, config, setup.rod, retention=kept) as journal:
+    with RunLog(path, config, setup.rod, retention=kept) as run_log:
         state = initial_state(setup)
-        journal.state(state)
+        run_log.state(state)
         for _ in range(6000):
             state, _, record = step(setup, state, CycleInputs())
-            journal.cycle(record, None, state.rod, None)
-            journal.state(state)
+            run_log.cycle(record, None, state.rod, None)
+            run_log.state(state)
             if record.tick % 100 == 0:
-                while journal.waiting > 1000:
+                while run_log.waiting > 1000:
                     time.sleep(0.01)
                 assert used() < bound + 200_000
-        assert journal.days_left is None or journal.days_left >= 0.0
-    assert (journal.error, journal.dropped) == ("", 0)
+        assert run_log.days_left is None or run_log.days_left >= 0.0
+    assert (run_log.error, run_log.dropped) == ("", 0)
     newest = max(tmp_path.iterdir(), key=lambda one: one.stat().st_mtime)
     assert any("removed 1 old logs, paper-20260101T" in line.message for line in load(newest).log_lines)
     parts = sorted(names(tmp_path))

@@ -7,7 +7,7 @@ import pytest
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
-from tendond.daemon.recording.run_log import Journal
+from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.recording.thinning import HELD_SECONDS, QUIET_SECONDS
 from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.info import info
@@ -43,18 +43,18 @@ def run(path: Path, config: RigConfig, cycles: int = CYCLES, requests: Requests 
     plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
     state = initial_state(setup)
     now_ns = [0]
-    with Journal(path, config, setup.rod, now=lambda: now_ns[0], queue=1_000_000) as journal:
-        journal.state(state)
+    with RunLog(path, config, setup.rod, now=lambda: now_ns[0], queue=1_000_000) as run_log:
+        run_log.state(state)
         for tick in range(cycles):
             now_ns[0] = round(tick * config.loop.period * 1e9)
             pose, tendon_state, _ = plant.observe(now_ns[0])
             inputs = CycleInputs(pose=pose, tendon_state=tendon_state, request=requests(tick))
             state, command, record = step(setup, state, inputs)
-            journal.cycle(record, None, state.rod, None)
-            journal.state(state)
+            run_log.cycle(record, None, state.rod, None)
+            run_log.state(state)
             plant.step(command)
-    assert (journal.error, journal.dropped) == ("", 0)
-    put, written, dropped = journal._counts
+    assert (run_log.error, run_log.dropped) == ("", 0)
+    put, written, dropped = run_log._counts
     assert (put, dropped) == (written, 0)
 
 

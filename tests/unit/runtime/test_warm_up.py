@@ -5,7 +5,7 @@ import sys
 
 FRESH = """
 from tendond.daemon.control.cycle import step
-from tendond.daemon.runtime.warm_up import practise
+from tendond.daemon.runtime.warm_up import warm_up
 from tendond.daemon.control.state import CycleSetup
 from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
@@ -39,7 +39,7 @@ def test_setting_up_runs_every_kernel() -> None:
 def test_after_practice_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
     code = """
 setup = CycleSetup.from_config(RigConfig())
-state = practise(setup)
+state = warm_up(setup)
 before = loaded()
 for seq in range(300):
     tip = setup.rod.tip(state.rod)

@@ -1,4 +1,4 @@
-"""The command line: the commands of the modules beside this one, and what becomes of errors."""
+"""The command line: the groups of commands, and errors turned into lines and exit statuses."""
 
 import os
 import sys
@@ -9,27 +9,29 @@ from typing import Annotated
 import typer
 
 from tendond import TendondError, __version__
-from tendond.cli.bench import commands as bench_commands
-from tendond.cli.config import commands as config_commands
-from tendond.cli.identify import commands as identify_commands
+from tendond.cli.bench.commands import bench
+from tendond.cli.config.commands import config
+from tendond.cli.demo.commands import demo
+from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
-from tendond.cli.log import commands as log_commands
-from tendond.cli.rig import doctor_commands, operator_commands, process_commands
-from tendond.cli.servo import commands as servo_commands
+from tendond.cli.log.commands import log
+from tendond.cli.program import Program
+from tendond.cli.rig.commands import rig
+from tendond.cli.servo.commands import servo
 from tendond.cli.signals import INTERRUPTED, leave_at_the_end, leave_on_interrupt, was_interrupted
-from tendond.cli.study import commands as study_commands
-from tendond.cli.study import experiment_commands
+from tendond.cli.study.commands import study
 from tendond.schemas.config.renamed import RenamedKeyWarning
 
 EPILOG = """\
 \b
-Exit status: 0 done; 1 refused or failed, said in a line; 2 wrong usage or
-configuration; 130 interrupted. Results go to standard output, the rest to
-standard error. Each command tells of itself with --help, with an example.
+Exit status: 0 success; 1 refused or failed; 2 invalid usage or configuration;
+130 interrupted. Results go to standard output, messages to standard error.
+Run `tendond COMMAND --help` for details and an example.
 """
 
 app = typer.Typer(
     name="tendond",
+    cls=Program,
     help="Controller for tendon-driven continuum robots: Cosserat rod model, Zenoh bus, MCAP log of every cycle.",
     epilog=EPILOG,
     no_args_is_help=True,
@@ -43,26 +45,16 @@ EXIT_USAGE = 2
 
 
 @app.callback(invoke_without_command=True)
-def options(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
-    """Options of the program itself."""
+def options(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+    """Handle the options of the program itself."""
     if version:
         print(f"tendond {__version__}")
         raise typer.Exit
 
 
-for commands in (
-    process_commands,
-    servo_commands,
-    operator_commands,
-    config_commands,
-    doctor_commands,
-    experiment_commands,
-    study_commands,
-    bench_commands,
-    log_commands,
-    identify_commands,
-):
-    commands.add_to(app)
+for group in (rig, log, servo, config, identify, study, bench):
+    app.add_typer(group)
+app.command()(demo)
 
 
 def _show_renamed(message: Warning | str, *place: object, **more: object) -> None:
@@ -71,7 +63,7 @@ def _show_renamed(message: Warning | str, *place: object, **more: object) -> Non
 
 
 def main() -> None:
-    """Run the command line; what a user can mend is one line each and no traceback."""
+    """Run the command line; errors that a user can fix are one line each, without a traceback."""
     warnings.simplefilter("once", RenamedKeyWarning)
     warnings.showwarning = _show_renamed
     leave_on_interrupt()

@@ -13,21 +13,26 @@ def _profiles() -> list[str]:
 
 
 def laws() -> list[str]:
-    """The laws' names, for the shell's completion."""
+    """Names of the control laws, for the shell's completion."""
     from tendond.daemon.control.laws import LAWS
 
     return list(LAWS)
 
 
 def faults() -> list[str]:
-    """The simulator's faults, for the shell's completion."""
+    """Names of the simulator's faults, for the shell's completion."""
     from tendond.schemas.faults import Fault
 
     return list(Fault)
 
 
+def scenarios() -> list[str]:
+    """Names of the demo's scenarios."""
+    return ["plane", "wired", "spatial"]
+
+
 Config = Annotated[
-    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Left out: the paper's robot.")
+    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
 ]
 Profile = Annotated[
     str | None,
@@ -36,8 +41,14 @@ Profile = Annotated[
     ),
 ]
 Lockstep = Annotated[
-    bool, typer.Option("--lockstep", help="One cycle per pose instead of the clock; give it to run and simulate both.")
+    bool, typer.Option("--lockstep", help="One cycle per pose, without a clock; for both run and simulate.")
 ]
-Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="End after so many cycles.")]
+Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="Number of cycles to run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
-Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Parallel processes. Default: one per processor.")
+]
+Processes = Annotated[
+    int | None, typer.Option("--processes", min=1, help="Parallel processes. Default: one per processor.")
+]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")]

@@ -63,7 +63,7 @@ TOPICS = (
         keys.TENDON_STATE, "published", TendonState, None, _DRIVERS, f"run, {_VIEWERS}", "what the servos report",
     ),
     Topic(
-        keys.SERVO_HEALTH, "published", ServoHealth, None, "servo", "rig-demo, whoever subscribes",
+        keys.SERVO_HEALTH, "published", ServoHealth, None, "servo", "demo, whoever subscribes",
         "what the servos' serial bus loses and how long it takes, once a second",
     ),
     Topic(keys.STATUS, "published", Status, None, "run", _VIEWERS, "the controller's state, each second and on change"),

@@ -1,4 +1,4 @@
-"""Measurements: their options and their help; what they do stands in the modules that they import."""
+"""The group `tendond bench`: options and help of the benchmarks."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,15 +8,17 @@ import typer
 from tendond.cli.options import Json
 from tendond.cli.signals import leave_on_signals
 
-bench = typer.Typer(name="bench", help="Measure how long things take.", no_args_is_help=True, rich_markup_mode=None)
+bench = typer.Typer(
+    name="bench", help="Benchmark the solvers, the loop and replay.", no_args_is_help=True, rich_markup_mode=None
+)
 
 
 @bench.command("rod")
 def bench_rod(
     json: Json = False,
-    against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run, to compare with.")] = None,
+    against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run to compare with.")] = None,
 ) -> None:
-    """Time the rod's solvers, and their errors.
+    """Benchmark the rod's solvers and their errors.
 
     Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json
     """
@@ -27,14 +29,14 @@ def bench_rod(
 
 @bench.command("loop")
 def bench_loop(
-    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Of each run.")] = 10.0,
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Duration of each run [s].")] = 10.0,
     json: Json = False,
 ) -> None:
-    """Time the controller's loop beside a bare one.
+    """Benchmark the control loop against a bare loop.
 
-    Wake-up, work of a cycle, pose to command, recorder.
+    Wake-up delay, time of a cycle, pose to command, recorder.
 
-    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios mean something.
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios are meaningful.
 
     Example: tendond bench loop --seconds 5
     """
@@ -57,9 +59,9 @@ def bench_schemes() -> None:
 
 @bench.command("profiles")
 def bench_profiles() -> None:
-    """Run both laws on each profile of the simulator.
+    """Benchmark both laws on each simulator profile.
 
-    How long they take, as a Markdown table.
+    Prints settling and tracking as a Markdown table.
 
     Example: tendond bench profiles
     """
@@ -70,12 +72,12 @@ def bench_profiles() -> None:
 
 @bench.command("replay")
 def bench_replay(
-    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log.")] = 20.0,
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log [s].")] = 20.0,
 ) -> None:
-    """Time replays, as a Markdown table.
+    """Benchmark replay, as a Markdown table.
 
-    Of a log that is made for it, Euler with 200 nodes, beside the cycle's step alone. On a busy machine only the last
-    column means something.
+    Replays a log made for it (Euler, 200 nodes), next to the cycle's step alone. On a busy machine only the last column
+    is meaningful.
 
     Example: tendond bench replay --seconds 20
     """
@@ -86,17 +88,12 @@ def bench_replay(
 
 @bench.command("friction")
 def bench_friction() -> None:
-    """Pull and release rubbing tendons, as a Markdown table.
+    """Benchmark tendon friction, as a Markdown table.
 
-    And run both laws with them, on profile rig.
+    Pulls and releases tendons with friction, and runs both laws with them on profile rig.
 
     Example: tendond bench friction
     """
     from tendond.offline.bench.friction import table
 
     print(table())
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.add_typer(bench)

@@ -1,4 +1,4 @@
-"""The commands about a configuration: their options and their help; what they do stands in `config`."""
+"""The group `tendond config`: options and help."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,11 +9,13 @@ from tendond.cli.options import Config, Json, Profile
 
 config = typer.Typer(
     name="config",
-    help="Check a configuration, show it, or describe it.",
+    help="Check, show and describe configurations.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-File = Annotated[Path | None, typer.Argument(metavar="FILE", help="The same as --config.", show_default=False)]
+File = Annotated[
+    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
+]
 
 
 def _chosen(file: Path | None, option: Path | None) -> Path | None:
@@ -28,15 +30,14 @@ def config_check(
     config: Config = None,
     profile: Profile = None,
     model: Annotated[
-        bool, typer.Option("--model/--no-model", help="Look with the rod's model, too; it may have to be compiled.")
+        bool, typer.Option("--model/--no-model", help="Check with the rod model as well; may compile its kernels.")
     ] = True,
     json: Json = False,
 ) -> None:
-    """Say everything that is wrong with a configuration.
+    """Check a configuration and list every error.
 
-    Before a process refuses it. Exit status 2 if anything is.
-
-    Keys, values and ranges, laws and their parameters, whether the rod can reach the reference, what the servos can do.
+    Keys, values and ranges, laws and their parameters, whether the rod reaches the reference, what the servos can do.
+    Exit status 2: there are errors.
 
     Example: tendond config check rig.toml
     """
@@ -47,17 +48,17 @@ def config_check(
 
 @config.command("has")
 def config_has(
-    section: Annotated[str, typer.Argument(help="Its name, as vicon or servo.", show_default=False)],
+    section: Annotated[str, typer.Argument(help="Name of the section, such as vicon or servo.", show_default=False)],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],
     or_unreadable: Annotated[
-        bool, typer.Option("--or-unreadable", help="Exit with 0 as well where the file cannot be read.")
+        bool, typer.Option("--or-unreadable", help="Exit with 0 if the file cannot be read.")
     ] = False,
 ) -> None:
-    """Tell whether a configuration has a section.
+    """Test whether a configuration has a section.
 
-    However it is spelled, and in whatever file that it includes. Exit status 0: it has; 1: it has none; 2: it cannot
-    be read. Keys and values are not looked at. Units ask this before they start a driver, with --or-unreadable, so that
-    the driver is the one to say what is wrong with the file.
+    Included files count. Exit status 0: it has; 1: it does not; 2: the file cannot be read. Keys and values are not
+    checked. The systemd units run this before they start a driver, with --or-unreadable, so that the driver itself
+    reports an unreadable file.
 
     Example: tendond config has vicon rig.toml
     """
@@ -71,13 +72,13 @@ def config_show(
     file: File = None,
     config: Config = None,
     profile: Profile = None,
-    changed: Annotated[bool, typer.Option("--changed", help="Only what differs from the defaults.")] = False,
-    comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Unit, range and meaning.")] = True,
+    changed: Annotated[bool, typer.Option("--changed", help="Print only what differs from the defaults.")] = False,
+    comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Print unit, range and meaning.")] = True,
     json: Json = False,
 ) -> None:
-    """Print the configuration in effect.
+    """Print the effective configuration.
 
-    Defaults filled in, as TOML with a comment for each key.
+    As TOML, with the defaults filled in and a comment for each key.
 
     Examples: tendond config show rig.toml --changed; tendond config show --profile rig > rig.toml
     """
@@ -88,17 +89,12 @@ def config_show(
 
 @config.command("schema")
 def config_schema() -> None:
-    """Print the JSON Schema, by which editors complete.
+    """Print the JSON Schema, for completion in editors.
 
-    Editors with taplo take it from a first line '#:schema ./tendond.schema.json' in the configuration.
+    Editors with taplo read it from a first line '#:schema ./tendond.schema.json' in the configuration.
 
     Example: tendond config schema > tendond.schema.json
     """
     from tendond.cli.config.check import run_schema
 
     run_schema()
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.add_typer(config)

@@ -45,13 +45,26 @@ RIG = "demo"
 Report = Callable[[Path, Path, Console], None]
 
 
-def run_demo(out: Path, profile: str) -> None:
-    """Run it; log, figures and summary are in `out` afterwards.
+def run_scenario(scenario: str, out: Path, profile: str | None = None) -> None:
+    """Run a scenario; log, figures and summary are in `out` afterwards.
+
+    Args:
+        scenario: plane, wired or spatial.
+        out: folder, made if missing.
+        profile: simulator profile of scenario plane; none: paper.
 
     Raises:
-        TendondError: a process could not be started or did not end as it should.
+        TendondError: a process could not be started, or failed.
     """
-    run_chain(out, profile_text(profile), HOLD_SECONDS[profile], _report)
+    if scenario == "wired":
+        run_wired_chain(out, WIRED, RIG_HOLD_SECONDS, _report)
+    elif scenario == "spatial":
+        from tendond.cli.demo.spatial import run_space_demo
+
+        run_space_demo(out)
+    else:
+        profile = profile or "paper"
+        run_chain(out, profile_text(profile), HOLD_SECONDS[profile], _report)
 
 
 def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
@@ -86,15 +99,6 @@ def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
 
-def run_rig_demo(out: Path) -> None:
-    """The same robot behind emulated servos and a simulated Tracker, driven through the real drivers.
-
-    Raises:
-        TendondError: a process could not be started or did not end as it should.
-    """
-    run_wired_chain(out, WIRED, RIG_HOLD_SECONDS, _report)
-
-
 def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
     """As `run_chain`, with drivers and wires in between: four processes; `text` is like `presets.WIRED`.
 
@@ -104,7 +108,7 @@ def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
     announce_compilation(say)
     warm_up()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    config_file, log_file, port = out / "rig.toml", out / "rig-demo.mcap", out / "ttyServos"
+    config_file, log_file, port = out / "rig.toml", out / "demo.mcap", out / "ttyServos"
     try:
         out.mkdir(parents=True, exist_ok=True)
         log_file.unlink(missing_ok=True)

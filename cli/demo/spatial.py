@@ -1,4 +1,4 @@
-"""`tendond demo-3d`: the tip on a circle in space, through the ideal chain and through the one with drivers."""
+"""`tendond demo --scenario spatial`: the tip on a circle in space, without and with the drivers."""
 
 import json
 from pathlib import Path
@@ -60,7 +60,7 @@ CHAIN_WORDS = {
 
 
 def _course(text: str) -> Course:
-    course = CycleSetup.from_config(parse_config(text, "demo-3d")).selection.reference
+    course = CycleSetup.from_config(parse_config(text, "scenario spatial")).selection.reference
     assert isinstance(course, Course)
     return course
 

@@ -47,7 +47,7 @@ def poses(rig: Rig) -> Result:
     heard, config = rig.heard, rig.config
     if not heard.connected:
         return doubtful("not listened for: no controller runs", "start it, then run this again")
-    driver = "tendond vicon" if config.vicon is not None else "tendond vicon or tendond simulate"
+    driver = "tendond rig vicon" if config.vicon is not None else "tendond rig vicon or tendond simulate"
     if heard.unreadable and not heard.poses:
         reasons = ", ".join(f"{count} {reason}" for reason, count in heard.unreadable.items())
         return bad(f"what comes cannot be read: {reasons}", "use the same version of tendond everywhere")

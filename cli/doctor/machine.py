@@ -160,11 +160,11 @@ def wake_up(rig: Rig) -> Result:
 
 
 def find_controller(rig: Rig) -> int | None:
-    """The process that runs this configuration, if there is one."""
+    """Find the process that runs this configuration; none if there is none."""
     wanted = None if rig.config_file is None else rig.config_file.resolve()
     for folder in sorted(rig.machine.proc.glob("[0-9]*"), key=lambda path: int(path.name)):
         words = (rig.machine.read(folder / "cmdline") or "").split("\0")
-        if "run" not in words or not Path(words[words.index("run") - 1]).name.startswith("tendond"):
+        if not _runs_controller(words):
             continue
         named = [words[i + 1] for i, word in enumerate(words[:-1]) if word in {"--config", "-c"}]
         try:
@@ -174,6 +174,16 @@ def find_controller(rig: Rig) -> int | None:
         if (None if not named else (here / named[0]).resolve()) == wanted:
             return int(folder.name)
     return None
+
+
+def _runs_controller(words: list[str]) -> bool:
+    """Whether a process' words are those of `tendond run` or `tendond rig run`."""
+    if "run" not in words:
+        return False
+    before = words[: words.index("run")]
+    if before[-1:] == ["rig"]:
+        before.pop()
+    return bool(before) and Path(before[-1]).name.startswith("tendond")
 
 
 def _limit(machine: Machine, name: str) -> float | None:

@@ -1,4 +1,4 @@
-"""The commands that identify a rig: options and help; what they do stands in the modules that they import."""
+"""The group `tendond identify`: options and help."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -6,17 +6,17 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tendond.cli.options import Config, Yes
+from tendond.cli.options import Config, Jobs, Yes
 from tendond.cli.signals import leave_on_signals
 
 
 class FitByDefault(TyperGroup):
-    """A group of commands in which what names none of them is `fit`'s: `tendond identify LOG...`."""
+    """Group of commands with a default, `fit`: `tendond identify LOG...`."""
 
     default = "fit"
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """As click's, with `fit` put in where it is meant."""
+        """Insert `fit` where no command is named."""
         if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
             args = [self.default, *args]
         return super().parse_args(ctx, args)
@@ -25,50 +25,50 @@ class FitByDefault(TyperGroup):
 identify = typer.Typer(
     name="identify",
     cls=FitByDefault,
-    help="Find the model's parameters from the rig's own logs.\n\nExample: tendond identify free.mcap weighted.mcap",
+    help="Identify the model's parameters from logs.\n\nExample: tendond identify free.mcap weighted.mcap",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-Parts = Annotated[str, typer.Option("--parts", help="Of the excitation: sway, steps, chirp, with commas.")]
-Reach = Annotated[float, typer.Option("--reach", min=0.5, max=1.0, help="Part of the way that the limits allow.")]
-WeightOnTip = Annotated[float, typer.Option("--weight", min=0.0, max=10.0, help="Fixed to the tip [kg].")]
-Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="At once. Left out: one per core.")]
+Parts = Annotated[str, typer.Option("--parts", help="Parts of the excitation: sway, steps, chirp; comma-separated.")]
+Reach = Annotated[float, typer.Option("--reach", min=0.5, max=1.0, help="Fraction of the range that the limits allow.")]
+WeightOnTip = Annotated[float, typer.Option("--weight", min=0.0, max=10.0, help="Mass fixed to the tip [kg].")]
 PARTS = "sway,steps,chirp"
 
 
 @identify.command("fit")
 def identify_fit(
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="To fit to, each from a rest on.")],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs to fit, each starting at rest.")],
     parameters: Annotated[
         str | None,
         typer.Option(
             "--parameters",
-            help="Names with commas. Left out: E,rho,Bbt,C,tendon_stiffness,tip_mass,delay,lag,spool,backlash.",
+            help="Comma-separated names. Default: E,rho,Bbt,C,tendon_stiffness,tip_mass,delay,lag,spool,backlash.",
         ),
     ] = None,
     weight: Annotated[
-        list[str] | None, typer.Option("--weight", help="LOG=KG fixed to the tip; before what the log says.")
+        list[str] | None, typer.Option("--weight", help="LOG=KG, mass fixed to the tip; overrides the log's own value.")
     ] = None,
     hold_out: Annotated[
-        list[Path] | None, typer.Option("--hold-out", help="Log to compare on and not to fit to; repeatable.")
+        list[Path] | None, typer.Option("--hold-out", help="Log to validate on, not fitted; may be repeated.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for parameter file, report and figures.")] = Path(
         "identified"
     ),
     drive: Annotated[
         str,
-        typer.Option("--drive", help="Tendons' ends from the servos' reports or commands: auto, measured, command."),
+        typer.Option("--drive", help="Tendon displacements to use: auto, measured (by the servos) or command."),
     ] = "auto",
     load: Annotated[
-        float | None, typer.Option("--load", min=0.01, help="Use the servos' tensions, right to this much [N].")
+        float | None,
+        typer.Option("--load", min=0.01, help="Use the servos' tensions, correct to this much [N]."),
     ] = None,
-    loss: Annotated[str, typer.Option("--loss", help="linear, soft_l1 or huber, for poses with outliers.")] = "linear",
+    loss: Annotated[str, typer.Option("--loss", help="linear; soft_l1 or huber for poses with outliers.")] = "linear",
     jobs: Jobs = None,
 ) -> None:
-    """Fit parameters to logs; the word 'fit' may be left out.
+    """Fit parameters to logs; the word 'fit' is optional.
 
-    Leaves a dated file that a configuration takes in by 'include', a report, and figures. What the logs cannot tell is
-    named and not reported. Interrupted, the same command goes on where it was.
+    Writes a parameter file for a configuration's 'include', a report and figures. Parameters that the logs do not
+    identify are listed without a value. An interrupted fit can be resumed with the same command.
 
     Example: tendond identify fit free.mcap weighted.mcap --weight weighted.mcap=0.05 --hold-out other.mcap
     """
@@ -80,9 +80,9 @@ def identify_fit(
 
 @identify.command("plan")
 def identify_plan(config: Config = None, parts: Parts = PARTS, reach: Reach = 1.0) -> None:
-    """Propose a safe excitation, and a weight.
+    """Propose a safe excitation and a tip mass.
 
-    It is tried on the simulator of this configuration first.
+    The plan is simulated with this configuration first.
 
     Example: tendond identify plan --config rig.toml
     """
@@ -97,17 +97,17 @@ def identify_run(
     config: Config = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-identify-TIME.mcap."),
+        typer.Option("--log", help="New MCAP file to write. Default: log/RIG-identify-TIME.mcap."),
     ] = None,
     parts: Parts = PARTS,
     reach: Reach = 1.0,
     weight: WeightOnTip = 0.0,
     yes: Yes = False,
 ) -> None:
-    """Carry out the excitation on the rig, and record it.
+    """Run the excitation on the rig and record it.
 
-    Starts a controller of its own, so no other one may run; camera and servos (or 'tendond simulate') connect to it.
-    The arm moves. Ctrl-C releases it.
+    Starts its own controller, so no other may run; camera and servos (or 'tendond simulate') connect to it. The arm
+    moves. Ctrl-C releases the tendons.
 
     Example: tendond identify run --config rig.toml --log weighted.mcap --parts steps --reach 0.6 --weight 0.05
     """
@@ -123,13 +123,13 @@ def identify_demo(
         "out/identify"
     ),
     seeds: Annotated[
-        int, typer.Option("--seeds", min=0, max=1000, help="Fits to other noise, to count how often errors are right.")
+        int, typer.Option("--seeds", min=0, max=1000, help="Repetitions with other noise, to check the stated errors.")
     ] = 0,
     jobs: Jobs = None,
 ) -> None:
-    """Prove it on simulated rigs whose parameters are known.
+    """Validate identification on simulated rigs.
 
-    Takes about a minute on two idle cores; with --seeds 50 ten minutes more.
+    Their parameters are known. Takes about a minute on two idle cores; with --seeds 50 ten minutes more.
 
     Example: tendond identify demo --seeds 50
     """
@@ -137,8 +137,3 @@ def identify_demo(
     from tendond.cli.identify.demo import run_identify_demo
 
     run_identify_demo(out, seeds, jobs)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.add_typer(identify)

@@ -1,4 +1,4 @@
-"""`tendond view`: a Foxglove WebSocket server of its own process, fed from Zenoh or from a log."""
+"""`tendond log view`: a Foxglove WebSocket server of its own process, fed from Zenoh or from a log."""
 
 import time
 from collections import deque
@@ -40,7 +40,7 @@ PATIENCE_SECONDS = 10.0
 
 
 def run_view(file: Path | None, config: Path | None, host: str, port: int) -> None:
-    """Serve until a signal comes; see `tendond view --help`.
+    """Serve until a signal comes; see `tendond log view --help`.
 
     Raises:
         TendondError: the extra is missing, the port is taken, the log cannot be used, or there is no controller.

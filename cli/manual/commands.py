@@ -8,26 +8,34 @@ from typer.main import get_command
 
 from tendond.cli.app import app
 from tendond.cli.manual.markdown import code, escaped, table
+from tendond.cli.program import EVERYDAY, MOVED
 
 _HEAD = """\
 # Command line
 
-`tendond COMMAND --help` says the same as this page. Names of files are given relative to where one is; a file that a
-configuration names is found beside the configuration.
+Run `tendond COMMAND --help` for the same text. File names are relative to the current directory; those in a
+configuration are relative to the configuration's folder.
+
+{everyday}
 
 ## Exit status
 
 | status | meaning |
 | --- | --- |
-| 0 | done; of `run`, `simulate`, `vicon`, `servo`: ended by Ctrl-C or SIGTERM, the tendons let go |
-| 1 | refused or failed, and said in a line: no controller, arming refused, a replay that differs, a log not whole |
-| 2 | wrong usage, a configuration or a log that cannot be used |
-| 130 | interrupted by Ctrl-C before it was done |
+| 0 | success; `run`, `simulate`, `vicon`, `servo`: stopped by Ctrl-C or SIGTERM, tendons released |
+| 1 | refused or failed, with a message: no controller, arming refused, a replay that differs, an incomplete log |
+| 2 | invalid usage, configuration or log |
+| 130 | interrupted by Ctrl-C |
 
-Results go to standard output; progress, notes and errors to standard error, each line with `tendond: ` before it.
-Where the output is no terminal there are no colours and no progress; `NO_COLOR` is honoured. `--json` prints the result
-as JSON and nothing else. Of a reader of the output that goes away, as in `tendond config show | head`, nothing is said;
-the status is 1.
+Results go to standard output; progress, notes and errors to standard error, each line prefixed with `tendond: `.
+Without a terminal there are no colours and no progress bar; `NO_COLOR` is honoured. `--json` prints the result as JSON
+and nothing else. Closed pipes are ignored, as in `tendond config show | head`; the exit status is then 1.
+
+## Old spellings
+
+They still run, and print the new one on standard error.
+
+{moved}
 
 ## Completion
 
@@ -36,14 +44,21 @@ the status is 1.
 
 
 def commands_page() -> str:
-    """Markdown: a section for each command."""
-    return "\n".join([_HEAD, *_sections(get_command(app), ())])
+    """Write the page: a section for each command, under its group."""
+    short = ", ".join(f"`tendond {name}`" for name in EVERYDAY)
+    everyday = f"The everyday commands need no group: {short}."
+    rows = [(code(f"tendond {old}"), code(f"tendond {moved.now}")) for old, moved in MOVED.items()]
+    rows.append((code("tendond replay --law, --set, --closed-loop"), code("tendond log what-if")))
+    head = _HEAD.format(everyday=everyday, moved=table(("old", "new"), rows))
+    return "\n".join([head, *_sections(get_command(app), ())])
 
 
 def _sections(command: Any, name: tuple[str, ...]) -> Iterator[str]:
     if name:
         yield _section(command, " ".join(("tendond", *name)), level=min(len(name) + 1, 3))
     for word, inner in getattr(command, "commands", {}).items():
+        if inner.hidden or (not name and word in EVERYDAY):
+            continue
         yield from _sections(inner, (*name, word))
 
 
@@ -81,7 +96,7 @@ def _help(text: str) -> Iterator[str]:
 
 
 def _command(text: str) -> str:
-    """A line of shell; what is said around a command becomes a comment."""
+    """Turn an example into a line of shell; words around the command become a comment."""
     start = text.find("tendond ")
     before, rest = text[:start].strip(" ,"), text[start:]
     command, comma, after = rest.partition(", ")

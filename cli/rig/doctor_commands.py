@@ -1,4 +1,4 @@
-"""`tendond doctor`: its options and its help; what it does stands in the modules that it imports."""
+"""`tendond rig doctor`: options and help."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,20 +12,19 @@ from tendond.cli.signals import leave_on_signals
 def doctor(
     config: Config = None,
     log: Annotated[
-        Path | None, typer.Option("--log", help="Folder of the logs. Left out: where 'tendond run' logs to.")
+        Path | None, typer.Option("--log", help="Folder of the logs. Default: where 'tendond run' writes them.")
     ] = None,
-    servos: Annotated[
-        bool, typer.Option("--servos/--no-servos", help="Ask servos that no driver has how they are.")
-    ] = True,
+    servos: Annotated[bool, typer.Option("--servos/--no-servos", help="Query servos not in use by a driver.")] = True,
     probe: Annotated[
-        bool, typer.Option("--probe", help="Have the controller pull each tendon a little, and let go: the arm moves.")
+        bool,
+        typer.Option("--probe", help="Let the controller pull each tendon slightly and release it: the arm moves."),
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Look for what is wrong with a rig.
+    """Diagnose a rig.
 
-    Computer, configuration, bus, poses, servos. Nothing is moved or changed, unless --probe asks for it. Each line is
-    pass, warn or fail; the exit status is 1 where one failed, 2 where it is the configuration.
+    Checks computer, configuration, bus, poses and servos. Nothing is moved or changed, except with --probe. Each line
+    is pass, warn or fail. Exit status 1: a check failed; 2: invalid configuration.
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """
@@ -33,8 +32,3 @@ def doctor(
     from tendond.cli.doctor.report import examine
 
     examine(config, log, ask_servos=servos, as_json=as_json, probe=probe)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(doctor)

@@ -36,7 +36,7 @@ def select_law(name: str, config_file: Path | None) -> None:
 
 
 def set_reference(settings: list[str], config_file: Path | None) -> None:
-    """Ask for another reference; see `tendond reference --help`.
+    """Ask for another reference; see `tendond rig reference --help`.
 
     Args:
         settings: keys of [reference] with their values, as KEY=VALUE.

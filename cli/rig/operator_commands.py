@@ -1,4 +1,4 @@
-"""An operator's commands: their options and their help; what they do stands in the modules that they import."""
+"""An operator's commands: options and help."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from tendond.cli.options import Config, Json, laws
 
 
 def arm(config: Config = None) -> None:
-    """Arm: pretension, then track the reference.
+    """Arm: pretension the tendons, then track the reference.
 
     Example: tendond arm --config rig.toml
     """
@@ -28,7 +28,7 @@ def stop(config: Config = None) -> None:
 
 
 def reset(config: Config = None) -> None:
-    """Leave the fault mode, once its cause is gone.
+    """Clear a fault whose cause is gone.
 
     Example: tendond reset --config rig.toml
     """
@@ -38,14 +38,14 @@ def reset(config: Config = None) -> None:
 
 
 def law(
-    name: Annotated[str, typer.Argument(help="Of the law, for instance sliding_mode.", autocompletion=laws)],
+    name: Annotated[str, typer.Argument(help="Name of the law, for instance sliding_mode.", autocompletion=laws)],
     config: Config = None,
 ) -> None:
-    """Select another control law while the arm is idle.
+    """Select another control law while the rig is idle.
 
-    Its parameters are the configuration's.
+    Its parameters are those of the configuration.
 
-    Example: tendond law sliding_mode --config rig.toml
+    Example: tendond rig law sliding_mode --config rig.toml
     """
     from tendond.cli.rig.operator import select_law
 
@@ -54,15 +54,15 @@ def law(
 
 def reference(
     settings: Annotated[
-        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others have their defaults.")
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others take their defaults.")
     ],
     config: Config = None,
 ) -> None:
-    """Set another reference while the arm is idle.
+    """Set another reference while the rig is idle.
 
-    It is checked as the configuration's would be.
+    It is checked like the reference of a configuration.
 
-    Example: tendond reference across=0.3 kind=minimum_jerk duration=2.0
+    Example: tendond rig reference across=0.3 kind=minimum_jerk duration=2.0
     """
     from tendond.cli.rig.operator import set_reference
 
@@ -73,7 +73,7 @@ def status(
     config: Config = None,
     json: Json = False,
 ) -> None:
-    """Print what the controller is doing.
+    """Print the controller's status.
 
     Example: tendond status --config rig.toml --json
     """
@@ -84,12 +84,12 @@ def status(
 
 def watch(
     config: Config = None,
-    once: Annotated[bool, typer.Option("--once", help="Print one frame and leave.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Print one frame and exit.")] = False,
 ) -> None:
     """Watch a rig live in the terminal.
 
-    Mode, tip and target, tensions, displacements, timing, faults, ten times a second, until Ctrl-C; where the output is
-    no terminal, a line each second. It only listens, and waits for a controller that is not there.
+    Shows mode, tip and target, tensions, displacements, timing and faults, ten times a second, until Ctrl-C; a line
+    each second where the output is not a terminal. Only listens; waits for a controller that is not running yet.
 
     Example: tendond watch --config rig.toml
     """
@@ -98,9 +98,3 @@ def watch(
 
     leave_on_signals()
     run_watch(config, once=once)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    for command in (arm, stop, reset, law, reference, status, watch):
-        app.command()(command)

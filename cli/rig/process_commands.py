@@ -1,4 +1,4 @@
-"""The processes of a rig: their options and their help; what they do stands in the modules that they import."""
+"""The processes of a rig: options and help."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +13,7 @@ def run(
     config: Config = None,
     profile: Profile = None,
     log: Annotated[
-        Path | None, typer.Option("--log", help="MCAP file to write, a new one. Left out: log/RIG-TIME.mcap.")
+        Path | None, typer.Option("--log", help="New MCAP file to write. Default: log/RIG-TIME.mcap.")
     ] = None,
     lockstep: Lockstep = False,
     cycles: Cycles = None,
@@ -22,12 +22,14 @@ def run(
     ] = None,
     note: Annotated[
         list[str] | None,
-        typer.Option("--note", help="KEY=VALUE for the log's metadata, as weight=0.05 [kg] for identify; repeatable."),
+        typer.Option(
+            "--note", help="KEY=VALUE for the log's metadata, such as weight=0.05 [kg] for identify; may be repeated."
+        ),
     ] = None,
 ) -> None:
     """Run the controller; it starts disarmed.
 
-    Until Ctrl-C or SIGTERM, which release the tendons first.
+    Runs until Ctrl-C or SIGTERM; releases the tendons before exiting.
 
     Example: tendond run --config rig.toml
     """
@@ -51,12 +53,13 @@ def simulate(
     lockstep: Lockstep = False,
     cycles: Cycles = None,
     wired: Annotated[
-        bool, typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers.")
+        bool,
+        typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers."),
     ] = False,
 ) -> None:
-    """Run the simulated robot instead of camera and servos.
+    """Simulate the robot, with or without its drivers.
 
-    Or behind their drivers, with --wired.
+    Replaces camera and servos; with --wired, the hardware behind their drivers. Runs until Ctrl-C or SIGTERM.
 
     Examples: tendond simulate --config rig.toml; tendond simulate --profile rig
     """
@@ -65,7 +68,7 @@ def simulate(
 
     if wired:
         if lockstep or cycles is not None:
-            raise typer.BadParameter("--wired goes by the clock, without --lockstep and --cycles")
+            raise typer.BadParameter("--wired runs on the clock, without --lockstep and --cycles")
         if profile is not None:
             raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
         run_wired(config)
@@ -74,24 +77,24 @@ def simulate(
 
 
 def inject(
-    fault: Annotated[str, typer.Argument(help="Which, see docs/simulator.md; mend ends it.", autocompletion=faults)],
+    fault: Annotated[
+        str, typer.Argument(help="Name of the fault, see docs/simulator.md; mend ends it.", autocompletion=faults)
+    ],
     config: Config = None,
     servo_id: Annotated[
-        int | None, typer.Option("--servo", help="Id of the servo; of 'simulate', the first is 1.")
+        int | None, typer.Option("--servo", help="Id of the servo; without --wired, the first is 1.")
     ] = None,
-    seconds: Annotated[float | None, typer.Option("--seconds", help="For how long.")] = None,
-    size: Annotated[float | None, typer.Option("--size", help="How much [m, kg, N, or a part].")] = None,
+    seconds: Annotated[float | None, typer.Option("--seconds", help="Duration [s].")] = None,
+    size: Annotated[float | None, typer.Option("--size", help="Size [m, kg, N, or a fraction].")] = None,
     direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
-    place: Annotated[float | None, typer.Option("--place", help="Along the rod, where 1 is the tip.")] = None,
+    place: Annotated[float | None, typer.Option("--place", help="Position along the rod; the tip is 1.")] = None,
 ) -> None:
-    """Cause a fault on a running 'tendond simulate'.
+    """Inject a fault into a running 'tendond simulate'.
 
-    With --wired or without.
+    Camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Servos: overload, stuck, cut;
+    with --wired also silent, hot, reboot. Serial bus, with --wired: crc, unplug, plug.
 
-    Of camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Of a servo: overload,
-    stuck, cut; with --wired also silent, hot, reboot, and of the bus crc, unplug, plug.
-
-    Examples: tendond inject weight --size 0.05; tendond inject overload --servo 3 --config rig.toml
+    Examples: tendond rig inject weight --size 0.05; tendond rig inject overload --servo 3 --config rig.toml
     """
     from tendond.cli.rig.simulate import inject_fault
 
@@ -102,17 +105,11 @@ def inject(
 def vicon(config: Config = None) -> None:
     """Publish tip poses from Vicon Tracker.
 
-    Until Ctrl-C or SIGTERM.
+    Runs until Ctrl-C or SIGTERM.
 
-    Example: tendond vicon --config rig.toml
+    Example: tendond rig vicon --config rig.toml
     """
     leave_on_signals()
     from tendond.cli.rig.vicon import run_vicon
 
     run_vicon(config)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    for command in (run, simulate, inject, vicon):
-        app.command()(command)

@@ -42,7 +42,7 @@ def run_wired(config_file: Path | None) -> None:
 
 
 def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, object]) -> None:
-    """Ask a running simulator for a fault; see `tendond inject --help`.
+    """Ask a running simulator for a fault; see `tendond rig inject --help`.
 
     Raises:
         TendondError: there is no such fault or servo, it takes no such option, or no simulator runs.

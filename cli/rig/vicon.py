@@ -1,4 +1,4 @@
-"""`tendond vicon`: tip poses from Vicon Tracker."""
+"""`tendond rig vicon`: tip poses from Vicon Tracker."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from tendond.drivers.vicon.process import ViconDriver
 
 
 def run_vicon(config_file: Path | None) -> None:
-    """Run until a signal comes; see `tendond vicon --help`.
+    """Run until a signal comes; see `tendond rig vicon --help`.
 
     Raises:
         TendondError: the configuration cannot be used, there is no controller, or nothing can be heard.

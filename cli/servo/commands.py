@@ -1,4 +1,4 @@
-"""The commands of the servos: their options and their help; what they do stands in the modules that they import."""
+"""The group `tendond servo`: options and help."""
 
 from typing import Annotated
 
@@ -12,9 +12,9 @@ servo = typer.Typer(name="servo", rich_markup_mode=None)
 
 @servo.callback(invoke_without_command=True)
 def servo_run(context: typer.Context, config: Config = None) -> None:
-    """Drive the servos, or find, set up and calibrate them.
+    """Drive, find, set up and calibrate the servos.
 
-    Without a command: drive them until Ctrl-C or SIGTERM, then let the tendons out and switch the torque off.
+    Without a command: drive the servos until Ctrl-C or SIGTERM, then release the tendons and switch the torque off.
 
     Example: tendond servo --config rig.toml
     """
@@ -30,7 +30,7 @@ def servo_reset(
     config: Config = None,
     reboot: Annotated[bool, typer.Option("--reboot", help="Reboot servos that report a hardware error.")] = False,
 ) -> None:
-    """Let the driver leave its fault, or open its port again.
+    """Clear the driver's fault, or reopen its port.
 
     Example: tendond servo reset --config rig.toml
     """
@@ -41,13 +41,13 @@ def servo_reset(
 
 @servo.command("reboot")
 def servo_reboot(
-    servo_ids: Annotated[list[int], typer.Argument(metavar="ID...", min=0, max=252, help="Of the servos.")],
+    servo_ids: Annotated[list[int], typer.Argument(metavar="ID...", min=0, max=252, help="Ids of the servos.")],
     config: Config = None,
     yes: Yes = False,
 ) -> None:
-    """Reboot servos while no driver runs.
+    """Reboot servos while no driver is running.
 
-    Their torque goes off. Clears hardware errors; where the tendons are is remembered.
+    Switches their torque off and clears hardware errors; the tendons' positions are remembered.
 
     Example: tendond servo reboot 2 --config rig.toml
     """
@@ -60,10 +60,10 @@ def servo_reboot(
 @servo.command("scan")
 def servo_scan(
     config: Config = None,
-    port: Annotated[str | None, typer.Option("--port", help="Left out: every serial adapter.")] = None,
-    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to list.")] = 252,
+    port: Annotated[str | None, typer.Option("--port", help="Serial port. Default: every serial adapter.")] = None,
+    last_id: Annotated[int, typer.Option("--last-id", min=0, max=252, help="Highest id to search.")] = 252,
 ) -> None:
-    """Find servos: every port, every rate, every id.
+    """Scan for servos: every port, rate and id.
 
     Nothing is moved or changed.
 
@@ -77,10 +77,10 @@ def servo_scan(
 
 @servo.command("setup")
 def servo_setup(
-    servo_id: Annotated[int, typer.Argument(metavar="ID", min=0, max=252, help="Of the servo, as it is now.")],
+    servo_id: Annotated[int, typer.Argument(metavar="ID", min=0, max=252, help="Current id of the servo.")],
     config: Config = None,
-    new_id: Annotated[int | None, typer.Option("--new-id", min=0, max=252, help="Left out: as it is.")] = None,
-    at: Annotated[int | None, typer.Option("--at", help="Rate that it listens at now. Left out: the rig's.")] = None,
+    new_id: Annotated[int | None, typer.Option("--new-id", min=0, max=252, help="New id. Default: unchanged.")] = None,
+    at: Annotated[int | None, typer.Option("--at", help="Current baud rate. Default: the configured one.")] = None,
     yes: Yes = False,
 ) -> None:
     """Set a servo's id, rate, mode and limits.
@@ -95,9 +95,9 @@ def servo_setup(
 
 @servo.command("calibrate")
 def servo_calibrate(config: Config = None) -> None:
-    """Find zero, sign and spool of each tendon.
+    """Calibrate zero, sign and spool of each tendon.
 
-    And write the calibration; go on with an unfinished one.
+    Writes the calibration; an unfinished one can be resumed.
 
     Example: tendond servo calibrate --config rig.toml
     """
@@ -114,10 +114,10 @@ def servo_home(
     yes: Yes = False,
     at: Annotated[
         list[str] | None,
-        typer.Option("--at", metavar="TENDON=MM", help="Where a tendon stands whose servo has lost its turns."),
+        typer.Option("--at", metavar="TENDON=MM", help="Position of a tendon whose servo has lost count of its turns."),
     ] = None,
 ) -> None:
-    """Bring every tendon slowly to its zero.
+    """Move every tendon slowly to its zero.
 
     Example: tendond servo home --config rig.toml
     """
@@ -130,10 +130,10 @@ def servo_home(
 @servo.command("pretension")
 def servo_pretension(
     config: Config = None,
-    store: Annotated[bool, typer.Option("--store", help="Make the places found the calibration's zeros.")] = False,
+    store: Annotated[bool, typer.Option("--store", help="Store the positions found as new zeros.")] = False,
     yes: Yes = False,
 ) -> None:
-    """Wind every tendon up slowly until it begins to pull.
+    """Take up slack until every tendon pulls.
 
     Example: tendond servo pretension --config rig.toml --store
     """
@@ -141,8 +141,3 @@ def servo_pretension(
     from tendond.cli.servo.tendons import pretension_servos
 
     pretension_servos(config, store, yes, ask_terminal)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.add_typer(servo)

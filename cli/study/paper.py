@@ -1,4 +1,4 @@
-"""`tendond paper`: every simulation of the paper, its tables and its figures."""
+"""`tendond study paper`: every simulation of the paper, its tables and its figures."""
 
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`tendond robustness`: how the closed loop does when the plant is not the model."""
+"""`tendond study robustness`: how the closed loop does when the plant is not the model."""
 
 import functools
 import json
@@ -35,7 +35,7 @@ def run_robustness(
     cluster: str | None,
     fresh: bool,
 ) -> None:
-    """Run the points and leave the results in `out`; see `tendond robustness --help`.
+    """Run the points and leave the results in `out`; see `tendond study robustness --help`.
 
     Raises:
         TendondError: options that cannot be used, a folder that cannot be written, a cluster that cannot be reached.

@@ -1,4 +1,4 @@
-"""`tendond robustness --points space`: courses in space, a figure each, and the law on the task in the plane."""
+"""`tendond study robustness --points space`: courses in space, a figure each, and the law on the task in the plane."""
 
 import csv
 import functools

@@ -52,7 +52,7 @@ BUILT: dict[str, Any] = {
 """The rod as it was built, beside its Young's modulus: a tenth heavier than the paper's, less damped, more drag."""
 
 FACTORS = {"soft": 0.85, "stiff": 1.15, "tool": 0.9}
-"""Of Young's modulus: the ends of `tendond robustness`' axis, and one between."""
+"""Of Young's modulus: the ends of `tendond study robustness`' axis, and one between."""
 
 TIP_MASS = {"soft": 0.0, "stiff": 0.0, "tool": 0.03}
 """[kg] Of a body on the tip, unknown to the controller and in every log."""

@@ -162,7 +162,7 @@ def results(runs: Runs, scenario: str, experiment: str) -> dict[str, Any]:
     backstepping = runs[scenario, "backstepping"]
     run, rig = backstepping.scenario.title, runs[experiment, "backstepping"].scenario.title
     return {
-        "source": f"tendond, 'tendond paper': simulation '{run}', experiment '{rig}'",
+        "source": f"tendond, 'tendond study paper': simulation '{run}', experiment '{rig}'",
         "table_simulation_normal": {law: _as_json(runs[scenario, law].metrics) for law in LAWS},
         "table_experiment_normal": {law: _as_json(runs[experiment, law].metrics) for law in LAWS},
         "final_tendon_displacement_mm": 1e3 * backstepping.metrics.final_displacement_m,

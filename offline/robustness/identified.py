@@ -1,4 +1,4 @@
-"""What an identified model is worth: points of `tendond robustness` on plants that the controller does not know.
+"""What an identified model is worth: points of `tendond study robustness` on plants that the controller does not know.
 
 Their Young's modulus is off, and one has a tool on the tip; each is controlled by the model as built and as identified.
 """
@@ -44,14 +44,14 @@ class Match:
 
     @property
     def point(self) -> Point:
-        """As `tendond robustness` names it."""
+        """As `tendond study robustness` names it."""
         return Point(
             "axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **CASES[self.case]
         )  # fmt: skip
 
 
 def as_built() -> RigConfig:
-    """The controller that knows its rod, but for the factor of Young's modulus: the model of `tendond robustness`."""
+    """The controller that knows its rod up to the factor of Young's modulus, as in `tendond study robustness`."""
     return check_config(
         {"rod": BUILT, "limits": CONTROLLER["limits"] | {"displacement_rate": 5.0, "slack": 0.0}}, "proof"
     )

@@ -1,6 +1,6 @@
 """The whole chain: rod <- emulated servos <- pseudo-terminal <- SDK <- `tendond servo` <- Zenoh <- `tendond run` <-
-Zenoh <- `tendond vicon` <- UDP <- simulated Tracker <- rod. Drivers and controller are processes; the rig is a thread
-here, so that faults can be caused on it. The tests share one rig; each leaves it idle.
+Zenoh <- `tendond rig vicon` <- UDP <- simulated Tracker <- rod. Drivers and controller are processes; the rig is a
+thread here, so that faults can be caused on it. The tests share one rig; each leaves it idle.
 """
 
 import signal
@@ -137,7 +137,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     chain: Chain, session: zenoh.Session
 ) -> None:
     chain.track(session, 0.2)
-    inject = ["inject", "overload", "--servo", "2"]
+    inject = ["rig", "inject", "overload", "--servo", "2"]
     assert chain.start(*inject).wait(PATIENCE_SECONDS) == 0
     status = chain.until(session, lambda s: s.mode is Mode.FAULT)
     assert "servo 2: Overload Error (bit 5)" in status.reason
@@ -284,8 +284,8 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
 
 def test_a_section_that_a_driver_needs_is_asked_for(tmp_path: Path) -> None:
     one = Rig(tmp_path)
-    for command in ("vicon", "servo"):
-        process = one.start(command)
+    for command, words in (("vicon", ("rig", "vicon")), ("servo", ("servo",))):
+        process = one.start(*words)
         _, said = process.communicate(timeout=60)
         assert process.returncode == 2
         assert said == f"tendond: {one.config}: has no [{command}] section: add one, it may be empty\n"

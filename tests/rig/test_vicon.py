@@ -1,4 +1,4 @@
-"""`tendond vicon` against a scripted Tracker on a real UDP port, with a real Zenoh hub."""
+"""`tendond rig vicon` against a scripted Tracker on a real UDP port, with a real Zenoh hub."""
 
 import math
 import os
@@ -237,7 +237,7 @@ def test_the_command_ends_with_0_on_sigterm_and_says_what_it_does(tmp_path: Path
     file = tmp_path / "rig.toml"
     file.write_text(f'[bus]\nendpoint = "{endpoint}"\n[vicon]\nport = {port}\n')
     with subprocess.Popen(
-        [sys.executable, "-m", "tendond.cli", "vicon", "--config", str(file)], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "tendond.cli", "rig", "vicon", "--config", str(file)], stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr is not None
         first = process.stderr.readline()

@@ -1,4 +1,4 @@
-"""`tendond view` beside a running rig: what is on the bus arrives in Foxglove."""
+"""`tendond log view` beside a running rig: what is on the bus arrives in Foxglove."""
 
 from pathlib import Path
 

@@ -96,15 +96,15 @@ def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench:
     assert bench.ask(ControlAction.STOP).startswith("stopped")
     bench.rig.until(bench.session, lambda s: s.mode is Mode.IDLE)
     assert "no law is called" in bench.ask(ControlRequest(action=ControlAction.LAW, law="pid"))
-    said = bench.rig.tell("law", "sliding_mode")
+    said = bench.rig.tell("rig", "law", "sliding_mode")
     assert (said.returncode, said.stdout) == (0, "law: sliding_mode\n")
-    far = bench.rig.tell("reference", "across=2.0")
+    far = bench.rig.tell("rig", "reference", "across=2.0")
     assert far.returncode == 1
     assert "the nearest is" in far.stderr
-    wrong = bench.rig.tell("reference", "acros=0.2")
+    wrong = bench.rig.tell("rig", "reference", "acros=0.2")
     assert wrong.returncode == 2
     assert "did you mean 'across'?" in wrong.stderr
-    near = bench.rig.tell("reference", "across=0.25", "kind=minimum_jerk")
+    near = bench.rig.tell("rig", "reference", "across=0.25", "kind=minimum_jerk")
     assert near.returncode == 0, near.stderr
     status = bench.status()
     assert (status.law, round(status.target[0], 6)) == ("sliding_mode", 0.25)

@@ -1,4 +1,4 @@
-"""`tendond robustness` on real processes: a Dask cluster beside the process pool, and an end without warning."""
+"""`tendond study robustness` on real processes: a Dask cluster beside the process pool, and an end without warning."""
 
 import json
 import os
@@ -24,7 +24,7 @@ def start(*arguments: str) -> subprocess.Popen[str]:
 
 
 def robustness(out: Path, *more: str) -> subprocess.Popen[str]:
-    return start(sys.executable, "-m", "tendond.cli", "robustness", "--out", str(out), *POINTS, *more)
+    return start(sys.executable, "-m", "tendond.cli", "study", "robustness", "--out", str(out), *POINTS, *more)
 
 
 def finish(process: subprocess.Popen[str]) -> str:

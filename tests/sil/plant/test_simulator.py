@@ -1,4 +1,4 @@
-"""The simulator as a process: a profile by name, faults at run time by `tendond inject`, the truth in the log."""
+"""The simulator as a process: a profile by name, faults at run time by `tendond rig inject`, the truth in the log."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +28,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Rig, zeno
 
 
 def inject(one: Rig, *arguments: str) -> str:
-    process = one.start("inject", *arguments)
+    process = one.start("rig", "inject", *arguments)
     said, complained = process.communicate(timeout=PATIENCE_SECONDS)
     assert process.returncode == 0, complained
     return said
@@ -91,7 +91,7 @@ def test_what_cannot_be_caused_is_refused_in_one_line(shared: tuple[Rig, zenoh.S
         (("noise", "--size", "9"), 2, "noise takes at most 0.05 m"),
         (("earthquake",), 2, "'earthquake' is no fault"),
     ]:
-        process = one.start("inject", *arguments)
+        process = one.start("rig", "inject", *arguments)
         _, said = process.communicate(timeout=PATIENCE_SECONDS)
         assert process.returncode == code, said
         assert message in said

@@ -16,6 +16,7 @@ import pytest
 from typer.main import get_command
 
 from tendond.cli.app import app
+from tendond.cli.program import EVERYDAY, MOVED
 from tests.golden.scripts import FOLDER
 from tests.rig.tracker import free_port
 from tests.unit.cli.commands import tendond
@@ -33,20 +34,21 @@ def walk(command: Any, name: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, 
         yield from walk(inner, (*name, word))
 
 
-COMMANDS = dict(walk(get_command(app)))
+COMMANDS = {name: one for name, one in walk(get_command(app)) if not one.hidden}
 RUNNABLE = {
     name: one for name, one in COMMANDS.items() if not getattr(one, "commands", {}) or one.invoke_without_command
 }
 REQUIRED = {
-    "law": ["backstepping"],
-    "reference": ["across=0.3"],
-    "inject": ["noise"],
+    "rig law": ["backstepping"],
+    "rig reference": ["across=0.3"],
+    "rig inject": ["noise"],
     "servo setup": ["1"],
     "servo reboot": ["1"],
     "simulate": ["--wired"],
+    "rig simulate": ["--wired"],
 }
-LOG_COMMANDS = [("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("compare",), ("plot",),
-                ("report",), ("view",)]  # fmt: skip
+LOG_COMMANDS = [("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"),
+                ("plot",), ("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop")]  # fmt: skip
 
 
 def few_lines(said: str) -> bool:
@@ -69,9 +71,10 @@ def test_a_command_has_help_with_an_example_and_a_word_on_every_option(
     assert (ended.status, ended.said) == (0, "")
     text = " ".join(ended.out.split())
     assert "Example: " in text or "Examples: " in text or "Example, " in text
-    assert f"tendond {' '.join(name)}" in text.split("Example", 1)[1]
+    short = name[-1] if name[:-1] == (EVERYDAY.get(name[-1]),) else " ".join(name)
+    assert f"tendond {short}" in text.split("Example", 1)[1]
     for parameter in RUNNABLE[name].params:
-        assert parameter.help, f"{name}: {parameter.name} says nothing of itself"
+        assert parameter.help, f"{name}: {parameter.name} has no help"
 
 
 @pytest.mark.parametrize("name", COMMANDS, ids=" ".join)
@@ -119,9 +122,9 @@ def test_a_log_that_cannot_be_read_is_named(
     [
         ("log", "export", str(NORMAL), "--out", "/proc/no/such.csv"),
         ("log", "recover", str(NORMAL), "--out", "/proc/no/such.mcap"),
-        ("report", str(NORMAL), "--out", "/proc/no/such.html"),
+        ("log", "report", str(NORMAL), "--out", "/proc/no/such.html"),
         ("plot", str(NORMAL), "--out", "/proc/no/such"),
-        ("replay", str(NORMAL), "--law", "sliding_mode", "--out", "/proc/no/such.mcap"),
+        ("log", "what-if", str(NORMAL), "--law", "sliding_mode", "--out", "/proc/no/such.mcap"),
         ("demo", "--out", "/proc/no"),
         ("run", "--log", "/proc/no/such.mcap", "--lockstep", "--cycles", "1"),
     ],
@@ -137,18 +140,70 @@ def test_a_place_that_cannot_be_written_is_named(command: tuple[str, ...], capsy
 def test_json_is_json_and_nothing_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     normal = json.loads(tendond(capsys, "log", "info", str(NORMAL), "--json").out)
     assert normal["cycles"] > 100
-    compared = json.loads(tendond(capsys, "compare", str(NORMAL), "--out", str(tmp_path), "--json").out)
+    compared = json.loads(tendond(capsys, "log", "compare", str(NORMAL), "--out", str(tmp_path), "--json").out)
     assert compared[NORMAL.stem]["settling_iterations"] > 0
     variant = tendond(
-        capsys, "replay", str(NORMAL), "--law", "sliding_mode", "--out", str(tmp_path / "other.mcap"), "--json"
+        capsys, "log", "what-if", str(NORMAL), "--law", "sliding_mode", "--out", str(tmp_path / "other.mcap"), "--json"
     )
     assert json.loads(variant.out)["tension_max"] > 0.0
-    table = tendond(capsys, "replay", str(NORMAL), "--law", "sliding_mode", "--out", str(tmp_path / "third.mcap")).out
+    table = tendond(
+        capsys, "log", "what-if", str(NORMAL), "--law", "sliding_mode", "--out", str(tmp_path / "third.mcap")
+    ).out
     assert "displacement" in table
     replayed = tendond(capsys, "replay", str(FAULTS), "--from", "0", "--to", "20", "--tolerance", "1e-3", "--json")
     found = json.loads(replayed.out)
     assert (found["equal"], replayed.status) == (True, 0)
     assert found["compared"] >= 20
+
+
+@pytest.mark.parametrize("old", MOVED)
+def test_an_old_spelling_is_hidden_and_runs_with_a_line_that_names_the_new_one(
+    old: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command, ran = get_command(app).commands[old], []  # type: ignore[attr-defined]
+    assert command.hidden
+    assert f"\n  {old} " not in tendond(capsys, "--help").out
+    monkeypatch.setattr("tendond.cli.demo.demo.run_scenario", lambda *given: ran.append(given))
+    monkeypatch.setattr("tendond.cli.study.paper.run_paper", lambda *given: ran.append(given))
+    monkeypatch.setattr("tendond.cli.study.robustness.run_robustness", lambda *given, **more: ran.append(given))
+    arguments = {"law": ["backstepping"], "reference": ["across=0.3"], "inject": ["noise"]}.get(old, [])
+    if any(one.name == "config" for one in command.params) and old != "robustness":
+        arguments = [*arguments, "--config", "/nowhere/rig.toml"]
+    elif old in ("compare", "report"):
+        arguments = ["/nowhere/run.mcap"]
+    ended = tendond(capsys, old, *arguments)
+    first, *rest = ended.said.splitlines()
+    assert first == f"tendond: 'tendond {old}' is now 'tendond {MOVED[old].now}'"
+    if ran:
+        assert (ended.status, rest) == (0, [])
+        assert "demo" not in old or ran[0][0] == MOVED[old].values["scenario"]
+    else:
+        assert ended.status == 2
+        assert "/nowhere/" in rest[0]
+
+
+def test_a_replay_with_a_change_runs_as_what_if(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    new, old = tmp_path / "new.mcap", tmp_path / "old.mcap"
+    first = tendond(capsys, "log", "what-if", str(FAULTS), "--set", "limits.tension_max=30", "--out", str(new))
+    second = tendond(capsys, "replay", str(FAULTS), "--set", "limits.tension_max=30", "--out", str(old))
+    assert (first.status, second.status) == (0, 0)
+    assert second.said == (
+        "tendond: 'tendond replay --law, --set, --closed-loop' is now 'tendond log what-if'\n" + first.said
+    )
+    assert first.out.splitlines()[:-1] == second.out.splitlines()[:-1]
+    for command in ("replay", "log what-if"):
+        assert (
+            tendond(capsys, *command.split(), str(NORMAL), *["--out", str(new)][: 2 * (command == "replay")]).status
+            == 2
+        )
+
+
+def test_the_top_level_help_lists_groups_first_and_is_short(capsys: pytest.CaptureFixture[str]) -> None:
+    text = tendond(capsys, "--help").out
+    assert text.index("Command groups:") < text.index("Everyday commands:")
+    assert len(text.splitlines()) <= 45
+    for name in ("rig", "log", "study", "run", "replay"):
+        assert f"\n  {name} " in text
 
 
 def test_nothing_heavy_is_imported_for_help_or_completion() -> None:
@@ -159,13 +214,13 @@ def test_nothing_heavy_is_imported_for_help_or_completion() -> None:
 
 def test_the_help_names_the_exit_statuses(capsys: pytest.CaptureFixture[str]) -> None:
     text = tendond(capsys, "--help").out
-    assert "Exit status: 0 done; 1 refused" in text
+    assert "Exit status: 0 success; 1 refused" in text
     assert "130 interrupted" in text
 
 
 @pytest.mark.parametrize("name", [(), *(name for name, one in COMMANDS.items() if getattr(one, "commands", {}))])
 def test_a_commands_first_sentence_fits_its_line(name: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
-    assert "..." not in tendond(capsys, *name, "--help").out.split("Commands:")[1]
+    assert "..." not in tendond(capsys, *name, "--help").out.split("ommand", 1)[1]
 
 
 @pytest.mark.parametrize(
@@ -174,8 +229,8 @@ def test_a_commands_first_sentence_fits_its_line(name: tuple[str, ...], capsys: 
         ("tendond lo", {"log"}),
         ("tendond config s", {"show", "schema"}),
         ("tendond run --profile ", {"paper", "rig", "nasty"}),
-        ("tendond law s", {"sliding_mode"}),
-        ("tendond inject te", {"teleport"}),
+        ("tendond rig law s", {"sliding_mode"}),
+        ("tendond rig inject te", {"teleport"}),
     ],
 )
 def test_the_shell_completes(line: str, expected: set[str]) -> None:
@@ -231,8 +286,16 @@ def interrupted(command: list[str], folder: Path, moment: float) -> "subprocess.
 @pytest.mark.parametrize("moment", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize(
     "command",
-    ["run --log {}.mcap", "vicon", "simulate", "paper --out out", "doctor --no-servos", "watch", "config check"],
-    ids=lambda command: command.split()[0],
+    [
+        "run --log {}.mcap",
+        "rig vicon",
+        "simulate",
+        "study paper --out out",
+        "doctor --no-servos",
+        "watch",
+        "config check",
+    ],
+    ids=lambda command: " ".join(word for word in command.split() if word.isalpha()),
 )
 def test_ctrl_c_ends_every_command_quietly_with_130_at_any_moment(command: str, moment: float, tmp_path: Path) -> None:
     """Also while it imports, compiles, or waits; what has ended by itself before that has its own status."""
@@ -240,7 +303,7 @@ def test_ctrl_c_ends_every_command_quietly_with_130_at_any_moment(command: str, 
     text = f'[bus]\nendpoint = "tcp/127.0.0.1:{port}"\n[vicon]\nport = {free_port(socket.SOCK_DGRAM)}\n'
     (tmp_path / "rig.toml").write_text(text)
     words = command.format("run").split()
-    options = [] if words[0] == "paper" else ["--config", "rig.toml"]
+    options = [] if "paper" in words else ["--config", "rig.toml"]
     found = interrupted([*words, *options], tmp_path, moment)
     assert "Traceback" not in found.stderr
     assert "ignored" not in found.stderr
@@ -263,8 +326,8 @@ def test_names_that_a_terminal_or_a_locale_cannot_show_are_replaced_and_the_stat
     shutil.copy(NORMAL, log)
     config.write_text('[rig]\nname = "bench"\n')
     documents = [
-        (["report", str(log)], 0),
-        (["compare", str(log), str(log), "--out", str(tmp_path / "compared")], 0),
+        (["log", "report", str(log)], 0),
+        (["log", "compare", str(log), str(log), "--out", str(tmp_path / "compared")], 0),
     ] * ("LC_ALL" in environment)  # what is written there besides is the same everywhere
     for words, status in (
         (["config", "check", str(config)], 0),
@@ -281,7 +344,7 @@ def test_names_that_a_terminal_or_a_locale_cannot_show_are_replaced_and_the_stat
 
 
 @pytest.mark.parametrize("broken", ["missing", "no json5", "names a missing certificate", "names an empty one"])
-@pytest.mark.parametrize("command", ["run --cycles 1", "vicon", "simulate", "status", "arm", "watch --once"])
+@pytest.mark.parametrize("command", ["run --cycles 1", "rig vicon", "simulate", "status", "arm", "watch --once"])
 def test_a_bus_file_that_cannot_be_used_is_a_wrong_configuration_for_every_process(
     command: str, broken: str, tmp_path: Path
 ) -> None:

@@ -65,9 +65,12 @@ def test_every_command_in_the_documents_exists(words: list[str]) -> None:
     while words and words[0] in getattr(command, "commands", {}):
         command = command.commands[words[0]]  # type: ignore[attr-defined]
         words = words[1:]
+        assert not command.hidden, "an old spelling"
     command = getattr(command, "commands", {}).get(getattr(command, "default", ""), command)
     assert not getattr(command, "commands", {}) or command.invoke_without_command
-    known = {name for one in command.params for name in (*one.opts, *one.secondary_opts)} | {"--help", "-h"}
+    known = {
+        name for one in command.params if not getattr(one, "hidden", False) for name in (*one.opts, *one.secondary_opts)
+    } | {"--help", "-h"}
     for word in words:
         if word.startswith("-") and not re.fullmatch(r"-\d.*", word):
             assert word.split("=")[0] in known, word

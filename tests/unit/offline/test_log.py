@@ -258,15 +258,15 @@ def test_a_bad_log_is_one_line_for_whatever_reads_it(tmp_path: Path, name: str) 
 
 COMMANDS = {
     "replay": ("replay",),
-    "variant": ("replay", "--law", "sliding_mode"),
-    "closed-loop": ("replay", "--closed-loop"),
+    "variant": ("log", "what-if", "--law", "sliding_mode"),
+    "closed-loop": ("log", "what-if", "--closed-loop"),
     "info": ("log", "info"),
     "recover": ("log", "recover"),
     "export": ("log", "export"),
-    "compare": ("compare",),
+    "compare": ("log", "compare"),
     "plot": ("plot",),
-    "report": ("report",),
-    "view": ("view",),
+    "report": ("log", "report"),
+    "view": ("log", "view"),
 }
 WORKS = {  # health is what `log info` is for, and repair what `log recover` is for
     *(("info", "damaged"), ("recover", "damaged"), ("recover", "no-attachment"), ("recover", "future")),
@@ -308,7 +308,7 @@ def test_a_calibration_is_in_the_log_goes_on_to_its_variants_and_is_shown(tmp_pa
     assert load_log(path).calibration == attached
     for arguments in (("--set", "limits.tension_max=40"), ("--closed-loop",)):
         new = tmp_path / f"new{len(arguments)}.mcap"
-        assert run_command("replay", str(path), *arguments, "--out", str(new)).returncode == 0
+        assert run_command("log", "what-if", str(path), *arguments, "--out", str(new)).returncode == 0
         assert load_log(new).calibration == attached
     assert (
         "servos   calibrated 2026-01-01T00:00:00+00:00: servo 1 zero 2048"

@@ -165,7 +165,7 @@ def test_events_are_those_of_the_run() -> None:
 
 
 def test_compare_puts_all_metrics_of_runs_beside_each_other(tmp_path: Path) -> None:
-    result = run_command("compare", str(NORMAL), str(FAULTS), "--out", str(tmp_path))
+    result = run_command("log", "compare", str(NORMAL), str(FAULTS), "--out", str(tmp_path))
     assert result.returncode == 0, result.stderr
     lines = (tmp_path / "metrics.csv").read_text().splitlines()
     assert lines[0] == "metric,normal,faults"

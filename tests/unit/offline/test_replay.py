@@ -265,7 +265,7 @@ def test_a_parameter_of_the_law_in_use_needs_no_longer_name() -> None:
     assert with_changes(RigConfig(), None, ["control.alpha1=900"]).control.laws == {"backstepping": {"alpha1": 900.0}}
     other = with_changes(RigConfig(), "sliding_mode", ["control.k=10"])
     assert (other.control.law, other.control.laws) == ("sliding_mode", {"sliding_mode": {"k": 10.0}})
-    said = run_command("replay", str(NORMAL), "--set", "control.colour=1")
+    said = run_command("log", "what-if", str(NORMAL), "--set", "control.colour=1")
     assert (said.returncode, said.stderr.count("\n")) == (2, 1)
     assert "colour" in said.stderr
 

@@ -191,7 +191,7 @@ def test_report_and_figure_show_every_feedback_beside_the_default(tmp_path: Path
     ],
 )
 def test_options_that_cannot_be_are_refused(arguments: tuple[str, ...], match: str) -> None:
-    result = CliRunner().invoke(app, ["robustness", *arguments])
+    result = CliRunner().invoke(app, ["study", "robustness", *arguments])
     assert result.exit_code == 2
     assert match in result.output
 

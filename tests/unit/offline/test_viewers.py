@@ -231,9 +231,9 @@ class FoxgloveClient:
 
 @contextmanager
 def viewing(*arguments: str) -> Iterator[FoxgloveClient]:
-    """`tendond view` and a client of it."""
+    """`tendond log view` and a client of it."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "tendond.cli", "view", *arguments, "--port", "0"],
+        [sys.executable, "-m", "tendond.cli", "log", "view", *arguments, "--port", "0"],
         stderr=subprocess.PIPE,
         text=True,
     )

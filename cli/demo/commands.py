@@ -1,0 +1,44 @@
+"""`tendond demo`: options and help."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import scenarios
+from tendond.cli.signals import leave_on_signals
+
+
+def demo(
+    scenario: Annotated[
+        str,
+        typer.Option("--scenario", help="plane, wired or spatial, see above.", autocompletion=scenarios),
+    ] = "plane",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for log, figures and summary. Default: out/demo, or out/demo-SCENARIO."),
+    ] = None,
+    profile: Annotated[
+        str | None,
+        typer.Option("--profile", help="Of scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
+    ] = None,
+) -> None:
+    """Run the controller on a simulated robot, with log and figures.
+
+    Real processes on Zenoh, in real time.
+
+    plane: the paper's experiment, in ten seconds. wired: the same robot behind the real drivers, with emulated servos
+    on a serial port and Tracker packets on UDP, in half a minute. spatial: the tip on a circle in space with all
+    tendons, with ideal tensions and behind the real drivers, in a minute.
+
+    Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
+    """
+    leave_on_signals(130)
+    from tendond.cli.demo.demo import run_scenario
+
+    known = scenarios()
+    if scenario not in known:
+        raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(known)}", param_hint="--scenario")
+    if profile is not None and scenario != "plane":
+        raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")
+    run_scenario(scenario, out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}"), profile)

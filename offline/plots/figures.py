@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tendond.offline.logs.log import Log
 from tendond.offline.logs.metrics import SETTLED, metrics, tracking
 from tendond.offline.logs.published import Published
-from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, level, note, save, style
+from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, gravity_arrow, level, note, save, style
 
 Array = NDArray[np.float64]
 
@@ -85,6 +85,7 @@ class _Run:
         self._paper = published
         settling = self._metrics.settling_iterations
         self._shown = len(self._tip) if settling is None else min(len(self._tip), max(FEWEST_ITERATIONS, 3 * settling))
+        self._gravity = np.array(log.config.rod.gravity)
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]
 
     @property
@@ -134,7 +135,7 @@ class _Run:
         self._line(axes, distance, "|reference - tip| [mm]", f"Position error, {distance[-1]:.2f} mm at the end")
 
     def shapes(self, axes: Axes) -> None:
-        """The rod in its bending plane, every few cycles."""
+        """Draw the rod in its bending plane, every few cycles, and the direction of gravity in that plane."""
         every = max(SHAPE_EVERY, -(-self._shown // MOST_SHAPES))
         colours = ScalarMappable(Normalize(0, self._shown), "viridis")
         # From the last one before tracking, which is the rod at rest.
@@ -146,6 +147,7 @@ class _Run:
                 due = iteration + every
         axes.plot(self._target[self._axis], self._target[2], "x", color=PAPERS, ms=9, mew=2)
         note(axes, (self._target[self._axis], self._target[2]), "target", PAPERS, (8, -4))
+        gravity_arrow(axes, self._gravity[[self._axis, 2]])
         axes.set(xlabel=f"{self.letter} [mm]", ylabel="z [mm]", title=f"Rod every {every} iterations", aspect="equal")
         axes.figure.colorbar(colours, ax=axes, label=self._iterations)
 

@@ -3,11 +3,17 @@
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.text import OffsetFrom
+from numpy.typing import NDArray
 from matplotlib.figure import Figure
 
 OURS, REFERENCE, PAPERS = "#1f4e79", "#7f7f7f", "#c55a11"
+
+ARROW_POINTS = 40.0
+"""Length of the arrow of gravity, in points of the figure."""
 
 
 def level(axes: Axes, value: float, text: str, colour: str = REFERENCE, *, below: bool = False) -> None:
@@ -28,6 +34,29 @@ def level(axes: Axes, value: float, text: str, colour: str = REFERENCE, *, below
 
 def note(axes: Axes, point: tuple[float, float], text: str, colour: str, offset: tuple[int, int]) -> None:
     axes.annotate(text, point, offset, textcoords="offset points", color=colour, fontsize=9)
+
+
+def gravity_arrow(axes: Axes, gravity: NDArray[np.float64]) -> None:
+    """Draw an arrow 'g' in the upper right corner, along gravity.
+
+    Args:
+        axes: with the same scale in both directions.
+        gravity: [m/s^2], its components along the axes, shape (2,). If they vanish, nothing is drawn.
+    """
+    size = float(np.hypot(*gravity))
+    if size == 0.0:
+        return
+    tail = (0.9, 0.93)  # of the axes
+    along = ARROW_POINTS * gravity / size
+    axes.annotate(
+        "",
+        xy=tuple(along),
+        xytext=tail,
+        xycoords=OffsetFrom(axes, tail, "points"),
+        textcoords="axes fraction",
+        arrowprops={"arrowstyle": "->", "color": REFERENCE, "lw": 1.5},
+    )
+    axes.annotate("g", tail, (5, -4), xycoords="axes fraction", textcoords="offset points", color=REFERENCE)
 
 
 def style() -> AbstractContextManager[None]:

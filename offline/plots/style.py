@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.text import OffsetFrom
 from numpy.typing import NDArray
-from matplotlib.figure import Figure
 
 OURS, REFERENCE, PAPERS = "#1f4e79", "#7f7f7f", "#c55a11"
 

@@ -1,1 +1,1 @@
-"""The client's end of the bus, shared by drivers and commands: session, operator's requests, identity, readiness."""
+"""A client's end of the bus: session, subscriptions, requests, identity, readiness; used by drivers and commands."""

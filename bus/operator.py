@@ -3,10 +3,11 @@
 import zenoh
 
 from tendond.bus.client import BusError, open_client
+from tendond.bus.query import replies
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import control_key
-from tendond.schemas.messages import ENCODING, ControlAction, ControlReply, ControlRequest, Status
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Status
+from tendond.schemas.wire import encode
 
 ANSWER_SECONDS = 2.0
 PLAN_SECONDS = 90.0
@@ -34,21 +35,21 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
     """
     wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
     if wanted.action is ControlAction.STOP:
-        replies = _replies(session, rig, wanted, ANSWER_SECONDS)
-        done = all(reply.done for reply in replies)
-        message = "; ".join(dict.fromkeys(reply.message for reply in replies))
-        if len(replies) > 1:
-            message = f"{len(replies)} controllers answer: {message}"
-        return ControlReply(done=done, message=message, status=replies[0].status)
+        found = _replies(session, rig, wanted, ANSWER_SECONDS)
+        done = all(reply.done for reply in found)
+        message = "; ".join(dict.fromkeys(reply.message for reply in found))
+        if len(found) > 1:
+            message = f"{len(found)} controllers answer: {message}"
+        return ControlReply(done=done, message=message, status=found[0].status)
     question = ControlRequest(action=ControlAction.STATUS)
-    replies = _replies(session, rig, question, ANSWER_SECONDS)
-    if len(replies) > 1:
-        names = " and ".join(f"'{reply.status.source}'" for reply in replies if reply.status is not None)
-        raise BusError(f"{len(replies)} controllers of rig '{rig}' answer: {names}; stop all but one")
+    found = _replies(session, rig, question, ANSWER_SECONDS)
+    if len(found) > 1:
+        names = " and ".join(f"'{reply.status.source}'" for reply in found if reply.status is not None)
+        raise BusError(f"{len(found)} controllers of rig '{rig}' answer: {names}; stop all but one")
     if wanted.action is ControlAction.STATUS:
-        return replies[0]
+        return found[0]
     patience = PLAN_SECONDS if wanted.action is ControlAction.REFERENCE else ANSWER_SECONDS
-    return _replies(session, rig, _addressed(wanted, replies[0].status, patience), patience)[0]
+    return _replies(session, rig, _addressed(wanted, found[0].status, patience), patience)[0]
 
 
 def _addressed(wanted: ControlRequest, status: Status | None, patience: float) -> ControlRequest:
@@ -59,31 +60,38 @@ def _addressed(wanted: ControlRequest, status: Status | None, patience: float) -
     return wanted.model_copy(update={"controller": status.source, "deadline_ns": deadline})
 
 
-def _replies(session: zenoh.Session, rig: str, wanted: ControlRequest, patience: float) -> list[ControlReply]:
-    """The answers of all controllers of the rig; at least one.
+def _replies(session: zenoh.Session, rig: str, wanted: ControlRequest, timeout: float) -> list[ControlReply]:
+    """Return the replies of all controllers of the rig; at least one.
 
     Raises:
-        BusError: there is none, or one cannot be read.
+        BusError: there is none, or one cannot be decoded.
     """
-    found = []
-    for reply in session.get(
-        control_key(rig, wanted.action.value),
-        payload=encode(wanted),
-        encoding=ENCODING,
-        timeout=patience,
-        target=zenoh.QueryTarget.ALL,
-        consolidation=zenoh.ConsolidationMode.NONE,
-    ):
-        if reply.ok is not None:
-            try:
-                found.append(decode(ControlReply, reply.ok.payload.to_bytes()))
-            except UnreadableError as error:
-                raise BusError(f"the controller's answer is {error.reason}: are both of the same version?") from None
+    found = replies(session, control_key(rig, wanted.action.value), encode(wanted), timeout, "controller")
     if not found:
         raise BusError(
-            f"no controller of rig '{rig}' answers within {patience:g} s: is it still starting, or another rig?"
+            f"no controller of rig '{rig}' answers within {timeout:g} s: is it still starting, or another rig?"
         )
     return found
+
+
+def status_in(reply: ControlReply) -> Status:
+    """Return the status of a reply.
+
+    Raises:
+        BusError: it has none.
+    """
+    if reply.status is None:
+        raise BusError(f"the controller gave no status: {reply.message}")
+    return reply.status
+
+
+def ask_status(session: zenoh.Session, rig: str) -> Status:
+    """Ask the controller for its status.
+
+    Raises:
+        BusError: no answer, or one without a status; or two controllers answer.
+    """
+    return status_in(ask(session, rig, ControlAction.STATUS))
 
 
 def request(config: RigConfig, asked: ControlAction | ControlRequest, timeout: float = 1.0) -> ControlReply:

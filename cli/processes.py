@@ -7,8 +7,7 @@ import sys
 
 from rich.progress import BarColumn, ProgressColumn, TextColumn, TimeElapsedColumn
 
-from tendond.daemon.errors import DaemonError
-from tendond.schemas.messages import ControlReply, Status
+from tendond.schemas.messages import Status
 
 START_SECONDS = 120.0
 """For a process to come up; it may have to compile its kernels."""
@@ -38,17 +37,6 @@ def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
     with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
-
-
-def status_of(reply: ControlReply) -> Status:
-    """The status in a reply.
-
-    Raises:
-        DaemonError: there is none.
-    """
-    if reply.status is None:
-        raise DaemonError(f"the controller gave no status: {reply.message}")
-    return reply.status
 
 
 def tip_in_words(status: Status) -> str:

@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from tendond.bus.client import BusError, StoppedError, open_client
-from tendond.bus.operator import ask
+from tendond.bus.operator import ask, status_in
+from tendond.bus.subscription import Subscription
 from tendond.cli.common import profile_text, say
 from tendond.cli.processes import (
     POLL_SECONDS,
@@ -23,7 +24,6 @@ from tendond.cli.processes import (
     free_port,
     progress_columns,
     start,
-    status_of,
     tip_in_words,
 )
 from tendond.daemon.errors import DaemonError
@@ -34,7 +34,6 @@ from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, key
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, ServoHealth
-from tendond.schemas.wire import decode
 
 HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
 """By profile; the impacts of the nasty one come within."""
@@ -174,13 +173,10 @@ class _Demo:
             for name, arguments in self._commands.items():
                 self._await(name)
                 self._processes[name] = start(*arguments)
-            with (
-                open_client(self._endpoint, START_SECONDS, self._has_ended) as session,
-                session.declare_subscriber(key(RIG, SERVO_HEALTH), zenoh.handlers.RingChannel(1)) as healths,
-            ):
+            with open_client(self._endpoint, START_SECONDS, self._has_ended) as session:
+                healths = Subscription(session, key(RIG, SERVO_HEALTH), ServoHealth)
                 self._drive(session)
-                if (sample := healths.try_recv()) is not None:
-                    self.health = decode(ServoHealth, sample.payload.to_bytes())
+                self.health = healths.newest()
         except StoppedError:
             self._watch()
         finally:
@@ -227,7 +223,7 @@ class _Demo:
                 time.sleep(POLL_SECONDS)
             started = time.monotonic()
             while (elapsed := time.monotonic() - started) < self._hold:
-                status = status_of(self._ask(session, ControlAction.STATUS))
+                status = status_in(self._ask(session, ControlAction.STATUS))
                 progress.update(task, completed=elapsed, description=status.mode.value, seen=tip_in_words(status))
                 if status.mode is Mode.FAULT:
                     busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""
@@ -235,7 +231,7 @@ class _Demo:
                 time.sleep(POLL_SECONDS)
             progress.update(task, completed=self._hold)
             self._ask(session, ControlAction.STOP)
-            while (status := status_of(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
+            while (status := status_in(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
                 progress.update(task, description=status.mode.value, seen=tip_in_words(status))
                 time.sleep(POLL_SECONDS)
             progress.update(task, description=status.mode.value, seen=tip_in_words(status))

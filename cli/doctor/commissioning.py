@@ -5,7 +5,7 @@ import time
 import zenoh
 
 from tendond.bus.client import BusError, open_client
-from tendond.bus.operator import ask
+from tendond.bus.operator import ask, ask_status
 from tendond.cli.doctor.check import Result, Rig, bad, doubtful, good
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.rest_check import rest_objection
@@ -64,8 +64,8 @@ def _ended(session: zenoh.Session, rig: str) -> Status | None:
     """The status once the probe is over; none where it does not end."""
     deadline = time.monotonic() + PROBE_SECONDS
     while time.monotonic() < deadline:
-        status = ask(session, rig, ControlAction.STATUS).status
-        if status is not None and status.mode in (Mode.FAULT, Mode.IDLE):
+        status = ask_status(session, rig)
+        if status.mode in (Mode.FAULT, Mode.IDLE):
             return status
         time.sleep(POLL_SECONDS)
     return None

@@ -2,22 +2,18 @@
 
 import time
 from dataclasses import dataclass, field
-from typing import TypeVar
-
-import zenoh
 
 from tendond.bus.client import BusError, open_client
-from tendond.bus.operator import ask
+from tendond.bus.operator import ask_status
+from tendond.bus.subscription import Subscription
 from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ControlAction, Message, Status, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode
+from tendond.schemas.messages import Status, TendonState, TipPose
 
 CONNECT_SECONDS = 0.5
 LISTEN_SECONDS = 1.0
 POLL_SECONDS = 0.002
-
-M = TypeVar("M", bound=Message)
+QUEUE = 4096
 
 
 @dataclass
@@ -56,31 +52,21 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> Heard:
         return heard
     with session:
         heard.connected = True
-        poses = session.declare_subscriber(key(name, TIP_POSE), zenoh.handlers.FifoChannel(4096))
-        states = session.declare_subscriber(key(name, TENDON_STATE), zenoh.handlers.FifoChannel(4096))
+        poses = Subscription(session, key(name, TIP_POSE), TipPose, QUEUE)
+        states = Subscription(session, key(name, TENDON_STATE), TendonState, QUEUE)
         started = time.monotonic()
         try:
-            heard.status = ask(session, name, ControlAction.STATUS).status
+            heard.status = ask_status(session, name)
         except BusError as error:
             heard.error = str(error)
         heard.answer_ms = (time.monotonic() - started) * 1e3
-        _drain(poses, TipPose, Heard())  # what has waited meanwhile says nothing of its age
-        _drain(states, TendonState, Heard())
+        for waiting in (poses, states):  # what has arrived meanwhile says nothing about its age
+            waiting.newest()
+            waiting.unreadable.clear()
         until = time.monotonic() + seconds
         while time.monotonic() < until:
-            heard.poses += _drain(poses, TipPose, heard)
-            heard.states += _drain(states, TendonState, heard)
+            heard.poses += [(time.monotonic_ns(), pose) for pose in poses]
+            heard.states += [(time.monotonic_ns(), state) for state in states]
             time.sleep(POLL_SECONDS)
+        heard.unreadable = dict(poses.unreadable + states.unreadable)
     return heard
-
-
-def _drain(
-    subscriber: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]], kind: type[M], heard: Heard
-) -> list[tuple[int, M]]:
-    messages = []
-    while (sample := subscriber.try_recv()) is not None:
-        try:
-            messages.append((time.monotonic_ns(), decode(kind, sample.payload.to_bytes())))
-        except UnreadableError as error:
-            heard.unreadable[error.reason] = heard.unreadable.get(error.reason, 0) + 1
-    return messages

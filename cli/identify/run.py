@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from tendond.bus.client import BusError, StoppedError, open_client
-from tendond.bus.operator import ask
+from tendond.bus.operator import ask, status_in
 from tendond.cli.common import load_config, say
 from tendond.cli.identify.fit import kinds, plan_lines, rig_of_model
 from tendond.cli.processes import (
@@ -20,7 +20,6 @@ from tendond.cli.processes import (
     end,
     progress_columns,
     start,
-    status_of,
     tip_in_words,
 )
 from tendond.daemon.errors import DaemonError, UsageError
@@ -148,7 +147,7 @@ class _Operator:
             self._status()
 
     def _status(self) -> Status:
-        status = status_of(self._ask(ControlRequest(action=ControlAction.STATUS)))
+        status = status_in(self._ask(ControlRequest(action=ControlAction.STATUS)))
         if status.mode is Mode.FAULT:
             raise DaemonError(f"fault, the tendons are released: {status.reason}")
         return status

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tendond.bus.client import open_client
+from tendond.bus.subscription import Subscription
 from tendond.cli.common import load_config, say
 from tendond.daemon.control.state import rod_from_section
 from tendond.daemon.errors import UsageError
@@ -28,12 +29,20 @@ from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.keys import STATUS as STATUS_KEY
-from tendond.schemas.messages import SimulatorTruth, Status, TendonCommand, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.messages import Message, SimulatorTruth, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.wire import encode
 
 COMMAND = Channel("tendon/command", TendonCommand)
 TENDONS = Channel("tendon/state", TendonState)
 LIVE = (TIP_MEASURED, TIP_MODEL, ROD_SHAPE, TRANSFORMS, STATUS, TRUTH, COMMAND, TENDONS)
+KINDS: dict[str, type[Message]] = {
+    TIP_POSE: TipPose,
+    TENDON_COMMAND: TendonCommand,
+    TENDON_STATE: TendonState,
+    STATUS_KEY: Status,
+    SIMULATOR_TRUTH: SimulatorTruth,
+}
+QUEUE = 64
 POLL_SECONDS = 0.005
 SHAPE_SECONDS = 0.05
 PATIENCE_SECONDS = 10.0
@@ -109,8 +118,6 @@ def _play(run: Run, server: _Server) -> None:
 
 def _relay(config: RigConfig, server: _Server) -> None:
     """What is on the bus; the rod is the model's under the commanded tensions, computed here."""
-    import zenoh
-
     name = config.rig.name
     rod = rod_from_section(config.rod, config.loop.period)
     state = rod.solve_static([0.0] * rod.parameters.tendon_count)
@@ -119,25 +126,11 @@ def _relay(config: RigConfig, server: _Server) -> None:
     trail: deque[Vector3] = deque(maxlen=foxglove.TRAIL_POINTS)
     next_shape = 0.0
     with open_client(config.bus.endpoint, PATIENCE_SECONDS) as session:
-
-        def subscribe(expression: str) -> Any:
-            return session.declare_subscriber(key(name, expression), zenoh.handlers.RingChannel(64))
-
-        kinds: dict[str, tuple[Any, Any]] = {
-            TIP_POSE: (subscribe(TIP_POSE), TipPose),
-            TENDON_COMMAND: (subscribe(TENDON_COMMAND), TendonCommand),
-            TENDON_STATE: (subscribe(TENDON_STATE), TendonState),
-            STATUS_KEY: (subscribe(STATUS_KEY), Status),
-            SIMULATOR_TRUTH: (subscribe(SIMULATOR_TRUTH), SimulatorTruth),
-        }
+        subscriptions = [Subscription[Any](session, key(name, topic), kind, QUEUE) for topic, kind in KINDS.items()]
         while True:
-            for subscriber, kind in kinds.values():
-                while (sample := subscriber.try_recv()) is not None:
+            for subscription in subscriptions:
+                for message in subscription:
                     now_ns = time.time_ns()
-                    try:
-                        message = decode(kind, sample.payload.to_bytes())
-                    except UnreadableError:  # the controller counts these; there is nothing here to show
-                        continue
                     match message:
                         case TipPose():
                             tip = message

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from rich.console import Console
 from rich.table import Table
 
-from tendond.bus.operator import request
+from tendond.bus.operator import request, status_in
 from tendond.cli.common import load_config, read_samples
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config.reference import ReferenceSection
@@ -85,13 +85,11 @@ def show_status(config_file: Path | None, *, as_json: bool) -> None:
     Raises:
         TendondError: no controller.
     """
-    reply = request(load_config(config_file), ControlAction.STATUS)
-    if reply.status is None:
-        raise DaemonError(f"the controller gave no status: {reply.message}")
+    status = status_in(request(load_config(config_file), ControlAction.STATUS))
     if as_json:
-        print(reply.status.model_dump_json(indent=2))
+        print(status.model_dump_json(indent=2))
     else:
-        Console().print(_table(reply.status))
+        Console().print(_table(status))
 
 
 def _table(status: Status) -> Table:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 
 from tendond.bus.client import BusError, open_client
+from tendond.bus.subscription import Subscription
 from tendond.cli.common import load_config
 from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, Seen
 from tendond.cli.watch.plain import shown
@@ -17,16 +18,14 @@ from tendond.cli.watch.screen import frame, line
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import Message, Status, TendonCommand, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode
 
-KINDS: dict[str, type[Message]] = {
-    STATUS: Status,
-    TIP_POSE: TipPose,
-    TENDON_COMMAND: TendonCommand,
-    TENDON_STATE: TendonState,
+TOPICS: dict[str, tuple[type[Message], int]] = {
+    STATUS: (Status, 1),
+    TIP_POSE: (TipPose, 32),
+    TENDON_COMMAND: (TendonCommand, 1),
+    TENDON_STATE: (TendonState, 1),
 }
-RINGS = {STATUS: 1, TIP_POSE: 32, TENDON_COMMAND: 1, TENDON_STATE: 1}
-"""Messages kept between two frames: every pose is part of the trail, of the others the newest will do."""
+"""Class of the messages, and how many are kept between two frames: every pose is part of the trail."""
 
 FRAME_SECONDS = 1.0 / FRAMES_PER_SECOND
 LINE_SECONDS = 1.0
@@ -48,7 +47,7 @@ class Listener:
         self.seen = Seen()
         self._config = config
         self._session: zenoh.Session | None = None
-        self._rings: dict[str, Any] = {}
+        self._subscriptions: list[Subscription[Any]] = []
         self._opened = 0.0
 
     def listen(self) -> None:
@@ -63,16 +62,12 @@ class Listener:
                 return
             self._opened = time.monotonic()
             name = self._config.rig.name
-            self._rings = {
-                expression: self._session.declare_subscriber(key(name, expression), zenoh.handlers.RingChannel(size))
-                for expression, size in RINGS.items()
-            }
-        for expression, ring in self._rings.items():
-            while (sample := ring.try_recv()) is not None:
-                try:
-                    self.seen.add(decode(KINDS[expression], sample.payload.to_bytes()), time.monotonic())
-                except UnreadableError:  # the controller counts these; there is nothing here to show
-                    continue
+            self._subscriptions = [
+                Subscription(self._session, key(name, topic), kind, size) for topic, (kind, size) in TOPICS.items()
+            ]
+        for subscription in self._subscriptions:
+            for message in subscription:
+                self.seen.add(message, time.monotonic())
         self.seen.tick(time.monotonic())
 
     def close(self) -> None:

@@ -8,13 +8,14 @@ from contextlib import suppress
 import zenoh
 
 from tendond.bus.client import BusError, open_client
+from tendond.bus.subscription import Subscription
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import TipPose
-from tendond.schemas.wire import UnreadableError, decode
 
 CONNECT_SECONDS = 0.3
 LISTEN_SECONDS = 0.5
+QUEUE = 64
 POSES = 5
 """That must come in `LISTEN_SECONDS` to be believed."""
 
@@ -82,16 +83,14 @@ class Camera:
             return None
         found: list[Bend] = []
         name = key(self._config.rig.name, TIP_POSE)
-        with self._session.declare_subscriber(name, zenoh.handlers.RingChannel(64)) as poses:
-            until = time.monotonic() + LISTEN_SECONDS
-            while time.monotonic() < until:
-                if (sample := poses.try_recv()) is None:
-                    meanwhile()
-                    continue
-                with suppress(UnreadableError):
-                    pose = decode(TipPose, sample.payload.to_bytes())
-                    if pose.valid:
-                        found.append(bend_of(pose.orientation))
+        poses = Subscription(self._session, name, TipPose, QUEUE)
+        until = time.monotonic() + LISTEN_SECONDS
+        while time.monotonic() < until:
+            arrived = [bend_of(pose.orientation) for pose in poses if pose.valid]
+            found += arrived
+            if not arrived:
+                meanwhile()
+        poses.close()
         if len(found) < POSES:
             return None
         return sum(one[0] for one in found) / len(found), sum(one[1] for one in found) / len(found)

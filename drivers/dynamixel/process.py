@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,6 +10,8 @@ import zenoh
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.followed import Followed
 from tendond.bus.identity import new_source
+from tendond.bus.query import Queryable, answer_next, replies
+from tendond.bus.subscription import Subscription
 from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver import ServoDriver
@@ -21,7 +22,7 @@ from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
 from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, TendonCommand, TendonState
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
 ANSWER_SECONDS = 5.0
@@ -35,9 +36,6 @@ SAY_SECONDS = 10.0
 
 REBOOT = b"reboot"
 """Payload of a query of `servo/reset` that asks for a reboot of servos with a hardware error."""
-
-Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
-Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 
 
 class ServoProcess:
@@ -109,7 +107,7 @@ class ServoProcess:
 
     def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
         name, period = self._config.rig.name, self._section.period
-        commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(QUEUE))
+        commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
@@ -143,21 +141,15 @@ class ServoProcess:
         if driver.counts:
             self._say(", ".join(f"{count} {reason}" for reason, count in driver.counts.items()))
 
-    def _newest(self, commands: Subscriber, driver: ServoDriver) -> TendonCommand | None:
+    def _newest(self, commands: Subscription[TendonCommand], driver: ServoDriver) -> TendonCommand | None:
         newest: TendonCommand | None = None
-        for _ in range(QUEUE):
-            if (sample := commands.try_recv()) is None:
-                break
-            try:
-                if sample.kind != zenoh.SampleKind.PUT:
-                    raise UnreadableError("deleted")
-                command = decode(TendonCommand, sample.payload.to_bytes())
-                if self._followed.admits(command, time.monotonic()):
-                    newest = command
-                else:
-                    driver.counts["commands of another controller"] += 1
-            except UnreadableError as error:
-                driver.counts[error.reason] += 1
+        for command in commands:
+            if self._followed.admits(command, time.monotonic()):
+                newest = command
+            else:
+                driver.counts["commands of another controller"] += 1
+        driver.counts.update(commands.unreadable)
+        commands.unreadable.clear()
         return newest
 
     def _state(self, driver: ServoDriver) -> TendonState:
@@ -185,16 +177,13 @@ class ServoProcess:
         )
 
     def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
-        if (query := resets.try_recv()) is None:
-            return
-        try:
-            reboot = query.payload is not None and query.payload.to_bytes() == REBOOT
-            reply = ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=reboot))
-        except ServoError as error:
-            reply = ControlReply(done=False, message=f"not reset: {error}")
-        with suppress(zenoh.ZError):
-            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-        query.drop()
+        def reply_to(payload: bytes | None) -> ControlReply:
+            try:
+                return ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=payload == REBOOT))
+            except ServoError as error:
+                return ControlReply(done=False, message=f"not reset: {error}")
+
+        answer_next(resets, reply_to)
 
 
 class Listener:
@@ -242,10 +231,6 @@ def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = Fal
     """
     with open_client(config.bus.endpoint, timeout) as session:
         payload = REBOOT if reboot else None
-        for reply in session.get(key(config.rig.name, SERVO_RESET), timeout=ANSWER_SECONDS, payload=payload):
-            if reply.ok is not None:
-                try:
-                    return decode(ControlReply, reply.ok.payload.to_bytes())
-                except UnreadableError as error:
-                    raise BusError(f"the servo driver's answer is {error.reason}") from None
+        for reply in replies(session, key(config.rig.name, SERVO_RESET), payload, ANSWER_SECONDS, "servo driver"):
+            return reply
     raise BusError(f"no servo driver of rig '{config.rig.name}' answers: start it with 'tendond servo'")

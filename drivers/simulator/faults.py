@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 
 import zenoh
 
 from tendond.bus.client import BusError, open_client
+from tendond.bus.query import Queryable, answer_next, replies
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
-from tendond.schemas.messages import ENCODING, ControlReply
+from tendond.schemas.messages import ControlReply
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 ANSWER_SECONDS = 2.0
@@ -19,8 +19,6 @@ ROUNDING = 1e-9
 
 OVERLOAD = "Overload Error (bit 5)"
 """As the servos' driver words it."""
-
-Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 
 
 class Faults:
@@ -102,16 +100,15 @@ def listen(session: zenoh.Session, rig: str) -> Queryable:
 
 
 def answer(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -> None:
-    """Cause the fault that is asked for, if one is; never waits."""
-    if (query := requests.try_recv()) is None:
-        return
-    try:
-        reply = cause(decode(FaultRequest, b"" if query.payload is None else query.payload.to_bytes()))
-    except UnreadableError as error:
-        reply = ControlReply(done=False, message=f"the request is {error.reason}")
-    with suppress(zenoh.ZError):  # whoever asked may be gone
-        query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-    query.drop()
+    """Cause the fault of the next request, if there is one; never waits."""
+
+    def reply_to(payload: bytes | None) -> ControlReply:
+        try:
+            return cause(decode(FaultRequest, payload or b""))
+        except UnreadableError as error:
+            return ControlReply(done=False, message=f"the request is {error.reason}")
+
+    answer_next(requests, reply_to)
 
 
 def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0) -> ControlReply:
@@ -121,13 +118,7 @@ def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0
         BusError: there is no controller, or no simulator.
     """
     with open_client(config.bus.endpoint, timeout) as session:
-        replies = session.get(
-            key(config.rig.name, SIMULATOR_INJECT), payload=encode(request), encoding=ENCODING, timeout=ANSWER_SECONDS
-        )
-        for reply in replies:
-            if reply.ok is not None:
-                try:
-                    return decode(ControlReply, reply.ok.payload.to_bytes())
-                except UnreadableError as error:
-                    raise BusError(f"the simulator's answer is {error.reason}") from None
+        expression = key(config.rig.name, SIMULATOR_INJECT)
+        for reply in replies(session, expression, encode(request), ANSWER_SECONDS, "simulator"):
+            return reply
     raise BusError(f"no simulator answers as '{config.rig.name}': start it with 'tendond simulate'")

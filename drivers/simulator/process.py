@@ -9,15 +9,17 @@ from tendond import TendondError
 from tendond.bus.client import StoppedError, open_client
 from tendond.bus.followed import Followed
 from tendond.bus.identity import new_source
+from tendond.bus.subscription import Subscription
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ENCODING, ControlReply, SimulatorTruth, TendonCommand, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
+QUEUE = 8
 WATCHDOG_SECONDS = 0.5
 """Without a command for so long, the simulated servos let go."""
 
@@ -30,7 +32,6 @@ LOCKSTEP_PATIENCE_SECONDS = 0.5
 
 
 Seen = tuple[TipPose | None, TendonState, SimulatorTruth]
-Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 
 class SimulatorError(TendondError):
@@ -53,6 +54,7 @@ class Simulator:
         self._source = new_source("simulator")
         self._followed = Followed()
         self.unreadable = 0
+        self._misfits = 0
 
     def run(self, *, lockstep: bool, cycles: int | None = None) -> None:
         """Simulate until stopped, or for so many cycles.
@@ -74,7 +76,7 @@ class Simulator:
         if lockstep:
             self._source = "simulator-lockstep"  # a run repeats to the last byte
         with session:
-            commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(8))
+            commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
             publishers = [
                 session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
                 for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
@@ -125,24 +127,19 @@ class Simulator:
             if message is not None:
                 publisher.put(encode(message.named(self._source)))
 
-    def _received(self, commands: Subscriber) -> list[TendonCommand]:
-        """Commands since the last call, oldest first."""
+    def _received(self, commands: Subscription[TendonCommand]) -> list[TendonCommand]:
+        """Take the commands that have come since the last call, oldest first."""
         received = []
-        while (sample := commands.try_recv()) is not None:
-            if sample.kind == zenoh.SampleKind.PUT:
-                try:
-                    command = decode(TendonCommand, sample.payload.to_bytes())
-                except UnreadableError:
-                    self.unreadable += 1
-                    continue
-                if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
-                    if self._followed.admits(command, time.monotonic()):
-                        received.append(command)
-                else:
-                    self.unreadable += 1
+        for command in commands:
+            if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
+                if self._followed.admits(command, time.monotonic()):
+                    received.append(command)
+            else:
+                self._misfits += 1
+        self.unreadable = self._misfits + commands.unreadable.total()
         return received
 
-    def _answer(self, commands: Subscriber, publishers: list[zenoh.Publisher]) -> TendonCommand | None:
+    def _answer(self, commands: Subscription[TendonCommand], publishers: list[zenoh.Publisher]) -> TendonCommand | None:
         """Publish a pose and wait for the command that answers it; none when the process is to end.
 
         Stamps are simulated time, so that a run repeats to the last byte.

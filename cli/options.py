@@ -27,8 +27,10 @@ def faults() -> list[str]:
 
 
 def scenarios() -> list[str]:
-    """Names of the demo's scenarios."""
-    return ["plane", "wired", "spatial"]
+    """Names of the demo's scenarios, for the shell's completion."""
+    from tendond.offline.demo.scenarios import SCENARIOS
+
+    return list(SCENARIOS)
 
 
 Config = Annotated[

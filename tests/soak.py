@@ -103,7 +103,7 @@ def real_time(minutes: float) -> bool:
         with one.session() as session:
             one.arm(session)
             bare = subprocess.Popen(
-                [sys.executable, "-m", "tendond.offline.bench.loop", "bare", str(60.0 * minutes), "0.01"],
+                [sys.executable, "-m", "tendond.offline.bench.bare", "bare", str(60.0 * minutes), "0.01"],
                 stdout=subprocess.PIPE,
                 text=True,
             )

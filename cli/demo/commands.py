@@ -34,11 +34,21 @@ def demo(
     Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
     """
     leave_on_signals(130)
-    from tendond.cli.demo.demo import run_scenario
+    from tendond.cli.common import profile_text, say
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.model.warm import warm_up
+    from tendond.offline.demo.scenarios import SCENARIOS, run_plane
 
-    known = scenarios()
-    if scenario not in known:
-        raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(known)}", param_hint="--scenario")
+    if scenario not in SCENARIOS:
+        raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(SCENARIOS)}", param_hint="--scenario")
+    folder = out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}")
     if profile is not None and scenario != "plane":
         raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")
-    run_scenario(scenario, out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}"), profile)
+    if profile is not None:
+        profile_text(profile)
+    announce_compilation(say)
+    warm_up()
+    if profile is not None:
+        run_plane(folder, profile)
+    else:
+        SCENARIOS[scenario](folder)

@@ -13,7 +13,12 @@ from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
 from tendond.cli.common import load_config, say
 from tendond.cli.identify.fit import kinds, plan_lines, rig_of_model
-from tendond.cli.processes import (
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.identification.data import WEIGHT_NOTE
+from tendond.offline.identification.dry_run import dry_run
+from tendond.offline.identification.plan import Plan, Request, propose
+from tendond.offline.processes import (
     END_SECONDS,
     POLL_SECONDS,
     START_SECONDS,
@@ -22,11 +27,6 @@ from tendond.cli.processes import (
     start,
     tip_in_words,
 )
-from tendond.daemon.errors import DaemonError, UsageError
-from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.identification.data import WEIGHT_NOTE
-from tendond.offline.identification.dry_run import dry_run
-from tendond.offline.identification.plan import Plan, Request, propose
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
 

@@ -17,6 +17,7 @@ from typer.main import get_command
 
 from tendond.cli.app import app
 from tendond.cli.program import EVERYDAY, MOVED
+from tendond.offline.demo.scenarios import SCENARIOS
 from tests.golden.scripts import FOLDER
 from tests.rig.tracker import free_port
 from tests.unit.cli.commands import tendond
@@ -163,7 +164,8 @@ def test_an_old_spelling_is_hidden_and_runs_with_a_line_that_names_the_new_one(
     command, ran = get_command(app).commands[old], []  # type: ignore[attr-defined]
     assert command.hidden
     assert f"\n  {old} " not in tendond(capsys, "--help").out
-    monkeypatch.setattr("tendond.cli.demo.demo.run_scenario", lambda *given: ran.append(given))
+    for scenario in ("wired", "spatial"):
+        monkeypatch.setitem(SCENARIOS, scenario, lambda out: ran.append(out))
     monkeypatch.setattr("tendond.cli.study.paper.run_paper", lambda *given: ran.append(given))
     monkeypatch.setattr("tendond.cli.study.robustness.run_robustness", lambda *given, **more: ran.append(given))
     arguments = {"law": ["backstepping"], "reference": ["across=0.3"], "inject": ["noise"]}.get(old, [])
@@ -176,7 +178,7 @@ def test_an_old_spelling_is_hidden_and_runs_with_a_line_that_names_the_new_one(
     assert first == f"tendond: 'tendond {old}' is now 'tendond {MOVED[old].now}'"
     if ran:
         assert (ended.status, rest) == (0, [])
-        assert "demo" not in old or ran[0][0] == MOVED[old].values["scenario"]
+        assert "demo" not in old or ran == [Path(f"out/demo-{MOVED[old].values['scenario']}")]
     else:
         assert ended.status == 2
         assert "/nowhere/" in rest[0]

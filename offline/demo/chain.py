@@ -1,11 +1,9 @@
-"""`tendond demo`: the paper's experiment, with real processes on a real bus, in real time."""
+"""Controller and simulated robot as processes, driven as an operator drives them: with or without the drivers."""
 
-import json
 import socket
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
@@ -16,8 +14,10 @@ from rich.progress import Progress
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
 from tendond.bus.subscription import Subscription
-from tendond.cli.common import profile_text, say
-from tendond.cli.processes import (
+from tendond.daemon.errors import DaemonError
+from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration, now, save_calibration
+from tendond.offline.demo.report import report_wires
+from tendond.offline.processes import (
     POLL_SECONDS,
     START_SECONDS,
     end,
@@ -26,60 +26,28 @@ from tendond.cli.processes import (
     start,
     tip_in_words,
 )
-from tendond.daemon.errors import DaemonError
-from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration, now, save_calibration
-from tendond.model.numerics.announce import announce_compilation
-from tendond.model.warm import warm_up
-from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.presets import WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, key
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, ServoHealth
 
-HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
-"""By profile; the impacts of the nasty one come within."""
-
-RIG_HOLD_SECONDS = 6.0
 RIG = "demo"
 
 Report = Callable[[Path, Path, Console], None]
 
 
-def run_scenario(scenario: str, out: Path, profile: str | None = None) -> None:
-    """Run a scenario; log, figures and summary are in `out` afterwards.
+def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
+    """Run controller and simulator as two processes.
 
     Args:
-        scenario: plane, wired or spatial.
-        out: folder, made if missing.
-        profile: simulator profile of scenario plane; none: paper.
+        out: folder for log, configuration and report.
+        text: configuration, TOML, without [rig] and [bus].
+        hold: time of tracking [s].
+        report: called with the folder, the log and a console.
 
     Raises:
         TendondError: a process could not be started, or failed.
     """
-    if scenario == "wired":
-        run_wired_chain(out, WIRED, RIG_HOLD_SECONDS, _report)
-    elif scenario == "spatial":
-        from tendond.cli.demo.spatial import run_space_demo
-
-        run_space_demo(out)
-    else:
-        profile = profile or "paper"
-        run_chain(out, profile_text(profile), HOLD_SECONDS[profile], _report)
-
-
-def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
-    """Controller and simulator as two processes.
-
-    Args:
-        out: for log, configuration, and what `report` makes of the log.
-        text: of the configuration, TOML, without [rig] and [bus].
-        hold: how long it tracks [s].
-        report: is given the folder, the log and a console.
-
-    Raises:
-        TendondError: a process could not be started or did not end as it should.
-    """
-    announce_compilation(say)
-    warm_up()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     config_file, log_file = out / "rig.toml", out / "demo.mcap"
     try:
@@ -99,13 +67,11 @@ def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
 
 
 def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
-    """As `run_chain`, with drivers and wires in between: four processes; `text` is like `presets.WIRED`.
+    """Run controller, Vicon driver, servo driver and the emulated hardware; arguments as of `run_chain`.
 
     Raises:
-        TendondError: a process could not be started or did not end as it should.
+        TendondError: a process could not be started, or failed.
     """
-    announce_compilation(say)
-    warm_up()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     config_file, log_file, port = out / "rig.toml", out / "demo.mcap", out / "ttyServos"
     try:
@@ -134,22 +100,22 @@ def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
         )
         demo.run()
         report(out, log_file, demo.console)
-        _report_wires(out, log_file, demo)
+        report_wires(out, log_file, demo.health, demo.console)
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
 
 class _Demo:
-    """Processes, and what an operator does with them.
+    """Processes, and an operator who arms, waits and stops.
 
     Args:
         endpoint: of the controller.
         commands: arguments of each process, by name; ended in the reverse order.
-        hold: how long it tracks [s].
+        hold: time of tracking [s].
         needs: a path that a process waits for before it is started, by the process' name.
 
     Attributes:
-        health: of the servos' serial line, as the driver told it last; none without a driver.
+        health: of the servos' serial line, last reported by the driver; none without a driver.
     """
 
     def __init__(
@@ -168,7 +134,7 @@ class _Demo:
         self.health: ServoHealth | None = None
 
     def run(self) -> None:
-        """Start them, drive them, end them."""
+        """Start the processes, drive them, end them."""
         try:
             for name, arguments in self._commands.items():
                 self._await(name)
@@ -183,7 +149,7 @@ class _Demo:
             codes = {name: end(process) for name, process in reversed(self._processes.items())}
         for name, code in codes.items():
             if code:
-                raise DaemonError(f"the {name} ended with {code}; what it said stands above")
+                raise DaemonError(f"the {name} exited with {code}; see its messages above")
 
     def _await(self, name: str) -> None:
         """Wait for what a process needs."""
@@ -201,7 +167,7 @@ class _Demo:
         """Both must be alive."""
         for name, process in self._processes.items():
             if process.poll() is not None:
-                raise DaemonError(f"the {name} ended with {process.returncode}; what it said stands above")
+                raise DaemonError(f"the {name} exited with {process.returncode}; see its messages above")
 
     def _ask(self, session: zenoh.Session, action: ControlAction) -> ControlReply:
         self._watch()
@@ -235,37 +201,3 @@ class _Demo:
                 progress.update(task, description=status.mode.value, seen=tip_in_words(status))
                 time.sleep(POLL_SECONDS)
             progress.update(task, description=status.mode.value, seen=tip_in_words(status))
-
-
-def _report(out: Path, log_file: Path, console: Console) -> None:
-    """Figures, summary and table, from the log alone."""
-    from tendond.offline.logs.log import load
-    from tendond.offline.logs.summary import summary, table, write_summary
-    from tendond.offline.paper.published import published_for
-    from tendond.offline.plots.figures import draw
-
-    log = load(log_file)
-    with console.status("drawing the figures from the log"):
-        published = published_for(log)
-        figures = draw(log, out, published=published)
-    write_summary(log, out / "summary.json")
-    console.print(table(summary(log), log.config.control.law, published))
-    console.print(
-        f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
-    )
-
-
-def _report_wires(out: Path, log_file: Path, demo: _Demo) -> None:
-    """What the servos were told and did, what the serial line lost, and who sets the pace; `wires.json` has it too."""
-    from tendond.offline.logs.log import load
-    from tendond.offline.plots.wires import pace, wires, wires_table
-
-    log = load(log_file)
-    tendons = wires(log)
-    if not tendons:
-        return
-    demo.console.print(wires_table(tendons, demo.health))
-    demo.console.print(pace(log, tendons))
-    health = None if demo.health is None else demo.health.model_dump()
-    found = {"tendons": [asdict(one) for one in tendons], "serial_line": health, "pace": pace(log, tendons)}
-    (out / "wires.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from tendond.cli.demo.demo import run_chain, run_wired_chain
 from tendond.daemon.control.reference.spatial import Course
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError
+from tendond.offline.demo.chain import run_chain, run_wired_chain
 from tendond.offline.logs.arrays import load
 from tendond.offline.trials.measure import Outcome, outcome_of
 from tendond.offline.trials.paths import Trial
@@ -22,11 +22,11 @@ REST_SECONDS = 1.0
 """After the course."""
 
 
-def run_space_demo(out: Path) -> None:
+def run_spatial(out: Path) -> None:
     """Run both chains; a folder each, and `summary.json` and a figure of each in `out`.
 
     Raises:
-        TendondError: a process could not be started or did not end as it should.
+        TendondError: a process could not be started, or failed.
     """
     found: dict[str, dict[str, object]] = {}
 

@@ -1,6 +1,6 @@
 """What a loop and a bus cost on this machine without a controller: the bare counterparts of `tendond bench loop`.
 
-As a program, `python -m tendond.offline.bench.loop bare SECONDS PERIOD` sleeps to absolute deadlines and prints how
+As a program, `python -m tendond.offline.bench.bare bare SECONDS PERIOD` sleeps to absolute deadlines and prints how
 late it woke; `echo ENDPOINT PERIOD` sends each message on `bare/pose` back on `bare/command`, at once or, with a
 period, at the next tick.
 """

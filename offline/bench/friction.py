@@ -27,8 +27,8 @@ SLACK = (-0.1, -0.1, -0.1)
 """[m] Of the other tendons."""
 
 HEADING = (
-    "| coefficient | law | servo pulls at 58 mm [N] | rod is pulled [N] | lost at the reversal [mm] | x at 20 mm, pulled and"
-    " paid out [mm] | settled [s] | error [mm] |\n| --- | --- | --- | --- | --- | --- | --- | --- |"
+    "| coefficient | law | servo pulls at 58 mm [N] | rod is pulled [N] | lost at the reversal [mm] | x at 20 mm,"
+    " pulled and paid out [mm] | settled [s] | error [mm] |\n| --- | --- | --- | --- | --- | --- | --- | --- |"
 )
 
 

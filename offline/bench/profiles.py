@@ -26,8 +26,8 @@ TICK = 2.3e-5
 """[m] Of tendon, on a spool of 15 mm: a servo that moves less does not move."""
 
 HEADING = (
-    "| profile | law | tendon travel [mm] | at full speed [s] | reference arrives [s] | settled [s] | max. error after [mm] |"
-    " error [mm] | tension variation [N] | jerks [mm] | reversals [1/s] |\n"
+    "| profile | law | tendon travel [mm] | at full speed [s] | reference arrives [s] | settled [s]"
+    " | max. error after [mm] | error [mm] | tension variation [N] | jerks [mm] | reversals [1/s] |\n"
     "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 )
 

@@ -62,12 +62,13 @@ def _row(chain: str, group: str, found: Sequence[Outcome]) -> Row:
 
 
 def markdown(table: Sequence[Row]) -> str:
-    """A table for the documents."""
+    """Write the table for the documents."""
     lines = [
-        f"A wrong rig's tip may go {100 * (MOVED + PROBED):g} % of the length, the probe's 3 % in it, and its tendons "
-        f"may pull {100 * PULLED:g} % of `limits.tension_max`; of right rigs every refusal and fault is a false alarm.",
+        f"The tip of a wrong rig may move by {100 * (MOVED + PROBED):g} % of the length, including the probe's 3 %, and its "
+        f"tendons may pull {100 * PULLED:g} % of `limits.tension_max`;\nfor correctly wired rigs every refusal and fault is "
+        "a false alarm.",
         "",
-        "| chain | what is wrong | runs | refused | fault | too late or missed | latest [s] | tip went | pulled |",
+        "| chain | what is wrong | runs | refused | fault | too late or missed | latest [s] | tip moved | pulled |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for row in table:

@@ -64,9 +64,9 @@ def _row(chain: str, group: str, found: Sequence[Outcome]) -> Row:
 def markdown(table: Sequence[Row]) -> str:
     """Write the table for the documents."""
     lines = [
-        f"The tip of a wrong rig may move by {100 * (MOVED + PROBED):g} % of the length, including the probe's 3 %, and its "
-        f"tendons may pull {100 * PULLED:g} % of `limits.tension_max`;\nfor correctly wired rigs every refusal and fault is "
-        "a false alarm.",
+        f"The tip of a wrong rig may move by {100 * (MOVED + PROBED):g} % of the length, including the probe's 3 %, "
+        f"and its tendons may pull {100 * PULLED:g} % of `limits.tension_max`;\n"
+        "for correctly wired rigs every refusal and fault is a false alarm.",
         "",
         "| chain | what is wrong | runs | refused | fault | too late or missed | latest [s] | tip moved | pulled |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",

@@ -1,8 +1,8 @@
-"""Whether weights on the tip are borne: the closed loop of `daemon.cycle` and the MuJoCo plant over a grid.
+"""Run the closed loop of `daemon.control.cycle` and the MuJoCo plant over a grid of weights on the tip.
 
 A rigid body that the controller knows nothing of hangs on the tip from the start; the plant's E is not the model's; the
-poses are delayed, and the delay is configured or not. `python -m tests.plants.weights` prints a row for each run and exits
-with 1 where one falls short: not settled, or a ripple above 0.2 mm.
+poses are delayed, and the delay is configured or not. `python -m tests.plants.weights` prints a row for each run, and
+exits with 1 where one falls short: not settled, or a ripple above 0.2 mm.
 """
 
 import argparse
@@ -224,8 +224,8 @@ def line(case: Case, outcome: Outcome) -> str:
 
     return (
         f"{case.law:12} {case.rate:3d} {case.drive[:7]:>7} {case.mass:4.0f} {case.stiffness:5.2f} {case.damping:4.1f} "
-        f"{case.known_delay:5d} {case.unknown_delay:7d}  {number(outcome.settling, '.2f'):>9} {number(outcome.ripple, '.3f'):>9} "
-        f"{number(outcome.error, '.2f'):>8} {outcome.tension:6.1f}  "
+        f"{case.known_delay:5d} {case.unknown_delay:7d}  {number(outcome.settling, '.2f'):>9} "
+        f"{number(outcome.ripple, '.3f'):>9} {number(outcome.error, '.2f'):>8} {outcome.tension:6.1f}  "
         f"{'ok' if outcome.passed else 'FALLS SHORT ' + outcome.reason}".rstrip()
     )
 
@@ -253,7 +253,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--tracking", type=float, default=TRACKING, help="time of tracking in a run [s] (default: 12)")
     for field in fields(Case):
         kind = type(field.default)
-        parser.add_argument(f"--{field.name}", type=kind, nargs="+", help="only these, or for all if none has them")
+        parser.add_argument(
+            f"--{field.name.replace('_', '-')}", type=kind, nargs="+", help="only these, or for all if none has them"
+        )
     options = parser.parse_args(arguments)
     if options.tracking <= WINDOW:
         parser.error(f"--tracking {options.tracking:g}: longer than {WINDOW:g} s, over which the ripple is taken")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import ssl
 from pathlib import Path
 
 import zenoh
@@ -38,7 +39,10 @@ def read_bus_file() -> zenoh.Config:
         for name in names:
             file = section.get(name)
             if file and (why := _objection(Path(file), pem=place.endswith("tls"))):
-                raise ConfigError(f"{CONFIG_VARIABLE} = {path}: {place}/{name} = {file}: {why}; mend it")
+                raise ConfigError(f"{CONFIG_VARIABLE} = {path}: {place}/{name} = {file}: {why}; fix it")
+    tls = json.loads(found.get_json("transport/link/tls"))
+    if why := _tls_objection(tls):
+        raise ConfigError(f"{CONFIG_VARIABLE} = {path}: transport/link/tls/{why}; fix it")
     return found
 
 
@@ -50,4 +54,36 @@ def _objection(file: Path, *, pem: bool) -> str:
         return "may not be read by this user"
     if pem and PEM not in file.read_bytes():
         return "is no certificate or key in PEM"
+    return ""
+
+
+def _tls_objection(tls: dict[str, str | None]) -> str:
+    """Load certificates and keys as TLS will: the key at fault and what is wrong; empty where all can be used.
+
+    A base64 body that is damaged, a key in place of a certificate, or a key that is another certificate's has the same
+    first line as a good file, and Zenoh says of each only that nobody can be connected to.
+    """
+    if authority := tls.get("root_ca_certificate"):
+        try:
+            ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT).load_verify_locations(cafile=authority)
+        except ssl.SSLError:
+            return f"root_ca_certificate = {authority}: holds no certificate that can be read"
+    for side in ("listen", "connect"):
+        certificate, private = tls.get(f"{side}_certificate"), tls.get(f"{side}_private_key")
+        if not certificate:
+            continue
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        try:
+            context.load_verify_locations(cafile=certificate)
+        except ssl.SSLError:
+            return f"{side}_certificate = {certificate}: holds no certificate that can be read"
+        if not private:
+            continue
+        try:
+            # A password is never asked for: a daemon has no terminal, and Zenoh takes no locked key.
+            context.load_cert_chain(certificate, private, password="")
+        except ssl.SSLError as error:
+            if error.reason == "KEY_VALUES_MISMATCH":
+                return f"{side}_private_key = {private}: is not the key of {certificate}"
+            return f"{side}_private_key = {private}: holds no private key that can be read without a password"
     return ""

@@ -58,17 +58,24 @@ TARGETS = {
     "cycle": _target(
         "daemon/control/cycle",
         "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults "
-        "unit/model/test_mirrored unit/control/test_missed_ticks "
-        "unit/model/test_observer unit/control/test_safe_command unit/control/test_thresholds",
+        "unit/model/test_mirrored unit/control/test_missed_ticks unit/control/test_monitor_numbers "
+        "unit/model/test_observer unit/commissioning/test_probe unit/control/test_safe_command "
+        "unit/control/test_thresholds",
     ),
-    "observer": _target(
-        "model/estimation/observer daemon/control/prediction",
-        "unit/model/test_observer unit/model/test_observer_bounds unit/control/test_cycle",
-    ),
+    "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
+    "outlook": _target("daemon/control/prediction", "unit/reference/test_spatial"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
         "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe "
         "unit/commissioning/test_rest_check",
+    ),
+    "rests": _target(
+        "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "
+        "daemon/control/commissioning/rests",
+        "unit/commissioning/test_rest_check unit/commissioning/test_wiring",
+    ),
+    "monitors": _target(
+        "daemon/control/commissioning/tracking daemon/control/monitors", "unit/control/test_monitor_numbers"
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }

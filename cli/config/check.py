@@ -96,6 +96,7 @@ def _law_objections(control: ControlSection | None) -> list[str]:
 
 def _start_objections(config: RigConfig) -> Iterator[str]:
     """What else controller and simulator would refuse at their start, found as they find it; with any law."""
+    from tendond.daemon.control.selection import tip_objection
     from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
     from tendond.drivers.simulator.plant import Plant
     from tendond.model import ModelError
@@ -106,6 +107,9 @@ def _start_objections(config: RigConfig) -> Iterator[str]:
         initial_state(CycleSetup.from_config(config.model_copy(update={"control": control})))
     except (DaemonError, ModelError) as error:
         yield from str(error).splitlines()
+    law = LAWS.get(config.control.law)
+    if law is not None and (objection := tip_objection(config, law)):
+        yield objection
     try:
         Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
     except ModelError as error:

@@ -14,6 +14,7 @@ from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.offline.logs.metrics import metrics, tracking_of
+from tendond.offline.robustness.alarms import judge_alarm
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.robot import RodSection
@@ -64,6 +65,7 @@ class Result:
         impact_settling_iterations: from the impact's end, as settling; none if there is none or it never does.
         impact_rate_cost_iterations: as above, after the impact.
         mode: at the end. reason: of a fault; or why the plant has no solution, which counts as one.
+        alarm: 'true' or 'false' where a fault ended the run, as `alarms.judge_alarm` finds out; else empty.
         settles, smooth, bounded, recovers: parts of the goal. meets: all of them, and no fault.
     """
 
@@ -82,6 +84,7 @@ class Result:
     impact_rate_cost_iterations: int = 0
     mode: str = ""
     reason: str = ""
+    alarm: str = ""
     settles: bool = False
     smooth: bool = False
     bounded: bool = False
@@ -175,7 +178,9 @@ def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None 
     mode = seen[-1].record.mode if seen and not reason else Mode.FAULT
     if mode is not Mode.TRACKING and not reason:
         reason = seen[-1].record.reason
-    result = _tracked(config, point, seen, impact, Result(mode=str(mode), reason=reason))
+    fault = next((watched.record.tick for watched in seen if watched.record.mode is Mode.FAULT), None)
+    alarm = "" if fault is None else judge_alarm(config, IDLE_CYCLES, fault)
+    result = _tracked(config, point, seen, impact, Result(mode=str(mode), reason=reason, alarm=alarm))
     recovers = True
     if point.impact_n and len(seen) > impact:
         ended = impact + max(1, math.ceil(point.impact_ms / 1e3 / base.loop.period - 1e-9))

@@ -5,7 +5,7 @@ from typing import Any
 
 from tendond.offline.robustness.points import FEEDBACKS
 from tendond.offline.robustness.run import Rows
-from tendond.offline.robustness.summary import GOAL, MEASURES, counts, groups, misses, worst
+from tendond.offline.robustness.summary import GOAL, MEASURES, alarms, counts, groups, misses, worst
 
 UNITS = {
     "settling_iterations": ("settling", "iterations"),
@@ -45,6 +45,8 @@ def report(rows: Rows, settings: dict[str, Any]) -> str:
         "the lag is identified); where it is told wrong, the points are listed apart.",
         "## Points that meet the goal",
         _counts(known),
+        "A fault is a false alarm where the same run without the watch of the loop's behaviour comes to rest at its "
+        "reference within six seconds, and a true one where it swings on, or stays away.",
     ]
     axes = {key: [row for row in part if row[0].part == "axes"] for key, part in known.items()}
     if any(axes.values()):
@@ -68,10 +70,12 @@ def _markdown(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 
 def _counts(parts: dict[tuple[str, str], Rows]) -> str:
-    head = ("law", "feedback", "points", "meet the goal", *MISSES.values())
-    return _markdown(
-        head, [(_words(law), name, *map(str, counts(rows).values())) for (law, name), rows in parts.items()]
-    )
+    head = ("law", "feedback", "points", "meet the goal", *MISSES.values(), "true alarms", "false alarms")
+    lines = [
+        (_words(law), name, *map(str, counts(rows).values()), *map(str, alarms(rows).values()))
+        for (law, name), rows in parts.items()
+    ]
+    return _markdown(head, lines)
 
 
 def _axes_table(law: str, parts: dict[tuple[str, str], Rows]) -> str:

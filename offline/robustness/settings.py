@@ -8,8 +8,10 @@ import tendond
 from tendond.offline.source_hash import source_hash
 from tendond.schemas.config.rig import RigConfig
 
-SOURCES = ("model", "schemas", "drivers/simulator", "daemon/control", "offline/logs/metrics.py",
-           "offline/robustness/points.py", "offline/robustness/evaluate.py")  # fmt: skip
+SOURCES = (
+    "model", "schemas", "drivers/simulator", "daemon/control", "offline/logs/metrics.py",
+    "offline/robustness/alarms.py", "offline/robustness/points.py", "offline/robustness/evaluate.py",
+)  # fmt: skip
 """Of the package: what a result depends on. A better figure does not make results old."""
 
 

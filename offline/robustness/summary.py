@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from tendond.offline.robustness.alarms import FALSE, TRUE
 from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, Result
 from tendond.offline.robustness.points import Point
 from tendond.offline.robustness.run import Rows
@@ -91,7 +92,23 @@ def _group(key: tuple[str, str], rows: Rows) -> dict[str, Any]:
         row = worst(rows, measure)
         if row is not None:
             extremes[measure] = {"value": getattr(row[1], measure), "at": str(row[0]), "part": row[0].part}
-    return {"law": key[0], "feedback": key[1], "counts": counts(rows), "worst": extremes, "faults": _faults(rows)}
+    return {
+        "law": key[0],
+        "feedback": key[1],
+        "counts": counts(rows),
+        "worst": extremes,
+        "faults": _faults(rows),
+        "alarms": alarms(rows),
+    }
+
+
+def alarms(rows: Iterable[tuple[Point, Result]]) -> dict[str, int]:
+    """Faults by whether they were true alarms; see `alarms.judge_alarm`."""
+    found = {TRUE: 0, FALSE: 0}
+    for _, result in rows:
+        if result.alarm:
+            found[result.alarm] += 1
+    return found
 
 
 def _faults(rows: Iterable[tuple[Point, Result]]) -> dict[str, int]:

@@ -27,6 +27,7 @@ from tendond.offline.logs.log import load
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.rig import RigConfig, check_config, parse_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
+from tendond.schemas.keys import TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import ControlAction, ControlReply, Mode
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import free_port
@@ -166,6 +167,33 @@ def test_a_tracker_that_falls_silent_releases_the_tendons(chain: Chain, session:
         chain.wait_for_slack_and_off()
     finally:
         chain.drivers["vicon"].send_signal(signal.SIGCONT)
+    chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
+
+
+def test_a_simulator_left_running_beside_the_real_drivers_is_named_refused_and_a_fault(
+    chain: Chain, session: zenoh.Session
+) -> None:
+    chain.until(session, lambda s: s.tip is not None)
+    topics = (TIP_POSE, TENDON_STATE)
+    ghost = chain.start("simulate")
+    status = chain.until(session, lambda s: all(len(s.sources.get(topic, ())) == 2 for topic in topics))
+    for topic, driver in zip(topics, ("vicon-", "servo-"), strict=True):
+        assert {name.startswith(driver) for name in status.sources[topic]} == {True, False}, status.sources
+        assert any(name.startswith("simulator-") for name in status.sources[topic]), status.sources
+    reply = chain.ask(session, ControlAction.ARM)
+    assert not reply.done
+    assert "two sources of t" in reply.message
+    assert "simulator-" in reply.message
+    assert not any(chain.torques)
+    chain.end(ghost)
+    chain.until(session, lambda s: all(len(s.sources[topic]) == 1 for topic in topics))
+    chain.track(session, 0.05)
+    ghost = chain.start("simulate")
+    status = chain.until(session, lambda s: s.mode is Mode.FAULT)
+    assert "two sources of t" in status.reason
+    assert "simulator-" in status.reason
+    chain.end(ghost)
+    chain.wait_for_slack_and_off()
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
 
 

@@ -4,6 +4,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,9 +14,14 @@ import zenoh
 
 from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, Status
+from tendond.schemas.keys import control_key
+from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
+from tendond.schemas.wire import encode
 
 PATIENCE_SECONDS = 120.0
+
+FLOOD = 1000.0
+"""Questions a second."""
 
 PATIENT = """
 [faults]
@@ -127,3 +133,31 @@ def rig(folder: Path, extra: str = "") -> Iterator[Rig]:
             if process.poll() is None:
                 process.kill()
             process.communicate()
+
+
+@contextmanager
+def flooded(one: Rig, session: zenoh.Session) -> Iterator[list[int]]:
+    """Questions of the status at `FLOOD`, nobody waiting for the answers; how many were put."""
+    ending, put = threading.Event(), [0]
+    payload = encode(ControlRequest(action=ControlAction.STATUS))
+
+    def flood() -> None:
+        began = time.monotonic()
+        while not ending.is_set():
+            while put[0] < (time.monotonic() - began) * FLOOD:
+                session.get(
+                    control_key(one.name, "status"),
+                    lambda reply: None,
+                    payload=payload,
+                    timeout=1.0,
+                )
+                put[0] += 1
+            time.sleep(0.002)
+
+    thread = threading.Thread(target=flood)
+    thread.start()
+    try:
+        yield put
+    finally:
+        ending.set()
+        thread.join()

@@ -18,6 +18,10 @@ SWINGS = 12
 DYING = 0.6
 """Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.014 over twelve."""
 
+EVEN = 3.0
+"""Times their mean that one half period may last: a longer one is a rest between two swings, as a transient and a push
+leave it. Two that alternate, however unequal, last at most twice their mean."""
+
 SLOWEST = 0.4
 """[Hz] Of a swing that is watched for."""
 
@@ -29,6 +33,10 @@ MOVING = 2.5
 
 BEFORE_AND_AFTER = 0.3
 """Of a jump, by which a tip that cannot have jumped moves in the poses before and after."""
+
+POSES_AFTER = 3
+"""In a row, in which a tip that has jumped moves no further. One that was hit springs back: stiff tendons, noise and
+the turning point of a push of a single cycle leave one small step, not three."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +67,12 @@ class Swing:
         if len(self.reversals) <= SWINGS:
             return None
         sizes = [abs(b[1] - a[1]) for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
-        seconds = (self.reversals[-1][0] - self.reversals[0][0]) * period
+        half_periods = [b[0] - a[0] for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
+        seconds = sum(half_periods) * period
         frequency = 0.5 * SWINGS / max(seconds, period)
         if frequency < SLOWEST or min(sizes[-2:]) < DYING * max(sizes):
+            return None
+        if max(half_periods) * SWINGS > EVEN * sum(half_periods):
             return None
         return sizes[-1], frequency
 
@@ -241,6 +252,7 @@ class JumpWatch:
         size: of that step [m].
         lasting: a tip has jumped and rests where it jumped to.
         over: the pose before the newest one was not believed: a difference of the two is no speed.
+        rested: poses since such a step, in which the tip stayed where it had gone to.
         gap: cycles over which the way to the newest pose may be spread: poses that were held up come in quick
             succession afterwards, and each of them then goes further than its own interval says.
     """
@@ -250,6 +262,7 @@ class JumpWatch:
     step_size: float = 0.0
     persistent: bool = False
     pose_distrusted: bool = False
+    rested: int = 0
     gap_cycles: int = 1
 
     @property
@@ -276,12 +289,13 @@ def watch_jump(
     gap = max(interval, watch.gap_cycles - 1)
     step = way / gap
     if watch.origin is not None:
+        if step >= BEFORE_AND_AFTER * watch.step_size:
+            return JumpWatch(step, step_size=watch.step_size, pose_distrusted=True, gap_cycles=gap)
+        rested = watch.rested + 1
+        if rested < POSES_AFTER:
+            return JumpWatch(step, origin=watch.origin, step_size=watch.step_size, rested=rested, gap_cycles=gap)
         return JumpWatch(
-            step,
-            persistent=step < BEFORE_AND_AFTER * watch.step_size,
-            step_size=watch.step_size,
-            pose_distrusted=True,
-            gap_cycles=gap,
+            step, persistent=True, step_size=watch.step_size, pose_distrusted=True, rested=rested, gap_cycles=gap
         )
     sudden = min(way, change) > bounds.jump * gap and watch.last_step < BEFORE_AND_AFTER * step
     return JumpWatch(step, origin=before if sudden else None, step_size=step, gap_cycles=gap)

@@ -18,7 +18,7 @@ from tendond.schemas.config.rig import ConfigError, check_config
 from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import encode
-from tests.sil.rig import PATIENCE_SECONDS, Rig
+from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
 
 pytestmark = pytest.mark.sil
 
@@ -196,6 +196,40 @@ def test_only_the_operator_may_request_and_a_viewer_may_ask_for_the_status(
         assert gets(hub, operator, ControlAction.ARM)
         assert gets(hub, viewer, ControlAction.STATUS)
         assert not gets(hub, viewer, ControlAction.ARM)
+
+
+def test_a_stop_is_heard_while_a_viewer_floods_a_guarded_bus_with_questions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put_in_place(tmp_path)
+
+    def become(name: str) -> None:
+        monkeypatch.setenv("ZENOH_CONFIG", str(tmp_path / f"{name}.json5"))
+
+    with rig(tmp_path) as one:
+        become("controller")
+        controller = one.controller()
+        become("simulator")
+        one.start("simulate")
+        become("operator")
+        with one.session() as operator:
+            become("viewer")
+            with one.session() as viewer:
+                one.until(operator, lambda status: status.tip is not None)
+                one.arm(operator)
+                with flooded(one, viewer) as put:
+                    first = ask(operator, "sil", ControlAction.STOP)
+                    assert first.done
+                    assert "releasing" in first.message
+                    for _ in range(14):
+                        asked = time.monotonic()
+                        assert ask(operator, "sil", ControlAction.STOP).done
+                        assert time.monotonic() - asked < 1.0
+                        time.sleep(0.1)
+                    with suppress(BusError):  # a viewer's own stop is not heard, flood or not
+                        assert not ask(viewer, "sil", ControlAction.STOP).done
+                    assert put[0] > 500
+        assert one.end(controller)[0] == 0
 
 
 def test_without_credentials_there_is_no_session_and_the_message_says_so(

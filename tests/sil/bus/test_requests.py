@@ -3,8 +3,6 @@
 import signal
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,42 +16,11 @@ from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.keys import control_key
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode
 from tendond.schemas.wire import decode, encode
-from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
+from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
 
 pytestmark = pytest.mark.sil
 
-FLOOD = 1000.0
-"""Questions a second."""
-
 SPACE = '[control]\nlaw = "sensitivity"\n[reference]\nkind = "circle"\nradius = 0.1\nlaps = 1\n'
-
-
-@contextmanager
-def flooded(one: Rig, session: zenoh.Session) -> Iterator[list[int]]:
-    """Questions of the status at `FLOOD`, nobody waiting for the answers; how many were put."""
-    ending, put = threading.Event(), [0]
-    payload = encode(ControlRequest(action=ControlAction.STATUS))
-
-    def flood() -> None:
-        began = time.monotonic()
-        while not ending.is_set():
-            while put[0] < (time.monotonic() - began) * FLOOD:
-                session.get(
-                    control_key(one.name, "status"),
-                    lambda reply: None,
-                    payload=payload,
-                    timeout=1.0,
-                )
-                put[0] += 1
-            time.sleep(0.002)
-
-    thread = threading.Thread(target=flood)
-    thread.start()
-    try:
-        yield put
-    finally:
-        ending.set()
-        thread.join()
 
 
 def test_a_stop_is_heard_under_a_flood_of_a_thousand_questions_a_second(tmp_path: Path) -> None:

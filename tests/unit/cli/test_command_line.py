@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
+from tendond.bus.file import read_bus_file
 from tendond.cli.app import app
 from tendond.cli.program import EVERYDAY, MOVED
 from tendond.offline.demo.scenarios import SCENARIOS
@@ -367,6 +368,45 @@ def test_a_bus_file_that_cannot_be_used_is_a_wrong_configuration_for_every_proce
     *_, last = found.stderr.splitlines()
     assert last.startswith(f"tendond: ZENOH_CONFIG = {file}: ")
     assert "Traceback" not in found.stderr
+
+
+def self_signed(folder: Path, name: str) -> None:
+    """A certificate and its key, in PEM."""
+    curve = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes")
+    files = ("-keyout", str(folder / f"{name}.key"), "-out", str(folder / f"{name}.pem"))
+    command = ["openssl", "req", "-x509", *curve, "-days", "9", "-subj", f"/CN={name}", *files]
+    subprocess.run(command, check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("authority", "certificate", "private", "said"),
+    [
+        ("damaged.pem", "own.pem", "own.key", "root_ca_certificate = {}/damaged.pem: holds no certificate"),
+        ("own.key", "own.pem", "own.key", "root_ca_certificate = {}/own.key: holds no certificate"),
+        ("own.pem", "damaged.pem", "own.key", "connect_certificate = {}/damaged.pem: holds no certificate"),
+        ("own.pem", "own.pem", "other.key", "connect_private_key = {}/other.key: is not the key of {}/own.pem"),
+        ("own.pem", "own.pem", "own.pem", "connect_private_key = {}/own.pem: holds no private key"),
+        ("own.pem", "own.pem", "own.key", None),
+    ],
+)
+def test_a_bus_file_with_the_wrong_certificate_or_key_is_a_wrong_configuration(
+    authority: str, certificate: str, private: str, said: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    self_signed(tmp_path, "own")
+    self_signed(tmp_path, "other")
+    first, *_, last = (tmp_path / "own.pem").read_text().splitlines()
+    (tmp_path / "damaged.pem").write_text(f"{first}\nbm8gY2VydGlmaWNhdGU=\n{last}\n")
+    names = {"root_ca_certificate": authority, "connect_certificate": certificate, "connect_private_key": private}
+    tls = {name: str(tmp_path / file) for name, file in names.items()}
+    (tmp_path / "bus.json5").write_text(json.dumps({"transport": {"link": {"tls": tls}}}))
+    monkeypatch.setenv("ZENOH_CONFIG", str(tmp_path / "bus.json5"))
+    if said is None:
+        read_bus_file()
+        return
+    found = subprocess.run([*TENDOND, "status"], cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    assert found.returncode == 2, found
+    (line,) = found.stderr.splitlines()
+    assert said.replace("{}", str(tmp_path)) in line
 
 
 def test_a_machine_with_no_folder_for_kernels_at_all_is_told_in_a_line(

@@ -143,9 +143,18 @@ def _dataclass(kind: Any, value: dict[str, Any], setup: Any) -> Any:
     hints = _hints(kind)
     if hints.keys() != value.keys():
         value = with_present_names(kind.__name__, value)
-    if hints.keys() != value.keys():
-        raise KeyError(f"{kind.__name__}: {', '.join(sorted(hints.keys() ^ value.keys()))}")
-    return kind(**{name: _typed(hint, value[name], setup) for name, hint in hints.items()})
+    missing = hints.keys() - value.keys()
+    unknown = (value.keys() - hints.keys()) | {name for name in missing if not _has_default(kind, name)}
+    if unknown:
+        raise KeyError(f"{kind.__name__}: {', '.join(sorted(unknown))}")
+    return kind(**{name: _typed(hint, value[name], setup) for name, hint in hints.items() if name not in missing})
+
+
+@cache
+def _has_default(kind: Any, name: str) -> bool:
+    """Whether a field may be missing: it was added to the state after the snapshot was written."""
+    (field,) = (one for one in dataclasses.fields(kind) if one.name == name)
+    return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
 
 
 @cache

@@ -20,8 +20,11 @@ from tendond.schemas.config.spatial import SPACE_KINDS
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs
 
-PART = 0.3
-"""Of the period, that a cycle's own work may take: planning takes seconds, compiling a kernel tenths of one."""
+PART, PART_WITH_REQUEST = 0.1, 0.3
+"""Of the period, that a cycle may take, and one that carries out a request: planning takes seconds, compiling tenths of one.
+
+Measured at 100 Hz in CPU time: 0.01 in the median, 0.09 for a change of law with 16 tendons while idle.
+"""
 
 IN_THE_PLANE: dict[str, dict[str, Any]] = {
     "exponential": {"across": 0.2, "branch": "near"},
@@ -65,7 +68,7 @@ def test_no_cycle_takes_long(count: int) -> None:
     ready = warm_up(setup)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period))
     plain: list[float] = []
-    longest: tuple[float, str] = (0.0, "")
+    longest: dict[bool, tuple[float, str]] = {False: (0.0, ""), True: (0.0, "")}
     tried = 0
     for law in LAWS:
         for kind, keys in {**IN_THE_PLANE, **IN_SPACE}.items():
@@ -114,8 +117,10 @@ def test_no_cycle_takes_long(count: int) -> None:
                     plain.append(took)
                 else:
                     assert record.accepted, record.reply
-                if took > longest[0]:
-                    longest = (took, f"{law}, {kind}, cycle {tick}, {asked.request}, {record.mode}")
+                requested = asked.request is not None
+                if took > longest[requested][0]:
+                    longest[requested] = (took, f"{law}, {kind}, cycle {tick}, {asked.request}, {record.mode}")
     assert tried == (2 * len(IN_THE_PLANE) + (len(IN_THE_PLANE) + len(IN_SPACE)) * (count >= SURROUNDED))
-    assert longest[0] < PART * config.loop.period, longest
-    assert longest[0] < 60.0 * statistics.median(plain), longest
+    assert longest[False][0] < PART * config.loop.period, longest
+    assert longest[True][0] < PART_WITH_REQUEST * config.loop.period, longest
+    assert max(longest.values())[0] < 60.0 * statistics.median(plain), longest

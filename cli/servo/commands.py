@@ -102,8 +102,8 @@ def servo_calibrate(config: Config = None) -> None:
     Example: tendond servo calibrate --config rig.toml
     """
     leave_on_signals(130)
-    from tendond.cli.servo.calibrate import calibrate_servos
     from tendond.cli.servo.rig import ask_terminal
+    from tendond.cli.servo.tendons import calibrate_servos
 
     calibrate_servos(config, ask_terminal)
 

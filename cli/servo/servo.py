@@ -4,10 +4,12 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import load_config, present, say, say_to, stop_on_signals
-from tendond.cli.servo.rig import Ask, confirm, folder_of, open_bus
+from tendond.cli.servo.rig import confirm, folder_of
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.process import ServoProcess, request_reset
 from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.tools.calibrate import Ask
+from tendond.drivers.dynamixel.tools.rig import open_bus
 from tendond.drivers.dynamixel.tools.scan import PATIENCE, ports, scan
 from tendond.drivers.dynamixel.tools.setup import reboot, set_up
 from tendond.schemas.config.servo import BAUD_RATES, ServoSection

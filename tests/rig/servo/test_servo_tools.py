@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tendond.cli.servo.calibrate import calibrate_servos
 from tendond.cli.servo.rig import RefusedByOperatorError
 from tendond.cli.servo.servo import reboot_servos, scan_servos, set_up_servo
-from tendond.cli.servo.tendons import home_servos, pretension_servos
+from tendond.cli.servo.tendons import calibrate_servos, home_servos, pretension_servos
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibration, read_calibration, save_calibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
@@ -20,6 +19,7 @@ from tendond.drivers.dynamixel.places import Places, read_places, write_places
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.port import open_failure
+from tendond.drivers.dynamixel.tools.calibrate import MismatchError
 from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 from tendond.drivers.dynamixel.tools.scan import ports
 from tests.rig.servos import calibration, emulated, hang_springs
@@ -226,7 +226,7 @@ def test_a_servo_that_moves_another_tendon_is_named_and_nothing_is_kept(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:
     place(servos, 1800.0, 2300.0)
-    with pytest.raises(DaemonError, match=r"servo 1 moved tendon 1, not tendon 0: mend servo.ids"):
+    with pytest.raises(MismatchError, match=r"servo 1 moved tendon 1, not tendon 0: fix servo.ids"):
         calibrate_servos(config, Operator("", "1"))
     assert not (tmp_path / "calibration.json").exists()
     assert not any(servo.energised for servo in servos.servos)
@@ -555,8 +555,8 @@ class FakeCamera:
     ("positions", "complaint"),
     [
         (((0.02, 0.0), (-0.02, 0.0)), ""),
-        (((-0.02, 0.0), (0.02, 0.0)), "the tip bent towards tendon 1: is the servo's id, or its sign, right?"),
-        (((0.045, 0.0), (-0.045, 0.0)), "is servo.spool_radius right"),
+        (((-0.02, 0.0), (0.02, 0.0)), "the tip bent towards tendon 1: is the servo's id, or its sign, correct?"),
+        (((0.045, 0.0), (-0.045, 0.0)), "is servo.spool_radius correct"),
     ],
 )
 def test_a_camera_confirms_each_tendon_or_says_what_does_not_fit(
@@ -569,10 +569,10 @@ def test_a_camera_confirms_each_tendon_or_says_what_does_not_fit(
 ) -> None:
     place(servos, 2000.0, 2100.0)
     camera = FakeCamera(servos, positions)
-    monkeypatch.setattr("tendond.cli.servo.calibrate.Camera", lambda _: camera)
+    monkeypatch.setattr("tendond.drivers.dynamixel.tools.calibrate.Camera", lambda _: camera)
     operator = Operator("", "0", "yes", "", "1", "no")  # nobody is asked for a ruler
     if complaint:
-        with pytest.raises(DaemonError, match=re.escape(complaint)):
+        with pytest.raises(MismatchError, match=re.escape(complaint)):
             calibrate_servos(config, operator)
     else:
         calibrate_servos(config, operator)

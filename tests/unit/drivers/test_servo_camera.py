@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from tendond.cli.servo.calibrate import camera_objection
-from tendond.cli.servo.camera import bend_of, shortened
 from tendond.daemon.control.state import rod_from_section
+from tendond.drivers.dynamixel.tools.calibrate import camera_objection
+from tendond.drivers.dynamixel.tools.camera import bend_of, shortened
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.config.robot import RodSection
 
@@ -47,10 +47,10 @@ def test_the_rods_own_statics_shorten_a_tendon_by_its_distance_times_the_bend() 
     [
         (0.004, (0.2, 0.0), ""),
         (0.004, (0.16, 0.03), ""),  # a stretched tendon, and one beside the axis
-        (0.004, (0.1, 0.0), "the camera saw 2.0 mm: is servo.spool_radius right"),
-        (0.004, (0.4, 0.0), "the camera saw 8.0 mm: is servo.spool_radius right"),
-        (0.004, (0.0, 0.2), "the tip bent towards tendon 1: is the servo's id, or its sign, right?"),
-        (0.004, (-0.2, 0.0), "the tip bent towards tendon 2: is the servo's id, or its sign, right?"),
+        (0.004, (0.1, 0.0), "the camera saw 2.0 mm: is servo.spool_radius correct"),
+        (0.004, (0.4, 0.0), "the camera saw 8.0 mm: is servo.spool_radius correct"),
+        (0.004, (0.0, 0.2), "the tip bent towards tendon 1: is the servo's id, or its sign, correct?"),
+        (0.004, (-0.2, 0.0), "the tip bent towards tendon 2: is the servo's id, or its sign, correct?"),
         (0.004, (0.0, 0.0), "the camera saw 0.0 mm"),
     ],
 )

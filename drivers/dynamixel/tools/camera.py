@@ -1,4 +1,4 @@
-"""The camera as a witness of a calibration: how far, and towards which tendon, the tip bends when a servo winds."""
+"""The camera in a calibration: how far, and towards which tendon, the tip bends when a servo pulls."""
 
 import math
 import time
@@ -17,14 +17,14 @@ CONNECT_SECONDS = 0.3
 LISTEN_SECONDS = 0.5
 QUEUE = 64
 POSES = 5
-"""That must come in `LISTEN_SECONDS` to be believed."""
+"""Valid poses within `LISTEN_SECONDS` that a mean needs."""
 
 Bend = tuple[float, float]
 """Angle by which the tip's axis leans, times the direction in which it does [rad]."""
 
 
 def bend_of(orientation: Sequence[float]) -> Bend:
-    """Bend of a tip.
+    """Compute the bend of a tip.
 
     Args:
         orientation: of the tip, w, x, y, z, body to world.
@@ -39,7 +39,7 @@ def bend_of(orientation: Sequence[float]) -> Bend:
 
 
 def shortened(position: Sequence[float], before: Bend, after: Bend) -> float:
-    """How much shorter a tendon's path along the rod has become [m].
+    """Compute by how much a tendon's path along the rod has shortened [m].
 
     A tendon parallel to the axis at p is shorter by p . theta e where the rod bends by theta towards e in one plane,
     however the curvature is spread (constant in none): each length ds of the axis turns by d theta, and the tendon's is
@@ -74,10 +74,10 @@ class Camera:
             self._session.close()
 
     def bend(self, meanwhile: Callable[[], object] = lambda: time.sleep(0.005)) -> Bend | None:
-        """Mean bend of the tip now; none where no camera sees it.
+        """Measure the mean bend of the tip; none where no camera sees it.
 
         Args:
-            meanwhile: done again and again while poses come: a servo that holds must hear something.
+            meanwhile: called repeatedly while waiting: a servo that holds needs commands.
         """
         if self._session is None:
             return None

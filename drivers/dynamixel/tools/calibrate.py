@@ -1,13 +1,10 @@
-"""`tendond servo calibrate`: id, sign, spool and zero of each tendon, each seen by somebody or something."""
+"""Calibration of the tendons, with an operator: id, sign, spool and zero, each confirmed by eye or by the camera."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-from tendond.cli.common import say
-from tendond.cli.servo.camera import Bend, Camera, shortened
-from tendond.cli.servo.rig import Ask, ServoRig, open_bus, servo_rig
-from tendond.daemon.errors import DaemonError
+from tendond import TendondError
 from tendond.drivers.dynamixel.calibration import (
     Calibration,
     CalibrationError,
@@ -20,48 +17,61 @@ from tendond.drivers.dynamixel.calibration import (
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.spool import Spool
+from tendond.drivers.dynamixel.tools.camera import Bend, Camera, shortened
 from tendond.drivers.dynamixel.tools.motion import energised
+from tendond.drivers.dynamixel.tools.rig import ServoRig, open_bus
 from tendond.drivers.dynamixel.tools.tendons import pretension, take_over
 
 TURN_ON_TRIAL = math.radians(30.0)
-"""By which a servo is turned so that the operator sees which tendon moves, and which way it winds [rad]."""
+"""Turn of a servo by which the operator sees which tendon moves, and in which direction [rad]."""
 
 KNOWN_TURN = math.radians(90.0)
-"""Let out so that the tendon's travel gives the spool's radius [rad]."""
+"""Release whose travel gives the spool's radius [rad]."""
 
 RADIUS_DIFFERENCE = 0.1
-"""Of the configured radius, by which a measured one may differ before it is asked about."""
+"""Difference of the measured from the configured radius, relative, above which the operator has to confirm it."""
 
 CAMERA_TRAVEL = 0.004
-"""[m] Wound up before the camera: 11 degrees of bend with tendons 20 mm from the axis."""
+"""Displacement before the camera [m]: 11 degrees of bend with tendons 20 mm from the axis."""
 
 CAMERA_DIFFERENCE = (0.6, 1.4)
-"""Of the travel, that the camera may see: tendons stretch and take up slack first. A radius wrong by a factor of two, a
-swapped id and a wrong sign are all outside."""
+"""Ratio of the camera's to the servo's travel that is accepted: tendons stretch and take up slack first. A radius wrong
+by a factor of two, a swapped id and a wrong sign are all outside."""
+
+Ask = Callable[[str], str]
+"""Puts a question to the operator; the answer in small letters."""
 
 
-def calibrate_servos(config_file: Path | None, ask: Ask) -> None:
-    """Find id, sign, spool and zero of each tendon; what is done is kept, so that it can be gone on with.
+class MismatchError(TendondError):
+    """What was observed does not fit the configuration."""
+
+
+def calibrate(rig: ServoRig, ask: Ask, show: Callable[[str], None]) -> None:
+    """Find id, sign, spool and zero of each tendon; each is saved at once, so that the calibration can be resumed.
+
+    Args:
+        rig: to calibrate.
+        ask: the operator.
+        show: prints a line of the result.
 
     Raises:
         TendondError: an error of a servo, something that does not fit, or a file that cannot be written.
     """
-    rig = servo_rig(config_file)
     path = rig.calibration_file
     done = _begun(rig)
     if len(done) == len(rig.ids):
         kept = set_aside(path)
-        print(f"{path} is complete: starting anew, it is kept as {kept.name if kept else path.name}")
+        show(f"{path} is complete: starting anew, it is kept as {kept.name if kept else path.name}")
         done = []
     elif done:
-        print(f"going on with tendon {len(done)}: {len(done)} of {len(rig.ids)} are in {path}")
+        show(f"resuming with tendon {len(done)}: {len(done)} of {len(rig.ids)} are in {path}")
     with open_bus(rig.section) as bus, Camera(rig.config) as camera:
         for index in range(len(done), len(rig.ids)):
-            found = _One(rig, bus, camera, index, ask).calibrate()
+            found = _Tendon(rig, bus, camera, index, ask, show).calibrate()
             done.append(found)
             kept_now = Calibration(rig=rig.config.rig.name, date=now(), tendons=tuple(done))
             save_calibration(path, kept_now)
-            print(f"tendon {index}: kept in {path}")
+            show(f"tendon {index}: kept in {path}")
     rig.keep(kept_now, dict.fromkeys(rig.ids, 0.0))
 
 
@@ -74,32 +84,33 @@ def _begun(rig: ServoRig) -> list[TendonCalibration]:
         calibration = read_calibration(path)
     except CalibrationError as error:
         kept = set_aside(path)
-        say(f"{error}; it is set aside as {kept.name if kept else '-'}, all tendons are calibrated anew")
+        rig.say(f"{error}; it is set aside as {kept.name if kept else '-'}, all tendons are calibrated anew")
         return []
     servos = tuple(tendon.servo for tendon in calibration.tendons)
     if calibration.rig != rig.config.rig.name or servos != rig.ids[: len(servos)]:
-        raise DaemonError(f"{path}: is of rig '{calibration.rig}', servos {list(servos)}: name another file")
+        raise MismatchError(f"{path}: is of rig '{calibration.rig}', servos {list(servos)}: name another file")
     return list(calibration.tendons)
 
 
 @dataclass
-class _One:
-    """One tendon that is being calibrated."""
+class _Tendon:
+    """Tendon being calibrated."""
 
     rig: ServoRig
     bus: ServoBus
     camera: Camera
     index: int
     ask: Ask
+    show: Callable[[str], None]
 
     def __post_init__(self) -> None:
         self.servo = self.rig.ids[self.index]
         self.section = self.rig.section
 
     def calibrate(self) -> TendonCalibration:
-        """Id and sign by a small turn, spool by a known one, zero by the load; and all of it by a camera."""
+        """Find id and sign by a small turn, spool by a known one, zero by the load; check all of it with the camera."""
         if take_over(self.bus, self.section, self.servo):
-            print(f"servo {self.servo}: was left on by an interrupted run, is off now")
+            self.show(f"servo {self.servo}: was left on by an interrupted run, is off now")
         self.ask(
             f"Tendon {self.index} (servo {self.servo}): robot straight, tendon slack but on its spool. Enter to go on:"
         )
@@ -114,37 +125,37 @@ class _One:
         if rest is None:
             signed = signed.model_copy(update={"spool_radius": self._radius(signed)})
         if objection := self.section.turn_objection(signed.spool_radius, "its radius"):
-            raise DaemonError(f"tendon {self.index}: {objection}")
+            raise MismatchError(f"tendon {self.index}: {objection}")
         taut = pretension(self.bus, self.section, Spool(signed), self.rig.tension_max)
-        print(f"tendon {self.index}: zero at {taut % table.TICKS_PER_TURN} ticks, where it begins to pull")
+        self.show(f"tendon {self.index}: zero at {taut % table.TICKS_PER_TURN} ticks, where it begins to pull")
         found = signed.model_copy(update={"zero": taut})
         if rest is not None:
             self._before_camera(found)
         return found.model_copy(update={"zero": taut % table.TICKS_PER_TURN})
 
     def _sign(self, trial: TendonCalibration) -> int:
-        """Have it turn to and fro, and ask which tendon moved and which way."""
+        """Turn it there and back, and ask which tendon moved in which direction."""
         while True:
             self._turn(trial, TURN_ON_TRIAL, back=True)
             moved = self.ask("It turned 30 degrees and back. Which tendon moved? Its number, 'none' or 'again':")
             if moved == "again":
                 continue
             if moved != str(self.index):
-                raise DaemonError(
-                    f"servo {self.servo} moved tendon {moved or '?'}, not tendon {self.index}: mend servo.ids or the"
-                    " tendons' order, then calibrate on"
+                raise MismatchError(
+                    f"servo {self.servo} moved tendon {moved or '?'}, not tendon {self.index}: fix servo.ids or the"
+                    " tendons' order, then resume"
                 )
             answer = self.ask("Did the first turn let it OUT? yes, no or again:")
             if answer in {"yes", "no"}:
                 return 1 if answer == "yes" else -1
 
     def _radius(self, tendon: TendonCalibration) -> float:
-        """Let out by a known angle, and ask for the travel [m]."""
+        """Release by a known angle, ask for the travel, and return the spool's radius [m]."""
         believed = self.section.spool_radius
         while True:
             self.ask("Mark the tendon where it enters the robot. Enter lets it out by 90 degrees:")
             turned = self._turn(tendon, KNOWN_TURN, back=False)
-            travel = _number(self.ask, "How far did the mark go, in mm?", 1.0, 300.0) * 1e-3
+            travel = _number(self.ask, self.show, "How far did the mark go, in mm?", 1.0, 300.0) * 1e-3
             self._turn(tendon, -turned, back=False)
             radius = travel / turned
             if abs(radius - believed) <= RADIUS_DIFFERENCE * believed:
@@ -157,7 +168,7 @@ class _One:
                 return radius
 
     def _turn(self, tendon: TendonCalibration, angle: float, *, back: bool) -> float:
-        """Turn by an angle [rad], outwards if `tendon.sign` is right, and back; how far it really turned."""
+        """Turn by an angle [rad], releasing if `tendon.sign` is correct, and back; return the measured angle."""
         here = tendon.model_copy(update={"zero": self.bus.read(self.servo, table.PRESENT_POSITION)})
         with energised(self.bus, self.section, Spool(here), self.rig.tension_max) as motion:
             for target in (-angle * tendon.spool_radius, 0.0) if back else (-angle * tendon.spool_radius,):
@@ -167,10 +178,10 @@ class _One:
             return -tendon.sign * (motion.rest().position - here.zero) * table.TICK
 
     def _before_camera(self, tendon: TendonCalibration) -> None:
-        """Wind up a little, and see that the tip bends towards this tendon, as far as its radius makes it.
+        """Pull a little, and check that the tip bends towards this tendon by as much as its radius predicts.
 
         Raises:
-            DaemonError: it does not.
+            MismatchError: it does not.
         """
         positions = self.rig.config.rod.tendon_positions
         spool = Spool(tendon)
@@ -183,52 +194,52 @@ class _One:
                 places.append(motion.displacement)
             motion.move(0.0, 2.0, lambda: False)
         before, after = bends
-        wound = places[1] - places[0]
+        pulled = places[1] - places[0]
         if before is None or after is None:
-            raise DaemonError(f"tendon {self.index}: the camera lost the tip while the servo wound")
-        told = camera_objection(self.index, positions, wound, before, after)
-        if told:
-            raise DaemonError(f"tendon {self.index} (servo {self.servo}): {told}")
+            raise MismatchError(f"tendon {self.index}: the camera lost the tip while the servo pulled")
+        if objection := camera_objection(self.index, positions, pulled, before, after):
+            raise MismatchError(f"tendon {self.index} (servo {self.servo}): {objection}")
         seen = shortened(positions[self.index], before, after)
-        print(
-            f"tendon {self.index}: wound {wound * 1e3:.1f} mm, the camera saw {seen * 1e3:.1f} mm: id, sign, radius fit"
+        self.show(
+            f"tendon {self.index}: pulled {pulled * 1e3:.1f} mm, the camera saw {seen * 1e3:.1f} mm: id, sign, radius"
+            " fit"
         )
 
 
 def camera_objection(
-    index: int, positions: tuple[tuple[float, float], ...], wound: float, before: Bend, after: Bend
+    index: int, positions: tuple[tuple[float, float], ...], pulled: float, before: Bend, after: Bend
 ) -> str:
-    """What the camera says against a tendon's id, sign or radius, in words; empty if nothing.
+    """Compare the camera with a tendon's id, sign and radius; a message if they do not fit, else empty.
 
     Args:
-        index: of the tendon that was wound up.
+        index: of the tendon that was pulled.
         positions: of all tendons in the cross-section [m].
-        wound: by the servo, with the believed radius and sign [m].
+        pulled: displacement by the servo, with the assumed radius and sign [m].
         before: bend of the tip.
         after: bend of the tip.
     """
     seen = [shortened(position, before, after) for position in positions]
-    most = max(range(len(seen)), key=lambda one: seen[one] / math.hypot(*positions[one]))
-    share = seen[index] / wound
+    towards = max(range(len(seen)), key=lambda one: seen[one] / math.hypot(*positions[one]))
+    share = seen[index] / pulled
     low, high = CAMERA_DIFFERENCE
-    if most != index and seen[most] > low * wound:
-        return f"the tip bent towards tendon {most}: is the servo's id, or its sign, right?"
+    if towards != index and seen[towards] > low * pulled:
+        return f"the tip bent towards tendon {towards}: is the servo's id, or its sign, correct?"
     if share < -low:
-        return "the tip bent away from it: is its sign right?"
+        return "the tip bent away from it: is its sign correct?"
     if not low <= share <= high:
         return (
-            f"wound {wound * 1e3:.1f} mm, the camera saw {seen[index] * 1e3:.1f} mm: is servo.spool_radius right, the"
-            " tendon on its spool?"
+            f"pulled {pulled * 1e3:.1f} mm, the camera saw {seen[index] * 1e3:.1f} mm: is servo.spool_radius correct,"
+            " the tendon on its spool?"
         )
     return ""
 
 
-def _number(ask: Ask, question: str, least: float, most: float) -> float:
+def _number(ask: Ask, show: Callable[[str], None], question: str, lowest: float, highest: float) -> float:
     while True:
         try:
             value = float(ask(question))
         except ValueError:
             value = math.nan
-        if least <= value <= most:
+        if lowest <= value <= highest:
             return value
-        print(f"a number from {least:g} to {most:g}, please")
+        show(f"a number from {lowest:g} to {highest:g}, please")

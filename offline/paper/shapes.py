@@ -1,4 +1,4 @@
-"""The paper's figures of the rod: configurations on the way, and snapshots. Import this module only to draw.
+"""The paper's figures of the rod: configurations during the motion, and snapshots. Import this module only to draw.
 
 z runs to the right and x upwards: so gravity, which acts along -x, pulls down.
 """
@@ -52,7 +52,7 @@ def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:
         panels[0].set_ylabel("x [mm]")
         figure.colorbar(colours, ax=list(panels), label="iteration", shrink=0.8)
         figure.suptitle(
-            f"{title}: the rod every {EVERY} iterations; dotted: way of the tip", x=0.01, ha="left", fontsize=12
+            f"{title}: the rod every {EVERY} iterations; dotted: path of the tip", x=0.01, ha="left", fontsize=12
         )
         return save(figure, path)
 

@@ -25,7 +25,7 @@ FEWEST_ITERATIONS = 100
 """That are drawn, if there are so many: once the tip has settled, more of them only squeeze what went before."""
 
 SIZE = (6.4, 4.0)  # [inch]
-SHAPES_SIZE = (6.0, 5.4)
+SHAPES_SIZE = (6.4, 4.6)
 
 
 def draw(log: Log, folder: Path, suffix: str = "png", published: Published | None = None) -> list[Path]:
@@ -135,20 +135,27 @@ class _Run:
         self._line(axes, distance, "|reference - tip| [mm]", f"Position error, {distance[-1]:.2f} mm at the end")
 
     def shapes(self, axes: Axes) -> None:
-        """Draw the rod in its bending plane, every few cycles, and the direction of gravity in that plane."""
+        """Draw the rod in its bending plane, every few cycles, with gravity as far down as the plane allows."""
         every = max(SHAPE_EVERY, -(-self._shown // MOST_SHAPES))
         colours = ScalarMappable(Normalize(0, self._shown), "viridis")
+        level_rod = abs(self._gravity[self._axis]) > abs(self._gravity[2])
+        right, up = (2, self._axis) if level_rod else (self._axis, 2)
         # From the last one before tracking, which is the rod at rest.
         due = max((iteration for iteration, _ in self._shapes if iteration <= 0), default=0)
         for iteration, points in self._shapes:
             if due <= iteration < self._shown:
                 colour = colours.cmap(max(0, iteration) / self._shown)
-                axes.plot(points[:, self._axis], points[:, 2], color=colour, lw=1.2)
+                axes.plot(points[:, right], points[:, up], color=colour, lw=1.2)
                 due = iteration + every
-        axes.plot(self._target[self._axis], self._target[2], "x", color=PAPERS, ms=9, mew=2)
-        note(axes, (self._target[self._axis], self._target[2]), "target", PAPERS, (8, -4))
-        gravity_arrow(axes, self._gravity[[self._axis, 2]])
-        axes.set(xlabel=f"{self.letter} [mm]", ylabel="z [mm]", title=f"Rod every {every} iterations", aspect="equal")
+        axes.plot(self._target[right], self._target[up], "x", color=PAPERS, ms=9, mew=2)
+        note(axes, (self._target[right], self._target[up]), "target", PAPERS, (-6, -18) if level_rod else (8, -4))
+        gravity_arrow(axes, self._gravity[[right, up]])
+        axes.set(
+            xlabel=f"{'xyz'[right]} [mm]",
+            ylabel=f"{'xyz'[up]} [mm]",
+            title=f"Rod every {every} iterations",
+            aspect="equal",
+        )
         axes.figure.colorbar(colours, ax=axes, label=self._iterations)
 
     def _line(self, axes: Axes, values: Array, label: str, title: str) -> None:

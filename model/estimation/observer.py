@@ -41,7 +41,7 @@ from tendond.model.numerics.vectors import (
 )
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
-from tendond.model.solver.march import _vector
+from tendond.model.solver.lanes import vector
 
 Array = NDArray[np.float64]
 
@@ -157,15 +157,15 @@ def _correct(
     The measurement is as old as `past[newer]` and, for the share `part`, the tip before it. `integral` is Li dt,
     `derivative` is Kd / T.
     """
-    x = _vector(measured, 0)
-    expected = add(scale(1.0 - part, _vector(past[newer], 0)), scale(part, _vector(past[newer - 1], 0)))
-    e, d = sub(x, expected), _vector(offset, 0)
-    m, force, pull = _vector(last_mean, 0), _vector(last_force, 0), (0.0, 0.0, 0.0)
+    x = vector(measured, 0)
+    expected = add(scale(1.0 - part, vector(past[newer], 0)), scale(part, vector(past[newer - 1], 0)))
+    e, d = sub(x, expected), vector(offset, 0)
+    m, force, pull = vector(last_mean, 0), vector(last_force, 0), (0.0, 0.0, 0.0)
     if with_force:
         m = add(m, scale(blend, sub(e, m)))
         size = dot(m, m)
         weight = quiet_share + (1.0 - quiet_share) * size / (size + quiet * quiet)
-        spring = _likeliest_force(_compliance(places, length, stiffness), _vector(gravity, 0))
+        spring = _likeliest_force(_compliance(places, length, stiffness), vector(gravity, 0))
         thrown = THROWN * length / max(math.sqrt(dot(e, e)), THROWN * length)
         force = _bounded(add(force, scale(weight * thrown * integral, rotate(spring, e))), force_max)
         wanted = add(scale(proportional, e), scale(derivative, sub(e, m)))
@@ -202,10 +202,10 @@ def _likeliest_force(compliance: Matrix, gravity: Vector) -> Any:
 def _compliance(places: Any, length: float, stiffness: float) -> Matrix:
     """See `tip_compliance`; `places` are the nodes' positions [m], shape (nodes, 3)."""
     nodes = places.shape[0]
-    tip = _vector(places[nodes - 1], 0)
+    tip = vector(places[nodes - 1], 0)
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(nodes - 1):  # the tip's own arm is zero
-        r = sub(tip, _vector(places[k], 0))
+        r = sub(tip, vector(places[k], 0))
         share = 0.5 if k == 0 else 1.0
         xx, yy, zz = xx + share * r[0] * r[0], yy + share * r[1] * r[1], zz + share * r[2] * r[2]
         xy, xz, yz = xy + share * r[0] * r[1], xz + share * r[0] * r[2], yz + share * r[1] * r[2]

@@ -64,17 +64,21 @@ def bind(compiled: Any, *arguments: Any) -> Any:
 
 
 class Bound:
-    """A kernel that is bound to the types of its arguments at its first call; see `bind`."""
+    """A kernel that is bound to the types of its arguments at its first call; see `bind`.
+
+    Attributes:
+        call: calls the kernel, with arguments of the same types each time.
+    """
+
+    __slots__ = ("_compiled", "call")
 
     def __init__(self, compiled: Any) -> None:
         self._compiled = compiled
-        self._entry: Any = None
+        self.call: Any = self._first
 
-    def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel with arguments of the same types as at the first call."""
-        if self._entry is None:
-            self._entry = bind(self._compiled, *arguments)
-        return self._entry(*arguments)
+    def _first(self, *arguments: Any) -> Any:
+        self.call = bind(self._compiled, *arguments)
+        return self.call(*arguments)
 
 
 def inlined(function: Any) -> Any:

@@ -1,8 +1,8 @@
-"""Packs: some floats as one number, on which the processor works at once (SIMD), for use inside kernels.
+"""SIMD vectors: several floats as one number, on which the processor works at once, for use inside kernels.
 
-A pack adds, subtracts, multiplies and divides element by element, with packs and with floats. A formula written for
-floats so holds for packs: of as many rods, or of as many tendons. Whether a loop becomes SIMD code is up to a
-compiler's heuristics; a pack always does. Widths are those of tuples, which are compile-time constants.
+A SIMD vector adds, subtracts, multiplies and divides element by element, with others and with floats. A formula written
+for floats thus holds for as many rods, or as many tendons, at once. Whether a loop becomes SIMD code is up to a
+compiler's heuristics; a SIMD vector always does. Widths are those of tuples, which are compile-time constants.
 """
 
 import math
@@ -25,23 +25,23 @@ ARITHMETIC: dict[Any, str] = {
 FUNCTIONS: dict[Any, str] = {operator.neg: "fneg", abs: "llvm.fabs", math.sqrt: "llvm.sqrt"}
 
 
-class Pack(types.Type):
-    """numba's type of a pack of `width` floats."""
+class SimdVector(types.Type):
+    """numba's type of a SIMD vector of `width` floats."""
 
     def __init__(self, width: int) -> None:
         self.width = width
-        super().__init__(name=f"Pack({width})")
+        super().__init__(name=f"SimdVector({width})")
 
 
-@register_model(Pack)
-class _PackModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, pack: Any) -> None:
-        super().__init__(manager, pack, ir.VectorType(ir.DoubleType(), pack.width))  # type: ignore[no-untyped-call]
+@register_model(SimdVector)
+class _SimdVectorModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.width))  # type: ignore[no-untyped-call]
 
 
 def _number(width: int) -> Any:
-    """The type of that many floats: one of them is a float."""
-    return types.float64 if width == 1 else Pack(width)
+    """Type of `width` floats: a float if there is one."""
+    return types.float64 if width == 1 else SimdVector(width)
 
 
 def _at(element: int) -> Any:
@@ -49,13 +49,13 @@ def _at(element: int) -> Any:
 
 
 def _elements(builder: Any, vector: Any, elements: list[int]) -> Any:
-    """A vector of the elements with these indices."""
+    """Vector of the elements with these indices."""
     mask = ir.Constant(ir.VectorType(ir.IntType(32), len(elements)), elements)
     return builder.shuffle_vector(vector, vector, mask)
 
 
 def _spread(builder: Any, number: Any, width: int) -> Any:
-    """A vector of the same float again and again."""
+    """Vector of `width` times the same float."""
     empty = ir.Constant(ir.VectorType(ir.DoubleType(), width), ir.Undefined)
     return _elements(builder, builder.insert_element(empty, number, _at(0)), [0] * width)
 
@@ -64,20 +64,20 @@ def _define_arithmetic(operation: Any, instruction: str) -> None:
     @infer_global(operation)
     class Template(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
-            packs = [argument for argument in arguments if isinstance(argument, Pack)]
-            numbers = all(isinstance(argument, (Pack, types.Float)) for argument in arguments)
-            if len(arguments) != 2 or not packs or not numbers or len({pack.width for pack in packs}) > 1:
+            vectors = [argument for argument in arguments if isinstance(argument, SimdVector)]
+            numbers = all(isinstance(argument, (SimdVector, types.Float)) for argument in arguments)
+            if len(arguments) != 2 or not vectors or not numbers or len({one.width for one in vectors}) > 1:
                 return None
-            return signature(packs[0], *arguments)
+            return signature(vectors[0], *arguments)
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         vectors = [
-            value if isinstance(kind, Pack) else _spread(builder, value, signature.return_type.width)
+            value if isinstance(kind, SimdVector) else _spread(builder, value, signature.return_type.width)
             for kind, value in zip(signature.args, arguments, strict=True)
         ]
         return getattr(builder, instruction)(*vectors)
 
-    for kinds in ((Pack, Pack), (Pack, types.Float), (types.Float, Pack)):
+    for kinds in ((SimdVector, SimdVector), (SimdVector, types.Float), (types.Float, SimdVector)):
         lower_builtin(operation, *kinds)(emit)
 
 
@@ -85,7 +85,7 @@ def _define_function(function: Any, instruction: str) -> None:
     @infer_global(function)
     class Template(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
-            return signature(arguments[0], *arguments) if isinstance(arguments[0], Pack) else None
+            return signature(arguments[0], *arguments) if isinstance(arguments[0], SimdVector) else None
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         if not instruction.startswith("llvm."):
@@ -95,7 +95,7 @@ def _define_function(function: Any, instruction: str) -> None:
         name = f"{instruction}.v{vector.count}f64"
         return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), arguments)
 
-    lower_builtin(function, Pack)(emit)
+    lower_builtin(function, SimdVector)(emit)
 
 
 for _operation, _instruction in ARITHMETIC.items():
@@ -105,25 +105,25 @@ for _function, _instruction in FUNCTIONS.items():
 
 
 def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, value: Any) -> Any:
-    """Where an array's elements from `index` on are, as the place of a value of that LLVM type."""
+    """Address of an array's elements from `index` on, as a pointer to a value of that LLVM type."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [index]), value.as_pointer())
 
 
 @bare
-def load(context: Any, array: Any, index: Any, like: Any) -> Any:
-    """Elements of a contiguous array of one dimension, as many as a tuple or a pack has: a float if one."""
+def simd_load(context: Any, array: Any, index: Any, like: Any) -> Any:
+    """Load elements of a contiguous array of one dimension, as many as a tuple or a SIMD vector has: a float if one."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         value = context.get_value_type(signature.return_type)
         return builder.load(_address(context, builder, array, arguments[0], arguments[1], value), align=8)
 
-    return (like if isinstance(like, Pack) else _number(like.count))(array, types.intp, like), emit
+    return (like if isinstance(like, SimdVector) else _number(like.count))(array, types.intp, like), emit
 
 
 @bare
-def store(context: Any, array: Any, index: Any, value: Any) -> Any:
-    """Write a float or a pack to a contiguous array of one dimension."""
+def simd_store(context: Any, array: Any, index: Any, value: Any) -> Any:
+    """Store a float or a SIMD vector in a contiguous array of one dimension."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         place = _address(context, builder, array, arguments[0], arguments[1], arguments[2].type)
@@ -134,8 +134,8 @@ def store(context: Any, array: Any, index: Any, value: Any) -> Any:
 
 
 @bare
-def pack(context: Any, numbers: Any, lanes: Any) -> Any:
-    """The floats of a tuple, each as many times as the tuple `lanes` has entries."""
+def simd_vector(context: Any, numbers: Any, lanes: Any) -> Any:
+    """SIMD vector of the floats of a tuple, each as many times as the tuple `lanes` has entries."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         vector = ir.Constant(context.get_value_type(signature.return_type), ir.Undefined)
@@ -144,24 +144,24 @@ def pack(context: Any, numbers: Any, lanes: Any) -> Any:
                 vector = builder.insert_element(vector, number, _at(k * lanes.count + lane))
         return vector
 
-    return Pack(numbers.count * lanes.count)(numbers, lanes), emit
+    return SimdVector(numbers.count * lanes.count)(numbers, lanes), emit
 
 
 @bare
-def repeat(context: Any, number: Any, times: Any) -> Any:
-    """A pack's floats again and again, as many times as the tuple `times` has entries; a float stays what it is."""
+def simd_repeat(context: Any, number: Any, times: Any) -> Any:
+    """Repeat a SIMD vector's floats as many times as the tuple `times` has entries; a float stays what it is."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        if not isinstance(number, Pack):
+        if not isinstance(number, SimdVector):
             return arguments[0]
         return _elements(builder, arguments[0], list(range(number.width)) * times.count)
 
-    return (Pack(number.width * times.count) if isinstance(number, Pack) else number)(number, times), emit
+    return (SimdVector(number.width * times.count) if isinstance(number, SimdVector) else number)(number, times), emit
 
 
 @bare
-def total(context: Any, numbers: Any, lanes: Any) -> Any:
-    """For each of the `lanes` the sum of its floats in a pack where lane follows lane: a float if there is one lane."""
+def simd_sum(context: Any, numbers: Any, lanes: Any) -> Any:
+    """Sum a SIMD vector's floats for each of the `lanes`, where lane follows lane: a float if there is one lane."""
 
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         vector, width = arguments[0], numbers.width

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.solver.march import CONSTANTS
+from tendond.model.solver.problem import CONSTANTS
 
 Triple = tuple[float, float, float]
 

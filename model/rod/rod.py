@@ -7,34 +7,34 @@ for _ in range(100):
 print(rod.tip(state).position, rod.displacements(state))
 """
 
-import math
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.numerics.compile import bind
+from tendond.model.numerics.compile import Bound
 from tendond.model.rod.centerline import hermite_curve
+from tendond.model.rod.discretisation import RESIDUAL_TOLERANCE, bdf_alpha, discretise, gravity_loads
 from tendond.model.rod.loads import ZERO, pack_loads, push_shape, tendon_commands
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.prediction import TipPrediction, predict_tip
+from tendond.model.rod.prediction import Scratch, TipPrediction, predict_tip
 from tendond.model.rod.sensitivity import Sensitivity, tip_sensitivity, velocity_jacobian
-from tendond.model.rod.state import RodState
+from tendond.model.rod.state import RodState, blank_state
 from tendond.model.rod.tip import Tip, tip_quantities
-from tendond.model.solver.march import HISTORY
+from tendond.model.rod.tip_body import TipBody
 from tendond.model.solver.predictor import RING
+from tendond.model.solver.problem import HISTORY, Problem, Profile
 from tendond.model.solver.schemes import DEFAULT, Scheme, scheme
-from tendond.model.solver.shooting import SOLVED, RodData
+from tendond.model.solver.shooting import SOLVED
 from tendond.model.solver.timestep import advance, relax
 from tendond.model.solver.work import LANES, new_work
 
 Array = NDArray[np.float64]
 
-RESIDUAL_TOLERANCE = 1e-6
-MARCH_BUDGET = 60
-STATIC_TENSION_PER_PART = 10.0  # [N] that a static solve from scratch tries to take at once
-STATIC_FORCE_PER_PART = 1.0  # [N]
+STATIC_TENSION_PER_PART = 10.0
+"""Tension that a static solve tries to take at once [N]: only a start, for the continuation halves and doubles it."""
+
+STATIC_FORCE_PER_PART = 1.0
+"""Force on the rod, likewise [N]."""
 
 
 class Rod:
@@ -65,52 +65,18 @@ class Rod:
         self.scheme = scheme(space) if isinstance(space, str) else space
         self.nodes = self.scheme.nodes if nodes is None else nodes
         self.time_step = time_step
-        if self.nodes < 2:
-            raise ParameterError(f"nodes = {self.nodes} must be 2 or more")
-        if not 0.0 < time_step < math.inf:
-            raise ParameterError(f"time_step = {time_step} must be above 0 s")
-        if not 0.0 < tolerance < math.inf:
-            raise ParameterError(f"tolerance = {tolerance} must be above 0 N")
-        if not -0.5 <= alpha <= 0.0:
-            raise ParameterError(f"alpha = {alpha} must lie in [-0.5, 0]")
-        n, s = parameters.tendon_count, len(self.scheme.weights)
-        tableau, weights = self.scheme.arrays()
-        self._data = RodData(
-            one=(0,),
-            many=(0,) * LANES,
-            x=tuple(float(x) for x, _ in parameters.tendon_positions),
-            y=tuple(float(y) for _, y in parameters.tendon_positions),
-            constants=parameters.constants(),
-            tableau=tableau,
-            weights=weights,
-            push=np.zeros((self.nodes - 1) * s + 1),
-            flags=(self.scheme.trapezoidal, self.scheme.orthonormal),
-            steps=self.nodes - 1,
-            ds=parameters.length / (self.nodes - 1),
-            length=parameters.length,
-            stiffness=parameters.tendon_stiffness,
-            tolerance=tolerance,
-            budget=MARCH_BUDGET,
-        )
-        self._work = new_work(n, s)
-        self._stages = (self.nodes - 1) * s + 1
-        dt = time_step
-        c0 = (1.5 + alpha) / (dt * (1.0 + alpha))
-        self._bdf = (c0, -2.0 / dt, (0.5 + alpha) / (dt * (1.0 + alpha)), alpha / (1.0 + alpha))
+        self._data = discretise(parameters, self.scheme, self.nodes, tolerance)
+        self._bdf = bdf_alpha(time_step, alpha)
+        n, self._stages = parameters.tendon_count, len(self._data.push)
+        self._work = new_work(n, len(self.scheme.weights), parameters.length)
         self._no_history = np.zeros((self._stages, HISTORY))
         self._loads = np.zeros(n + 15)
-        self._weight = np.zeros(n + 15)
-        self._weight[n : n + 3] = parameters.tip_mass * np.asarray(parameters.gravity)
-        self._weight[n + 6 : n + 9] = parameters.mass_per_length * np.asarray(parameters.gravity)
-        self._ahead = (
-            self._weight.copy(), np.empty((self._stages, HISTORY)), np.empty((self._stages, HISTORY)),
-            np.empty((self.nodes, 12)), np.zeros((6, LANES)),
-        )  # fmt: skip
-        self._advance: Any = None
-        self._relax: Any = None
-        self._tip: Any = None
-        self._predict: Any = None
-        self._velocity_jacobian: Any = None
+        self._weight = gravity_loads(parameters)
+        self._predicted_loads = self._weight.copy()
+        self._scratch = Scratch(np.empty((self._stages, HISTORY)), self._new_profile(), np.zeros((6, LANES)))
+        self._advance, self._relax, self._tip = Bound(advance), Bound(relax), Bound(tip_quantities)
+        self._predict = Bound(predict_tip)
+        self._sensitivity, self._velocity_jacobian = Bound(tip_sensitivity), Bound(velocity_jacobian)
 
     def solve_static(
         self,
@@ -124,7 +90,7 @@ class Rod:
         push: ArrayLike = ZERO,
         start: RodState | None = None,
     ) -> RodState:
-        """Equilibrium at rest, reached by continuation in the loads from `start`, or from the straight, unloaded rod.
+        """Find the equilibrium at rest, by continuation in the loads from `start`, or from the straight, unloaded rod.
 
         Args:
             tensions: [N], shape (n,); none of them negative. Give these or `displacements`.
@@ -141,62 +107,45 @@ class Rod:
         """
         actuation, displacement_driven = tendon_commands(self.parameters.tendon_count, tensions, displacements)
         loads = self.loads(actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
-        n = self.parameters.tendon_count
-        m = 6 + n
-        jacobian, lengths = np.zeros((m, m)), np.zeros(n)
-        levels, geometries = np.zeros((3, self._stages, HISTORY)), np.zeros((2, self.nodes, 12))
-        if start is not None and start.displacement_driven is not displacement_driven:
-            raise ParameterError(
-                "start is driven in the other way: give an equilibrium under tensions or displacements"
-            )
+        if start is not None:
+            self._check(start)
+            if start.displacement_driven is not displacement_driven:
+                raise ParameterError(
+                    "start is driven differently: give an equilibrium under tensions or displacements, as asked for"
+                )
+        n, marches = self.parameters.tendon_count, 0
+        state = blank_state(n, self._stages, self.nodes, displacement_driven)
         # Straight to the loads first; where that leads into a fold, the tendons alone, or all but the tendons, before.
         tendons_first, tendons_last = loads.copy(), loads.copy()
         tendons_first[n : n + 6], tendons_last[:n] = 0.0, 0.0
-        ways = [[loads]] if start is not None else [[loads], [tendons_first, loads], [tendons_last, loads]]
-        marches = 0
-        for way in ways:
-            unknown, past = np.zeros(m), np.zeros(n + 15)
-            if start is not None:
-                self._check(start)
-                unknown, past = start.unknowns[start.count % RING].copy(), start.loads
-            for target in way:
-                change = np.abs(target - past)
-                unit = self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0
-                tension, force = np.max(change[:n]) * unit, np.max(change[n:])
-                parts = max(tension / STATIC_TENSION_PER_PART, force / STATIC_FORCE_PER_PART, 1.0)
-                arguments = (
-                    self._data, self._work, displacement_driven, 1.0 / parts, unknown, past, target, lengths,
-                    self._no_history, levels[0], geometries[0], jacobian,
-                )  # fmt: skip
-                if self._relax is None:
-                    self._relax = bind(relax, *arguments)
-                status, error, more = self._relax(*arguments)
+        paths = [[loads]] if start is not None else [[loads], [tendons_first, loads], [tendons_last, loads]]
+        for path in paths:
+            state.unknowns[0] = 0.0 if start is None else start.unknowns[start.count % RING]
+            state.loads[:] = 0.0 if start is None else start.loads
+            state.jacobian[:] = 0.0
+            for target in path:
+                first = 1.0 / self._static_parts(target - state.loads, displacement_driven)
+                status, error, more = self._relax.call(
+                    self._data, self._work, self._no_history, state.data(), target, first
+                )
                 marches += more
-                past = target
                 if status != SOLVED:
                     break
+                state.loads[:] = target
             if status == SOLVED:
                 break
-            jacobian[:] = 0.0
         if status != SOLVED:
             raise ConvergenceError("statics did not converge", 0.0, error, marches)
-        levels[1:] = levels[0]
-        geometries[1] = geometries[0]
-        jacobian[:] = 0.0
-        return RodState(
-            count=0,
-            time=0.0,
-            displacement_driven=displacement_driven,
-            levels=levels,
-            histories=np.stack([-self._bdf[0] * levels[0]] * 2),
-            geometries=geometries,
-            unknowns=np.stack([unknown] * RING),
-            loads=loads,
-            lengths=lengths,
-            jacobian=jacobian,
-            residual=error,
-            marches=marches,
-        )
+        state.rest(self._bdf[0])
+        state.residual, state.marches = error, marches
+        return state
+
+    def _static_parts(self, change: Array, displacement_driven: bool) -> float:
+        """Number of parts into which a static solve divides a change of loads, shape (n + 15,), at first."""
+        n, change = self.parameters.tendon_count, np.abs(change)
+        unit = self.parameters.tendon_stiffness * 0.01 if displacement_driven else 1.0
+        tension, force = np.max(change[:n]) * unit, np.max(change[n:])
+        return float(max(tension / STATIC_TENSION_PER_PART, force / STATIC_FORCE_PER_PART, 1.0))
 
     def step(
         self,
@@ -210,7 +159,7 @@ class Rod:
         distributed_moment: ArrayLike = ZERO,
         push: ArrayLike = ZERO,
     ) -> RodState:
-        """The state one time step later, under the given loads; `state` stays as it is.
+        """Compute the state one time step later, under the given loads; `state` is not changed.
 
         Arguments as in `solve_static`.
 
@@ -226,7 +175,7 @@ class Rod:
         return new
 
     def advance(self, state: RodState, loads: Array, displacement_driven: bool = False) -> None:
-        """Advance `state` in place, with nothing allocated: `step` for those who count microseconds.
+        """Advance `state` in place, with nothing allocated: a `step` without its copy of the state.
 
         Args:
             state: of this rod; on failure it is as it was, but for the carried Jacobian.
@@ -244,13 +193,7 @@ class Rod:
         if displacement_driven is not drive:
             commands = state.loads.copy()
             self._drive_by(state, displacement_driven)
-        arguments = (
-            self._data, self._work, self._bdf, displacement_driven, state.count, state.levels, state.histories,
-            state.geometries, state.unknowns, state.loads, self._loads, state.lengths, state.jacobian,
-        )  # fmt: skip
-        if self._advance is None:
-            self._advance = bind(advance, *arguments)
-        status, error, marches = self._advance(*arguments)
+        status, error, marches = self._advance.call(self._data, self._work, self._bdf, state.data(), self._loads)
         if status != SOLVED:
             state.jacobian[:] = 0.0
             if displacement_driven is not drive:
@@ -258,12 +201,11 @@ class Rod:
             raise ConvergenceError("a time step did not converge", state.time + self.time_step, error, marches)
         state.count += 1
         state.time += self.time_step
-        state.loads[:] = self._loads
         state.residual = error
         state.marches = marches
 
     def spread_push(self, place: float, half_width: float = 0.05) -> None:
-        """Where the push of later solutions acts: on a stretch of the rod, as a parabola; its integral is the force.
+        """Spread the push of later solutions over a stretch of the rod, as a parabola whose integral is the force.
 
         Args:
             place: of its middle, as a part of the length, in [0, 1].
@@ -287,27 +229,19 @@ class Rod:
             ParameterError: a negative or non-finite mass or inertia.
         """
         own, n = self.parameters, self.parameters.tendon_count
-        J, c = np.asarray(inertia, dtype=np.float64), np.asarray(offset, dtype=np.float64)
-        if not (0.0 <= mass < math.inf and np.all(J >= 0.0) and np.all(np.isfinite(J)) and np.all(np.isfinite(c))):
-            raise ParameterError(f"a body of {mass} kg on the tip must have a finite mass and inertia, not below 0")
-        total = own.tip_mass + mass
-        J0, c0 = np.asarray(own.tip_inertia), np.asarray(own.tip_offset)
-        centre = (own.tip_mass * c0 + mass * c) / total if total > 0.0 else np.zeros(3)
+        body = TipBody(own.tip_mass, np.asarray(own.tip_inertia), np.asarray(own.tip_offset))
+        body += TipBody.checked(mass, inertia, offset)
         record = self._data.constants
-        record["tip_mass"], record["tip_offset"] = total, centre
-        # Parallel axes; products of inertia are left out: bodies lie on the rod's axis, or are small beside the rod.
-        record["tip_inertia"] = (
-            J0 + own.tip_mass * _square_distance(c0 - centre) + J + mass * _square_distance(c - centre)
-        )
-        self._weight[n : n + 3] = total * np.asarray(own.gravity)
+        record["tip_mass"], record["tip_offset"], record["tip_inertia"] = body.mass, body.offset, body.inertia
+        self._weight[n : n + 3] = body.mass * np.asarray(own.gravity)
 
     def _check(self, state: RodState) -> None:
-        """Kernels do not check bounds: a state of another rod must not reach them."""
+        """Refuse a state of another rod: kernels do not check bounds."""
         if state.levels.shape[1] != self._stages or state.unknowns.shape[1] != 6 + self.parameters.tendon_count:
             raise ParameterError("the state is of another rod: its scheme, nodes or tendons differ")
 
     def _drive_by(self, state: RodState, displacement_driven: bool) -> None:
-        """Express the tendons' last commands in the other way: the same state, reached by the other drive."""
+        """Express the tendons' last commands as displacements, or as tensions, in the same state."""
         n = self.parameters.tendon_count
         state.loads[:n] = self.displacements(state, elastic=True) if displacement_driven else state.tensions
         state.displacement_driven = displacement_driven
@@ -321,13 +255,10 @@ class Rod:
         """
         self._check(state)
         out = np.empty(18 + 3 * self.parameters.tendon_count)
-        arguments = (
+        self._tip.call(
             self._data, self._bdf[0], state.levels[state.count % 3, -1], state.histories[state.count % 2, -1],
             state.geometries[state.count % 2, -1], out,
         )  # fmt: skip
-        if self._tip is None:
-            self._tip = bind(tip_quantities, *arguments)
-        self._tip(*arguments)
         return Tip(
             position=out[:3],
             rotation=out[3:12].reshape(3, 3),
@@ -347,7 +278,7 @@ class Rod:
         return np.asarray(state.geometries[state.count % 2][:, :3])
 
     def displacements(self, state: RodState, *, elastic: bool = False) -> Array:
-        """How far each tendon is pulled out of the base [m], shape (n,): rod length minus path length.
+        """Displacement of each tendon out of the base [m], shape (n,): rod length minus path length.
 
         Args:
             state: of this rod.
@@ -357,50 +288,48 @@ class Rod:
         return shortening + state.tensions / self.parameters.tendon_stiffness if elastic else shortening
 
     def sensitivity(self, state: RodState) -> Sensitivity:
-        """Derivatives of the tip against the last step's tendon commands and tip force (of a static state: of statics).
+        """Jacobians of the tip by the last step's tendon commands and tip force (of a static state: of statics).
 
         Raises:
             ConvergenceError: the equations are singular there.
         """
         n, m = self.parameters.tendon_count, 6 + self.parameters.tendon_count
         history = state.histories[state.count % 2] if state.count else self._no_history
+        problem = Problem(self._bdf[0] if state.count else 0.0, state.displacement_driven, state.loads, history)
         actuation, force = np.zeros((6, n)), np.zeros((6, 3))
-        solvable = tip_sensitivity(
-            self._data, self._work, self._bdf[0] if state.count else 0.0, state.displacement_driven,
-            state.unknowns[state.count % RING], state.loads, history, np.empty((self._stages, HISTORY)),
-            np.empty((self.nodes, 12)), np.zeros((m, m)), actuation, force,
+        solvable = self._sensitivity.call(
+            self._data, self._work, problem, state.unknowns[state.count % RING], self._new_profile(), np.zeros((m, m)),
+            actuation, force,
         )  # fmt: skip
         if not solvable:
             raise ConvergenceError("the sensitivities are singular", state.time, state.residual, state.marches)
         return Sensitivity(actuation[:3], actuation[3:], force[:3], force[3:])
 
-    def predict(self, state: RodState, tensions: Array, ways: Array, tip_force: Array) -> TipPrediction:
-        """The tip after the coming step, and how it answers to two ways to pull; no solve, see `rod.prediction`.
+    def predict(self, state: RodState, tensions: Array, inputs: Array, tip_force: Array) -> TipPrediction:
+        """Predict the tip after the coming step, and its jacobian by two combinations of tensions, without a solve.
+
+        See `rod.prediction`.
 
         Args:
             state: of this tension-driven rod, before the step.
             tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
-            ways: tensions that change together, per unit of each way, shape (2, n), C-contiguous.
+            inputs: combinations of tensions, in each row the tensions per unit of one, shape (2, n), C-contiguous.
 
         Raises:
             ParameterError: a state of another rod.
             ConvergenceError: the equations are singular there.
         """
         self._check(state)
-        n = self.parameters.tendon_count
-        loads, history, level, geometry, jacobian = self._ahead
+        n, loads = self.parameters.tendon_count, self._predicted_loads
         loads[:n], loads[n : n + 3] = tensions, tip_force
         loads[n : n + 3] += self._weight[n : n + 3]
-        tip, answer = np.zeros(9), np.zeros((9, 2))
-        arguments = (
-            self._data, self._work, self._bdf, state.count, state.levels, state.histories, state.unknowns, loads, ways,
-            history, level, geometry, jacobian, tip, answer,
-        )  # fmt: skip
-        if self._predict is None:
-            self._predict = bind(predict_tip, *arguments)
-        if not (self._predict(*arguments) and np.isfinite(tip).all() and np.isfinite(answer).all()):
+        tip, jacobian = np.zeros(9), np.zeros((9, 2))
+        solvable = self._predict.call(
+            self._data, self._work, self._bdf, state.data(), loads, inputs, self._scratch, tip, jacobian
+        )
+        if not (solvable and np.isfinite(tip).all() and np.isfinite(jacobian).all()):
             raise ConvergenceError("the coming step is singular", state.time, state.residual, state.marches)
-        return TipPrediction(tip[:3], tip[3:6], tip[6:], answer[:3], answer[6:])
+        return TipPrediction(tip[:3], tip[3:6], tip[6:], jacobian[:3], jacobian[6:])
 
     def velocity_jacobian(self, state: RodState, tendon: int) -> Array:
         """A column of `sensitivity().velocity_actuation`, of a tension-driven rod, in less than half of its time.
@@ -419,18 +348,16 @@ class Rod:
         self._check(state)
         if not 0 <= tendon < self.parameters.tendon_count:
             raise ParameterError(f"tendon = {tendon}: the rod has tendons 0 to {self.parameters.tendon_count - 1}")
-        response = np.zeros(3)
-        if state.count:
-            arguments = (
-                self._data, self._work, self._bdf[0], tendon, state.unknowns[state.count % RING], state.loads,
-                state.histories[state.count % 2], state.levels[(state.count + 1) % 3],
-                state.geometries[(state.count + 1) % 2], response,
-            )  # fmt: skip
-            if self._velocity_jacobian is None:
-                self._velocity_jacobian = bind(velocity_jacobian, *arguments)
-            if not self._velocity_jacobian(*arguments):
-                response[:] = 0.0
-        return response
+        column = np.zeros(3)
+        if state.count and not self._velocity_jacobian.call(
+            self._data, self._work, self._bdf, state.data(), tendon, column
+        ):
+            column[:] = 0.0
+        return column
+
+    def _new_profile(self) -> Profile:
+        """Memory for the state along the rod."""
+        return Profile(np.empty((self._stages, HISTORY)), np.empty((self.nodes, 12)))
 
     def loads(
         self,
@@ -448,9 +375,3 @@ class Rod:
         """
         parts = (actuation, tip_force, tip_moment, distributed_force, distributed_moment, push)
         return pack_loads(self.parameters.tendon_count, self._weight, parts)
-
-
-def _square_distance(arm: Array) -> Array:
-    """Squared distance of a point from each body axis [m^2], shape (3,)."""
-    x, y, z = arm.tolist()
-    return np.array([y * y + z * z, x * x + z * z, x * x + y * y])

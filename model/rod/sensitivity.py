@@ -1,4 +1,4 @@
-"""How the tip answers to the tendons and to a force on it: from the solver's own Jacobian, not from more solves."""
+"""Jacobians of the tip by the tendons and by a force on it: from the solver's own Jacobian, not from more solves."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,8 +8,20 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, kernel
 from tendond.model.numerics.linear import solve_in_place
-from tendond.model.solver.march import STATE, march
-from tendond.model.solver.shooting import RodData, differentiate, evaluate, newton_matrix, perturbation, pull
+from tendond.model.solver.lanes import STATE
+from tendond.model.solver.march import march
+from tendond.model.solver.predictor import RING
+from tendond.model.solver.problem import Bdf, Problem, Profile, RodData, StateData
+from tendond.model.solver.shooting import (
+    change,
+    differentiate,
+    evaluate,
+    newton_matrix,
+    perturb,
+    perturbation,
+    spread,
+    string_tension,
+)
 from tendond.model.solver.work import LANES, Work, open_work
 
 Array = NDArray[np.float64]
@@ -35,109 +47,96 @@ class Sensitivity:
 
 
 @kernel
-def velocity_jacobian(
-    rod: RodData, memory: Any, c0: float, tendon: int, unknown: Any, loads: Any, history: Any, levels: Any,
-    geometry: Any, response: Any,
-) -> bool:  # fmt: skip
-    """Of a tension-driven rod: how the tip's velocity after the last step answers to one tendon's tension.
+def velocity_jacobian(rod: RodData, memory: Any, bdf: Bdf, state: StateData, tendon: int, out: Any) -> bool:
+    """Derivative of the tip's velocity after the last step of a tension-driven rod by one tendon's tension.
 
-    One march of eight lanes says it all: six with a base load changed, one with the tension, one as the rod is.
-    `response`, shape (3,), is filled [m/s/N]; `levels` and `geometry` are scratch. False where it is singular.
+    One march of eight lanes suffices: six with a base load changed, one with the tension, one as the rod is. `out`,
+    shape (3,), is filled [m/s/N]. False where the equations are singular.
     """
-    n, still, pulled = len(rod.x), LANES - 1, LANES - 2
-    work = open_work(memory, n)
-    for lane in range(LANES):
-        for j in range(6):
-            work.base[j * LANES + lane] = unknown[j]
-        for i in range(n):
-            work.tension[i * LANES + lane] = unknown[6 + i]
+    rest, pulled, now, free = LANES - 1, LANES - 2, state.step, state.step + 1
+    work = open_work(memory, len(rod.x))
+    unknown = state.unknowns[now % RING]
+    problem = Problem(bdf[0], False, state.loads, state.histories[now % 2])
+    profile = Profile(state.levels[free % 3], state.geometries[free % 2])  # of the next step: not in use
+    shots = work.shots
+    spread(rod, work, unknown)
     for j in range(6):
-        work.base[j * LANES + j] += perturbation(work, unknown, j)
-    work.tension[tendon * LANES + pulled] += perturbation(work, unknown, 6 + tendon)
-    march(
-        rod.many, rod.x, rod.y, rod.constants, rod.tableau, rod.weights, rod.flags, rod.steps, rod.ds, c0, work.base,
-        work.tension, loads[n:], rod.push, history, levels, geometry, work.march, work.node, work.length, work.residual,
-    )  # fmt: skip
-    whole = 1.0 / perturbation(work, unknown, 6 + tendon)
+        perturb(work, j, j, perturbation(work, unknown, j))
+    step = perturbation(work, unknown, 6 + tendon)
+    perturb(work, 6 + tendon, pulled, step)
+    march(rod.many, rod, problem, shots, profile)
+    inverse = 1.0 / step
     for j in range(6):
-        missing = work.residual[j * LANES + still]
+        missing = shots.residual[j * LANES + rest]
         for k in range(6):
-            work.matrix[j, k] = (work.residual[j * LANES + k] - missing) / perturbation(work, unknown, k)
-        work.step[j] = (missing - work.residual[j * LANES + pulled]) * whole
+            work.matrix[j, k] = change(shots.residual, j, k, missing) / perturbation(work, unknown, k)
+        work.step[j] = -change(shots.residual, j, pulled, missing) * inverse
     if not solve_in_place(work.matrix, work.step, 6):
         return False
     for j in range(STATE):
-        rest = work.node[j * LANES + still]
-        work.tip[j, 0] = (work.node[j * LANES + pulled] - rest) * whole
+        at_rest = shots.node[j * LANES + rest]
+        work.tip[j, 0] = change(shots.node, j, pulled, at_rest) * inverse
         for k in range(6):
-            work.tip[j, 0] += (work.node[j * LANES + k] - rest) / perturbation(work, unknown, k) * work.step[k]
+            work.tip[j, 0] += change(shots.node, j, k, at_rest) / perturbation(work, unknown, k) * work.step[k]
     for j in range(3):  # of R q
-        response[j] = 0.0
+        out[j] = 0.0
         for k in range(3):
-            R, q = work.node[(3 + 3 * j + k) * LANES + still], work.node[(18 + k) * LANES + still]
-            response[j] += work.tip[3 + 3 * j + k, 0] * q + R * work.tip[18 + k, 0]
+            R, q = shots.node[(3 + 3 * j + k) * LANES + rest], shots.node[(18 + k) * LANES + rest]
+            out[j] += work.tip[3 + 3 * j + k, 0] * q + R * work.tip[18 + k, 0]
     return True
 
 
 @kernel
 def tip_sensitivity(
-    rod: RodData,
-    memory: Any,
-    c0: float,
-    displacement_driven: bool,
-    unknown: Any,
-    loads: Any,
-    history: Any,
-    levels: Any,
-    geometry: Any,
-    jacobian: Any,
-    actuation: Any,
+    rod: RodData, memory: Any, problem: Problem, unknown: Any, profile: Profile, jacobian: Any, actuation: Any,
     force: Any,
-) -> bool:
-    """Fill `actuation`, shape (6, n), and `force`, shape (6, 3): position then velocity against each.
+) -> bool:  # fmt: skip
+    """Fill `actuation`, shape (6, n), and `force`, shape (6, 3): derivatives of position, then velocity, by each.
 
-    `levels` and `geometry` are scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are
-    singular.
+    The profile is scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are singular.
     """
     n = len(rod.x)
     work = open_work(memory, n)
-    evaluate(rod, work, c0, unknown, loads, history, levels, geometry, work.raw)
-    differentiate(rod, work, c0, unknown, work.raw, 6 + n, loads, history, levels, geometry, jacobian)
-    last, strain = geometry[geometry.shape[0] - 1], levels[levels.shape[0] - 1]
+    evaluate(rod, work, problem, unknown, profile, work.raw)
+    differentiate(rod, work, problem, unknown, 6 + n, profile, jacobian)
+    last, strain = profile.geometry[profile.geometry.shape[0] - 1], profile.levels[profile.levels.shape[0] - 1]
     solvable = True
     for column in range(n + 3):
-        m = newton_matrix(rod, work, displacement_driven, work.raw, loads, jacobian)
+        m = newton_matrix(rod, work, problem, jacobian)
         direct = -1
         for j in range(m):
             work.step[j] = 0.0
         if column >= n:  # a force of 1 N on the tip along a world axis: R' of it is missing there
             for j in range(3):
                 work.step[j] = last[3 + 3 * (column - n) + j]
-        elif displacement_driven:
-            work.step[6 + column] = rod.stiffness if pull(rod, work.raw, loads, column) > 0.0 else 0.0
+        elif problem.displacement_driven:
+            taut = string_tension(rod, problem, work.raw, column) > 0.0
+            work.step[6 + column] = rod.stiffness if taut else 0.0
         else:
             direct = 6 + column
             for j in range(6):
                 work.step[j] = -jacobian[j, direct]
         solvable = solve_in_place(work.matrix, work.step, m) and solvable
         target, at = (actuation, column) if column < n else (force, column - n)
-        follow(work, last, strain, m, direct, target, at)
+        tip_derivative(work, last, strain, m, direct, target, at)
     return solvable
 
 
 @inlined
-def follow(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
-    """Column `at` of `target`: how the tip's position and velocity change with the unknowns; `work.node` its state.
+def tip_derivative(work: Work, last: Any, strain: Any, m: int, direct: int, target: Any, at: int) -> None:
+    """Fill column `at` of `target` with the change of the tip's position and velocity; the node of `work` with R's.
 
-    The m unknowns change by `work.step`, and the unknown `direct` by one beside them; -1: none.
+    The m unknowns change by `work.step`, and the unknown `direct` by one beside them; -1: none. `last` and `strain` are
+    the tip's rows of the profile.
     """
+    node = work.shots.node
     for j in range(STATE):
-        work.node[j] = work.tip[j, direct] if direct >= 0 else 0.0
+        node[j] = work.tip[j, direct] if direct >= 0 else 0.0
         for k in range(m):
-            work.node[j] += work.tip[j, k] * work.step[k]
+            node[j] += work.tip[j, k] * work.step[k]
     for j in range(3):
-        target[j, at] = work.node[j]
+        target[j, at] = node[j]
         velocity = 0.0
         for k in range(3):
-            velocity += work.node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * work.node[18 + k]
+            velocity += node[3 + 3 * j + k] * strain[6 + k] + last[3 + 3 * j + k] * node[18 + k]
         target[3 + j, at] = velocity

@@ -1,4 +1,4 @@
-"""What a rod is at one instant: everything that its next step depends on, to be copied, saved and restored exactly."""
+"""The state of a rod between two steps: everything that its next step depends on, to be copied and restored exactly."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.solver.predictor import RING
+from tendond.model.solver.problem import HISTORY, StateData
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ class RodState:
         lengths: tendon path lengths [m], shape (n,).
         jacobian: carried by the solver, shape (6 + n, 6 + n).
         residual: norm of force and moment missing at the tip [N, N m].
-        marches: along the rod that the last solution took.
+        marches: marches along the rod that the last solution took.
     """
 
     count: int
@@ -83,9 +84,35 @@ class RodState:
             self.marches,
         )
 
+    def rest(self, c0: float) -> None:
+        """Fill the rings with the state of step 0 as one that has always been: at rest.
+
+        Args:
+            c0: of BDF-alpha [1/s].
+        """
+        self.levels[1:] = self.levels[0]
+        self.histories[:] = -c0 * self.levels[0]
+        self.geometries[1] = self.geometries[0]
+        self.unknowns[1:] = self.unknowns[0]
+        self.jacobian[:] = 0.0
+
+    def data(self) -> StateData:
+        """The state as the kernels take it: the same arrays, not copies."""
+        return StateData(
+            self.count,
+            self.displacement_driven,
+            self.levels,
+            self.histories,
+            self.geometries,
+            self.unknowns,
+            self.loads,
+            self.lengths,
+            self.jacobian,
+        )
+
     @property
     def tensions(self) -> Array:
-        """Of the tendons [N], shape (n,)."""
+        """Tensions of the tendons [N], shape (n,)."""
         return self.unknowns[self.count % RING, 6:].copy()
 
     @property
@@ -97,3 +124,28 @@ class RodState:
     def rotations(self) -> Array:
         """Orientations of the nodes, body to world, shape (nodes, 3, 3)."""
         return self.geometries[self.count % 2, :, 3:].reshape(-1, 3, 3).copy()
+
+
+def blank_state(tendons: int, stages: int, nodes: int, displacement_driven: bool) -> RodState:
+    """A state of zeros, of step 0.
+
+    Args:
+        tendons: their number.
+        stages, nodes: of the space scheme, along the rod.
+        displacement_driven: see `RodState`.
+    """
+    m = 6 + tendons
+    return RodState(
+        count=0,
+        time=0.0,
+        displacement_driven=displacement_driven,
+        levels=np.zeros((3, stages, HISTORY)),
+        histories=np.zeros((2, stages, HISTORY)),
+        geometries=np.zeros((2, nodes, 12)),
+        unknowns=np.zeros((RING, m)),
+        loads=np.zeros(tendons + 15),
+        lengths=np.zeros(tendons),
+        jacobian=np.zeros((m, m)),
+        residual=0.0,
+        marches=0,
+    )

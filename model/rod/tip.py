@@ -1,4 +1,4 @@
-"""What a control law asks of the tip: where it is, how it moves, and what the tendons' tension does to it there."""
+"""The tip as control laws use it: position, motion, and the acceleration per tension of each tendon."""
 
 import math
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import kernel
 from tendond.model.numerics.vectors import add, cross, dot, rotate, scale, sub
 from tendond.model.solver.equations import stretch
-from tendond.model.solver.march import _vector
-from tendond.model.solver.shooting import RodData
+from tendond.model.solver.lanes import vector
+from tendond.model.solver.problem import RodData
 
 Array = NDArray[np.float64]
 
@@ -45,14 +45,14 @@ class Tip:
 
 @kernel
 def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any, out: Any) -> None:
-    """Position 3, rotation 9, velocity 3, acceleration 3, b_c row by row, written to `out`, shape (18 + 3 n,).
+    """Write position 3, rotation 9, velocity 3, acceleration 3, b_c row by row to `out`, shape (18 + 3 n,).
 
     `level`, `history` are the tip's rows of e = v - v*, u, q, w, v_s, u_s and of their y_h; `place` its p, R.
     """
     R = (place[3], place[4], place[5], place[6], place[7], place[8], place[9], place[10], place[11])
-    v, u, q, w = stretch(_vector(level, 0)), _vector(level, 3), _vector(level, 6), _vector(level, 9)
-    v_s, u_s = _vector(level, 12), _vector(level, 15)
-    q_t = add(scale(c0, q), _vector(history, 6))
+    v, u, q, w = stretch(vector(level, 0)), vector(level, 3), vector(level, 6), vector(level, 9)
+    v_s, u_s = vector(level, 12), vector(level, 15)
+    q_t = add(scale(c0, q), vector(history, 6))
     for j in range(12):
         out[j] = place[j]
     out[12], out[13], out[14] = rotate(R, q)

@@ -11,50 +11,34 @@ from tendond.model.numerics.compile import Bound, kernel
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 from tendond.model.solver.predictor import RING
-from tendond.model.solver.shooting import SOLVED, RodData
+from tendond.model.solver.problem import Bdf, RodData, StateData
+from tendond.model.solver.shooting import SOLVED
 from tendond.model.solver.timestep import advance
 
 Array = NDArray[np.float64]
 
 
 @kernel
-def advance_through(
-    rod: RodData,
-    memory: Any,
-    bdf: tuple[float, float, float, float],
-    displacement_driven: bool,
-    count: int,
-    levels: Any,
-    histories: Any,
-    geometries: Any,
-    unknowns: Any,
-    past_loads: Any,
-    loads: Any,
-    lengths: Any,
-    jacobian: Any,
-    tips: Any,
-    tensions: Any,
-) -> int:
-    """Steps solved, of those that `loads`, shape (steps, n + 15), asks for; the other arguments as `timestep.advance`.
+def advance_all(rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any, tips: Any, tensions: Any) -> int:
+    """Advance `state` by a step for each row of `loads`, shape (steps, n + 15), and return the number of steps solved.
 
-    `tips`, shape (steps, 3), and `tensions`, shape (steps, n), are written.
+    The arrays of `state` are overwritten; `tips`, shape (steps, 3), and `tensions`, shape (steps, n), are written.
     """
     n = tensions.shape[1]
     for k in range(loads.shape[0]):
-        status, _, _ = advance(
-            rod, memory, bdf, displacement_driven, count, levels, histories, geometries, unknowns, past_loads, loads[k],
-            lengths, jacobian,
+        now = StateData(
+            state.step + k, state.displacement_driven, state.levels, state.histories, state.geometries, state.unknowns,
+            state.loads, state.lengths, state.jacobian,
         )  # fmt: skip
+        status, _, _ = advance(rod, memory, bdf, now, loads[k])
         if status != SOLVED:
             return int(k)
-        count += 1
-        for j in range(past_loads.shape[0]):
-            past_loads[j] = loads[k, j]
-        last = geometries.shape[1] - 1
+        count = now.step + 1
+        last = state.geometries.shape[1] - 1
         for j in range(3):
-            tips[k, j] = geometries[count % 2, last, j]
+            tips[k, j] = state.geometries[count % 2, last, j]
         for i in range(n):
-            tensions[k, i] = unknowns[count % RING, 6 + i]
+            tensions[k, i] = state.unknowns[count % RING, 6 + i]
     return int(loads.shape[0])
 
 
@@ -96,10 +80,6 @@ def simulate_trajectory(rod: Rod, start: RodState, loads: Array) -> TipTrajector
     state = start.copy()
     rod._check(state)
     tips, tensions = np.full((len(loads), 3), np.nan), np.full((len(loads), n), np.nan)
-    arguments = (
-        rod._data, rod._work, rod._bdf, state.displacement_driven, state.count, state.levels, state.histories,
-        state.geometries, state.unknowns, state.loads, np.ascontiguousarray(loads), state.lengths, state.jacobian,
-        tips, tensions,
-    )  # fmt: skip
-    advance_all = _bound.setdefault(n, Bound(advance_through))
-    return TipTrajectory(int(advance_all(*arguments)), tips, tensions)
+    run = _bound.setdefault(n, Bound(advance_all))
+    solved = run.call(rod._data, rod._work, rod._bdf, state.data(), np.ascontiguousarray(loads), tips, tensions)
+    return TipTrajectory(int(solved), tips, tensions)

@@ -3,15 +3,15 @@
 Symbols are those of the field (Rucker & Webster 2011; Till, Aloi & Rucker 2019; Danesh & Janabi-Sharifi): `v` strain
 [-], `u` curvature [1/m], `q` velocity [m/s], `w` angular velocity [rad/s], `n` force [N], `m` moment [N m], all in the
 body frame; `R` body to world, row by row. Vectors are tuples (see `vectors`) of numbers, which are floats for one rod
-and packs (see `packs`) for several at once. A march is a chain of points, each of which waits for the one before: how
-soon a result is there counts as much as how many operations it takes. The order of operations is the one written here.
+and SIMD vectors (see `simd`) for several at once. A march is a chain of points, each of which waits for
+the one before: latency counts as much as the number of operations. The order of operations is the one written here.
 """
 
 import math
 from typing import Any
 
 from tendond.model.numerics.compile import inlined
-from tendond.model.numerics.simd import total
+from tendond.model.numerics.simd import simd_sum
 from tendond.model.numerics.vectors import (
     Vector,
     add,
@@ -44,11 +44,11 @@ def tendon_slope(x: Any, y: Any, v: Vector, u: Vector) -> Any:
 
 @inlined
 def tendon_sums(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector) -> tuple[TendonSums, Any]:
-    """What the tendons add to the equations, and |p_i'|, their lengths per rod length.
+    """Sum the tendons' terms of the equations; and |p_i'|, their lengths per rod length.
 
     Args:
         lanes: a tuple, one entry per rod.
-        x, y, tension: packs of all tendons of all rods, at r = (x, y, 0) in the cross-section [m], [N].
+        x, y, tension: SIMD vectors of all tendons of all rods, at r = (x, y, 0) in the cross-section [m], [N].
         v, u: of their rods.
 
     Returns:
@@ -69,33 +69,33 @@ def tendon_sums(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector) 
     pull = scale(c1, P)
     a = cross(u, pull)
     A = (
-        total(A11, lanes),
-        total(A12, lanes),
-        total(A13, lanes),
-        total(A22, lanes),
-        total(A23, lanes),
-        total(A33, lanes),
+        simd_sum(A11, lanes),
+        simd_sum(A12, lanes),
+        simd_sum(A13, lanes),
+        simd_sum(A22, lanes),
+        simd_sum(A23, lanes),
+        simd_sum(A33, lanes),
     )
     B = (
-        total(B11, lanes),
-        total(B12, lanes),
-        total(B13, lanes),
-        total(B21, lanes),
-        total(B22, lanes),
-        total(B23, lanes),
-        total(B31, lanes),
-        total(B32, lanes),
+        simd_sum(B11, lanes),
+        simd_sum(B12, lanes),
+        simd_sum(B13, lanes),
+        simd_sum(B21, lanes),
+        simd_sum(B22, lanes),
+        simd_sum(B23, lanes),
+        simd_sum(B31, lanes),
+        simd_sum(B32, lanes),
     )
     H = (
-        total(y * B13, lanes),
-        total(-x * B13, lanes),
-        total(x * B12 - y * B11, lanes),
-        total(-x * B23, lanes),
-        total(x * B22 - y * B21, lanes),
-        total(x * B32 - y * B31, lanes),
+        simd_sum(y * B13, lanes),
+        simd_sum(-x * B13, lanes),
+        simd_sum(x * B12 - y * B11, lanes),
+        simd_sum(-x * B23, lanes),
+        simd_sum(x * B22 - y * B21, lanes),
+        simd_sum(x * B32 - y * B31, lanes),
     )
-    pulls = (total(pull[0], lanes), total(pull[1], lanes), total(pull[2], lanes))
-    b = (total(y * a[2], lanes), total(-x * a[2], lanes), total(x * a[1] - y * a[0], lanes))
+    pulls = (simd_sum(pull[0], lanes), simd_sum(pull[1], lanes), simd_sum(pull[2], lanes))
+    b = (simd_sum(y * a[2], lanes), simd_sum(-x * a[2], lanes), simd_sum(x * a[1] - y * a[0], lanes))
     return (A, B, H, pulls, b), speed
 
 
@@ -188,8 +188,8 @@ def tendon_pulls(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector)
     pull = scale(tension / math.sqrt(dot(P, P)), P)
     moment = (y * pull[2], -x * pull[2], x * pull[1] - y * pull[0])
     return (
-        (total(pull[0], lanes), total(pull[1], lanes), total(pull[2], lanes)),
-        (total(moment[0], lanes), total(moment[1], lanes), total(moment[2], lanes)),
+        (simd_sum(pull[0], lanes), simd_sum(pull[1], lanes), simd_sum(pull[2], lanes)),
+        (simd_sum(moment[0], lanes), simd_sum(moment[1], lanes), simd_sum(moment[2], lanes)),
     )
 
 
@@ -197,7 +197,7 @@ def tendon_pulls(lanes: Any, x: Any, y: Any, tension: Any, v: Vector, u: Vector)
 def tip_residual(
     pulls: tuple[Vector, Vector], n: Vector, m: Vector, R: tuple[float, ...], force: Vector, moment: Vector
 ) -> tuple[Vector, Vector]:
-    """What is missing from equilibrium at the tip [N, N m]: n(L) + tendon pull - R'F, m(L) + its moment - R'M."""
+    """Residual of the equilibrium at the tip [N, N m]: n(L) + tendon pull - R'F, m(L) + its moment - R'M."""
     return sub(add(n, pulls[0]), rotate_back(R, force)), sub(add(m, pulls[1]), rotate_back(R, moment))
 
 

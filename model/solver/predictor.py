@@ -1,7 +1,7 @@
-"""First guess of a step: extrapolation of past solutions, of the order that would have predicted the last one best.
+"""Predict a step's solution: extrapolation of past solutions, of the order that would have predicted the last one best.
 
-With backward differences, extrapolation of order p is the sum of the first p + 1 of them, and what it missed at the
-last step is the next one. A smooth motion is then followed so closely that a step often needs a single march; after a
+With backward differences, extrapolation of order p is the sum of the first p + 1 of them, and its error at the last
+step is the next one. A smooth motion is then followed so closely that a step often needs a single march; after a
 jump, or in noise, the guess falls back to the last solution.
 """
 
@@ -10,7 +10,7 @@ from typing import Any
 from tendond.model.numerics.compile import inlined
 
 PAST = 7
-"""Solutions that are looked at."""
+"""Solutions that an extrapolation may use."""
 
 RING = PAST + 1
 """Solutions that are kept: one more, so that a step that fails has overwritten none of them."""
@@ -36,13 +36,13 @@ def predict(unknowns: Any, count: int, scale: Any, differences: Any, size: int, 
         for k in range(PAST - 1, order - 1, -1):
             for j in range(m):
                 differences[k, j] = differences[k - 1, j] - differences[k, j]
-    best, least = 0, -1.0
+    best, missed_min = 0, -1.0
     for order in range(PAST - 1):
         missed = 0.0
         for j in range(size):
             missed += (differences[order + 1, j] / scale[j]) ** 2
-        if least < 0.0 or missed < least:
-            best, least = order, missed
+        if missed_min < 0.0 or missed < missed_min:
+            best, missed_min = order, missed
     for j in range(m):
         guess[j] = differences[0, j]
     for order in range(1, best + 1):

@@ -6,36 +6,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined
-from tendond.model.solver.march import STATE
+from tendond.model.solver.lanes import STATE
+from tendond.model.solver.march import Shots
 from tendond.model.solver.predictor import PAST
 
 LANES = 8
 """Rods that march together for a Jacobian."""
 
-MOMENT_SCALE = 0.05
-"""[m] makes n(0) and m(0) comparable: about the arm of the tip's load."""
+MOMENT_ARM = 0.1
+"""Of the rod's length: makes n(0) and m(0) comparable; about the arm of the tip's load on a bent rod."""
 
 
 class Work(NamedTuple):
-    """Scratch arrays. m = 6 + n; `raw` is what a march comes to: residual 6, tendon lengths n."""
+    """Scratch arrays. m = 6 + n; `raw` is the result of a shot: residual 6, tendon lengths n."""
 
-    scale: Any  # (m,): of each unknown, 1 N or 0.05 N m
+    scale: Any  # (m,): of each unknown, 1 N, or that at `MOMENT_ARM` [N m]
     trial: Any  # (m,)
     raw: Any  # (m,)
     raw_trial: Any  # (m,)
     step: Any  # (m,)
     last: Any  # (m,): a continuation's last solution
-    slope: Any  # (m,): and its change per part of the way
-    loads: Any  # (n + 15,): and its current loads
+    slope: Any  # (m,): its change over the whole continuation
+    loads: Any  # (n + 15,): a continuation's current loads
     matrix: Any  # (m, m)
     differences: Any  # (PAST, m): of past solutions
-    tip: Any  # (24, m): the last node's state against the unknowns
-    base: Any  # (6 * LANES,)
-    tension: Any  # (n * LANES,)
-    length: Any  # (n * LANES,)
-    residual: Any  # (6 * LANES,)
-    node: Any  # (24 * LANES,)
-    march: Any  # the rest
+    tip: Any  # (24, m): derivatives of the last node's state by the unknowns
+    shots: Shots  # of `LANES` rods
 
 
 @inlined
@@ -78,21 +74,16 @@ def open_work(memory: Any, n: int) -> Work:
         matrix,
         differences,
         tip,
-        base,
-        tension,
-        length,
-        residual,
-        node,
-        memory[at:],
+        Shots(base, tension, node, length, residual, memory[at:]),
     )
 
 
-def new_work(n: int, stages: int) -> NDArray[np.float64]:
-    """Memory for a rod with n tendons and a space scheme of that many stages."""
+def new_work(n: int, stages: int, length: float) -> NDArray[np.float64]:
+    """Memory for a rod with n tendons, a space scheme of that many stages, and a length [m]."""
     m = 6 + n
     solver = 7 * m + n + 15 + m * m + PAST * m + STATE * m
     marches = (12 + 2 * n + STATE) * LANES + (2 + stages) * STATE * LANES
     memory = np.zeros(solver + marches)
     memory[:m] = 1.0
-    memory[3:6] = MOMENT_SCALE
+    memory[3:6] = MOMENT_ARM * length
     return memory

@@ -83,7 +83,7 @@ class Allocation:
     def tensions(self, moment: Array) -> Array:
         """Tensions [N], shape (n,), for a moment [N m], shape (2,), or the nearest feasible one, within `EDGE`."""
         out = np.empty(self.arms.shape[1])
-        self._allocate(self._tendons, self._inner, moment, self._scratch, out)
+        self._allocate.call(self._tendons, self._inner, moment, self._scratch, out)
         return out
 
     def nearest(self, moment: Array) -> Array:

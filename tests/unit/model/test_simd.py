@@ -1,4 +1,4 @@
-"""Packs: what holds for floats holds for packs of them, and they are SIMD code."""
+"""SIMD vectors: a formula that holds for floats holds for vectors of them, in SIMD code."""
 
 import math
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.model.numerics.compile import inlined
-from tendond.model.numerics.simd import load, pack, repeat, store, total
+from tendond.model.numerics.simd import simd_load, simd_repeat, simd_store, simd_sum, simd_vector
 
 
 @inlined
@@ -17,16 +17,18 @@ def formula(a: Any, b: Any, factor: float) -> Any:
 
 @inlined
 def apply(like: Any, a: Any, b: Any, factor: float, out: Any) -> None:
-    store(out, 1, formula(load(a, 1, like), load(b, 0, like), factor))
+    simd_store(out, 1, formula(simd_load(a, 1, like), simd_load(b, 0, like), factor))
 
 
 @inlined
 def sum_up(numbers: Any, lanes: Any, factors: Any, out: Any) -> None:
-    store(out, 0, total(pack(numbers, lanes) * repeat(load(factors, 0, lanes), numbers), lanes))
+    simd_store(
+        out, 0, simd_sum(simd_vector(numbers, lanes) * simd_repeat(simd_load(factors, 0, lanes), numbers), lanes)
+    )
 
 
 @pytest.mark.parametrize("width", [1, 2, 3, 4, 6, 8])
-def test_a_formula_gives_a_pack_what_it_gives_each_float(width: int) -> None:
+def test_a_formula_gives_a_simd_vector_what_it_gives_each_float(width: int) -> None:
     random = np.random.default_rng(width)
     a, b, out = random.normal(size=width + 2), random.normal(size=width), np.full(width + 2, 7.0)
     apply((0,) * width, a, b, 3.0, out)
@@ -37,14 +39,14 @@ def test_a_formula_gives_a_pack_what_it_gives_each_float(width: int) -> None:
 
 @pytest.mark.parametrize("lanes", [1, 2, 8])
 @pytest.mark.parametrize("count", [1, 3, 4, 6])
-def test_a_total_is_the_sum_of_each_lane(count: int, lanes: int) -> None:
+def test_a_sum_is_that_of_each_lane(count: int, lanes: int) -> None:
     numbers = tuple(float(2**k) for k in range(count))
     factors, out = 1.0 + np.arange(lanes), np.zeros(lanes)
     sum_up(numbers, (0,) * lanes, factors, out)
     np.testing.assert_array_equal(out, sum(numbers) * factors)
 
 
-def test_a_root_of_a_pack_is_one_instruction_for_all_of_it() -> None:
+def test_a_root_of_a_simd_vector_is_one_instruction_for_all_of_it() -> None:
     """In LLVM's terms, whatever the processor makes of it."""
     out = np.zeros(10)
     apply((0,) * 8, np.ones(10), np.ones(8), 3.0, out)

@@ -6,7 +6,7 @@ FORGOTTEN_SECONDS = 1.0
 """Without a command for so long, a controller counts as gone."""
 
 
-class Followed:
+class FollowedController:
     """The controller whose commands are carried out; those of another one are refused, and it is named.
 
     A second controller that is armed makes the tendons do what neither expects. So what is refused is told to both,

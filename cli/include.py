@@ -53,12 +53,12 @@ def sections(path: Path) -> set[str]:
     """Names of the sections in a configuration and what it includes; their keys and values are not looked at.
 
     Raises:
-        ConfigError: a file cannot be read, or is no TOML.
+        ConfigError: a file cannot be read, or is not valid TOML.
     """
     try:
         own: Tables = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: is no TOML: {error}") from error
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     files = _included(own.pop(INCLUDE), path) if INCLUDE in own else {}
     return {name for name, value in _merged(own, files).items() if isinstance(value, dict)}
 
@@ -82,7 +82,7 @@ def _tables(path: Path) -> Tables:
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: is no TOML: {error}") from error
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     if INCLUDE in tables:
         raise ConfigError(f"{path}: {INCLUDE}: an included file includes no others; name them all in the first one")
     return tables

@@ -1,4 +1,4 @@
-"""The record of one cycle: everything to run it again, and everything that a person would plot."""
+"""Record of one cycle: everything needed to replay it and to plot it."""
 
 from typing import Annotated, Literal
 
@@ -10,7 +10,7 @@ from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonS
 
 
 class CycleInputs(Schema):
-    """What a cycle sees of the world.
+    """Inputs of a cycle.
 
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
@@ -37,7 +37,7 @@ class CycleInputs(Schema):
 
 
 class ReferencePoint(Schema):
-    """Where the tip should be: position [m], velocity [m/s], acceleration [m/s^2], world frame.
+    """Reference of the tip: position [m], velocity [m/s], acceleration [m/s^2], world frame.
 
     Attributes:
         target: where the reference ends [m].
@@ -50,7 +50,7 @@ class ReferencePoint(Schema):
 
 
 class TipEstimate(Schema):
-    """What the law was fed.
+    """Law inputs.
 
     Attributes:
         position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. All world frame.
@@ -62,7 +62,7 @@ class TipEstimate(Schema):
 
 
 class ObserverEstimate(Schema):
-    """What the observer makes of the difference between model and measurement; world frame.
+    """Output of the observer, from the difference between model and measurement; world frame.
 
     Attributes:
         innovation: measured tip minus the model's of the same time [m]; the last one while no pose comes.
@@ -143,7 +143,7 @@ class CycleRecord(Schema):
 
 
 class LoopTiming(Schema):
-    """When a cycle really ran.
+    """Timing of a cycle.
 
     Attributes:
         tick: of the cycle.

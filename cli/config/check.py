@@ -16,7 +16,7 @@ from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.errors.explain import Objection, dotted, in_file, said
+from tendond.schemas.errors.explain import Objection, dotted, in_file, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
 
 INCOMPLETE = "what depends on several keys is looked at once these are mended"
@@ -70,7 +70,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
 def _located(lines: Iterable[str], file: Path | None) -> list[Objection]:
     """As objections, with the lines of the file that they are about."""
     places = {} if file is None else key_lines(file.read_text(encoding="utf-8-sig"))
-    found = [said(line) for line in lines]
+    found = [objection_from(line) for line in lines]
     return [replace(one, line=line_of(one.path, places)) for one in found]
 
 

@@ -145,7 +145,7 @@ def _faults() -> str:
             code(fault.value),
             kind.meaning,
             "" if kind.seconds is None else f"{kind.seconds:g} s",
-            "" if kind.size is None else f"{kind.size:g} {kind.unit}, at most {kind.most:g}",
+            "" if kind.size is None else f"{kind.size:g} {kind.unit}, at most {kind.size_max:g}",
             ", ".join(_takes(kind.directed, kind.servo, kind.wires)),
         )
         for fault, kind in FAULTS.items()

@@ -78,7 +78,7 @@ def simulate(
 
 def inject(
     fault: Annotated[
-        str, typer.Argument(help="Name of the fault, see docs/simulator.md; mend ends it.", autocompletion=faults)
+        str, typer.Argument(help="Name of the fault, see docs/simulator.md; clear ends it.", autocompletion=faults)
     ],
     config: Config = None,
     servo_id: Annotated[

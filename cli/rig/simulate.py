@@ -47,10 +47,14 @@ def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, obj
     Raises:
         TendondError: there is no such fault or servo, it takes no such option, or no simulator runs.
     """
-    if fault not in list(Fault):
-        raise ConfigError(f"'{fault}' is no fault: choose from {', '.join(Fault)}")
     try:
-        request = FaultRequest.model_validate({"fault": fault, **options})
+        known = Fault(fault)
+    except ValueError:
+        raise ConfigError(f"'{fault}' is not a fault: choose from {', '.join(Fault)}") from None
+    if known.value != fault:
+        say(f"fault '{fault}' was renamed to '{known.value}': use that name")
+    try:
+        request = FaultRequest.model_validate({"fault": known.value, **options})
     except ValidationError as error:
         raise ConfigError("\n".join(explain(error, FaultRequest))) from error
     reply = request_fault(load_config(config_file), request)

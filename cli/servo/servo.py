@@ -59,7 +59,7 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
         count += 1
     if not count:
         rates = f"{BAUD_RATES[0]} to {BAUD_RATES[-1]} bit/s"
-        beyond = "" if last_id == table.ID.most else f" ids above {last_id} were not looked at;"
+        beyond = "" if last_id == table.ID.maximum else f" ids above {last_id} were not looked at;"
         garbled = " what answers is unintelligible: plug in one servo at a time;" if _garbled(heard) else ""
         raise DaemonError(
             f"no servo answers on {', '.join(names)}, ids 0 to {last_id}, {rates}:{beyond}{garbled} is the power on, is"

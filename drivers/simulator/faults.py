@@ -46,7 +46,7 @@ class Faults:
             return ControlReply(
                 done=False, message=f"there is no servo {request.servo}; the servos are 1 to {self._tendons}"
             )
-        if request.fault is Fault.MEND:
+        if request.fault is Fault.CLEAR:
             self._caused = {
                 of: one for of, one in self._caused.items() if request.servo is not None and of[1] != request.servo
             }
@@ -54,7 +54,7 @@ class Faults:
         lasting = request.duration
         until = math.inf if lasting is None else self.time + lasting
         self._caused[request.fault, request.servo] = request, until
-        span = "until it is mended" if lasting is None else f"for {lasting:g} s"
+        span = "until it is cleared" if lasting is None else f"for {lasting:g} s"
         kind = FAULTS[request.fault]
         size = f" of {request.amount:g} {kind.unit}" if kind.size is not None else ""
         return ControlReply(done=True, message=f"{_whose(request)}{request.fault.value}{size} {span}")

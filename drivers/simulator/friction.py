@@ -31,7 +31,7 @@ def between(behind: Array, before: Array, ratio: float) -> Array:
     return np.clip(behind, before / ratio, ratio * before)
 
 
-class Middles:
+class TendonMiddles:
     """The middles of elastic tendons: where friction lets them be.
 
     Args:

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
-from tendond.drivers.simulator.friction import Middles, grip
+from tendond.drivers.simulator.friction import TendonMiddles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
-from tendond.drivers.simulator.servo import Servos
+from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 from tendond.model.rod.tip_body import ball_inertia
@@ -52,7 +52,7 @@ class Plant:
         slack = np.zeros(rod.parameters.tendon_count)
         self._command = slack
         self._wound = False  # servos hold the tendons' displacement; else their tension is as commanded
-        self._servos = Servos(section.servo, rod.time_step, slack)
+        self._servos = SimulatedActuators(section.servo, rod.time_step, slack)
         self.faults = Faults(len(slack))
         self._mocap = Mocap(section.mocap, section.seed, self.faults)
         straight = np.array([0.0, 0.0, rod.parameters.length])
@@ -62,7 +62,7 @@ class Plant:
         self._force = self._weight.force(0.0, rod.time_step)
         self._state: RodState = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
-        self._middles: Middles | None = None  # of tendons that rub, while they are wound
+        self._middles: TendonMiddles | None = None  # of tendons that rub, while they are wound
         self._pull = slack
         self.seq = 0
 
@@ -103,7 +103,7 @@ class Plant:
                 self._servos.stand(ends)
                 if self._section.servo.friction > 0.0:
                     stiffness, shortening = self._rod.parameters.tendon_stiffness, self._rod.displacements(self._state)
-                    self._middles = Middles(stiffness, ends, shortening)
+                    self._middles = TendonMiddles(stiffness, ends, shortening)
             elif self._wound and not wound:
                 self._servos.stand(np.zeros(self.tendon_count))
             self._wound = wound

@@ -7,7 +7,7 @@ import zenoh
 
 from tendond import TendondError
 from tendond.bus.client import StoppedError, open_client
-from tendond.bus.followed import Followed
+from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
 from tendond.bus.subscription import Subscription
 from tendond.drivers.simulator.faults import answer, listen
@@ -52,7 +52,7 @@ class Simulator:
         self._plant = plant
         self._stopped = stopped
         self._source = new_source("simulator")
-        self._followed = Followed()
+        self._followed = FollowedController()
         self.unreadable = 0
         self._misfits = 0
 

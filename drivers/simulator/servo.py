@@ -11,7 +11,7 @@ from tendond.schemas.config.simulator import SimulatedServos
 Array = NDArray[np.float64]
 
 
-class Servos:
+class SimulatedActuators:
     """One axis per tendon; positions [m] where displacement drives, tensions [N] where tension does.
 
     Args:

@@ -26,7 +26,7 @@ LINES_AT_ONCE, LINE_SECONDS = 12, 5.0
 """Lines that may come together, and the time after which one more may: a flickering tip must not fill the journal."""
 
 
-class Voice:
+class LimitedLog:
     """Say lines, but no more than a bounded number; the rest are counted.
 
     Args:
@@ -55,7 +55,7 @@ class Voice:
         return True
 
 
-class Source(Protocol):
+class FrameSource(Protocol):
     """Where frames come from."""
 
     counts: Counter[str]
@@ -94,7 +94,7 @@ class ViconDriver:
         self._section = section
         self._stopped = stopped
         self._say = say
-        self._voice = Voice(say)
+        self._log = LimitedLog(say)
         self._supervisor = supervisor or Supervisor({})
         self._builder = PoseBuilder(section, config.rod.gravity)
         wanted = {section.tip, section.base} - {""}
@@ -114,7 +114,7 @@ class ViconDriver:
             ViconError: the frames' source cannot be used.
         """
         section = self._section
-        source: Source = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
+        source: FrameSource = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
         try:
             with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
                 expression = key(self._config.rig.name, TIP_POSE)
@@ -127,7 +127,7 @@ class ViconDriver:
                     self._supervisor.alive()
                     block = source.receive()
                     for line in source.news():
-                        self._voice(line)
+                        self._log(line)
                     self._listen(block is not None, source)
                     for frame in [] if block is None else self._sequencer.add(block):
                         pose = self._builder.build(frame)
@@ -144,7 +144,7 @@ class ViconDriver:
             source.close()
             self._report(source)
 
-    def _listen(self, heard: bool, source: Source) -> None:
+    def _listen(self, heard: bool, source: FrameSource) -> None:
         """Say when the stream falls silent, and when it is back."""
         now = time.monotonic()
         if heard:
@@ -152,10 +152,10 @@ class ViconDriver:
             if source.counts != self._unheard:
                 self._unheard = source.counts.copy()
             if self._silent:
-                self._silent = not self._voice("Tracker is heard again")
+                self._silent = not self._log("Tracker is heard again")
         elif not self._silent and now - self._heard > self._section.silence:
             cause = ", ".join(f"{count} {reason}" for reason, count in (source.counts - self._unheard).items())
-            self._silent = self._voice(
+            self._silent = self._log(
                 f"nothing from Tracker for {self._section.silence:g} s"
                 + (f"; what came was no packet of its: {cause}" if cause else "")
             )
@@ -163,17 +163,17 @@ class ViconDriver:
     def _tell(self) -> None:
         """Say when the poses become invalid or valid again, and when the base is seen to be tilted or level."""
         objections, level = self._builder.objections, self._builder.level
-        if objections != self._objections and self._voice(
+        if objections != self._objections and self._log(
             f"no valid pose: {', '.join(objections)}" if objections else "the tip is seen"
         ):
             self._objections = objections
-        if level.tilted != self._tilted and self._voice(level.objection() or "the base is level"):
+        if level.tilted != self._tilted and self._log(level.objection() or "the base is level"):
             self._tilted = level.tilted
 
-    def _report(self, source: Source) -> None:
+    def _report(self, source: FrameSource) -> None:
         """Say what was odd since the last report."""
         total = source.counts + self._sequencer.counts + self._builder.counts
-        total["lines withheld"] = self._voice.withheld
+        total["lines withheld"] = self._log.withheld
         new = total - self._reported
         if new:
             self._say("since the last report: " + ", ".join(f"{count} {reason}" for reason, count in new.items()))

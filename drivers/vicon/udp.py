@@ -9,7 +9,7 @@ import numpy as np
 
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
-from tendond.drivers.vicon.packet import Block, PacketError, Reading, parse
+from tendond.drivers.vicon.packet import Block, ObjectReading, PacketError, parse
 from tendond.drivers.vicon.senders import Senders
 from tendond.drivers.vicon.sockets import IP_PKTINFO, close, listen
 from tendond.schemas.config.vicon import EulerOrder, ViconSection
@@ -26,7 +26,7 @@ STALE_NS = 100_000_000
 """A packet that has waited for longer is dropped."""
 
 
-def placed(reading: Reading, order: EulerOrder) -> Placement | None:
+def placed(reading: ObjectReading, order: EulerOrder) -> Placement | None:
     """An object's placement in SI; none when Tracker does not see it."""
     if reading.occluded:
         return None

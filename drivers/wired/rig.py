@@ -18,7 +18,7 @@ from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
-from tendond.drivers.vicon.packet import Block, Reading, build
+from tendond.drivers.vicon.packet import Block, ObjectReading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
 from tendond.schemas.config.rig import ConfigError, RigConfig
@@ -31,8 +31,8 @@ from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
-HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
+HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Where the rig stands in the simulated Vicon world."""
 
 
@@ -46,7 +46,7 @@ class WiredError(ConfigError):
     """The wires cannot be laid."""
 
 
-class Spooled:
+class SpooledServo:
     """An emulated servo with a tendon of the rod on its spool; tension [N] is what the rod pulls with."""
 
     def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
@@ -104,7 +104,7 @@ class WiredRig:
         self._source = new_source("simulator")
         self._stopped = stopped
         self._alignment = Alignment(vicon, config.rod.gravity)
-        self._tendons = [Spooled(tendon, servo.baudrate) for tendon in calibration.tendons]
+        self._tendons = [SpooledServo(tendon, servo.baudrate) for tendon in calibration.tendons]
         self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
 
     def close(self) -> None:
@@ -163,9 +163,9 @@ class WiredRig:
         return build(Block(pose.seq, objects))
 
 
-def _reading(placement: Placement) -> Reading:
-    x, y, z = ((placement.position + ROOM.position) / MILLIMETRE).tolist()
-    return Reading((x, y, z), euler_from_rotation(placement.rotation))
+def _reading(placement: Placement) -> ObjectReading:
+    x, y, z = ((placement.position + RIG_PLACEMENT.position) / MILLIMETRE).tolist()
+    return ObjectReading((x, y, z), euler_from_rotation(placement.rotation))
 
 
 def _free_link(path: Path) -> Path:

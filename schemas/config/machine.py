@@ -39,7 +39,7 @@ class BusSection(Schema):
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only processes of this machine can reach it."""
+        """True where only processes of this machine can reach the endpoint."""
         host = self.endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
         if host == "localhost":
             return True

@@ -1,9 +1,9 @@
-"""Configurations by name, as TOML: the profiles of the simulator, and what the rig on wires needs beside one."""
+"""Configurations by name, as TOML: profiles of the simulator, and sections of the wired rig."""
 
 PAPER = """\
 # The simulation of Danesh & Janabi-Sharifi: forward Euler along the rod with 200 nodes, in controller and plant.
 # Their target is x = 340 mm and z = 0, which no shape of the rod has; z = 39.8 mm is where it is at x = 340 mm
-# when it is bent as far as theirs. With the default scheme the same parameters give z = 47.5 mm.
+# when it is bent as much as theirs. With the default scheme the same parameters give z = 47.5 mm.
 
 [rod]
 space = "euler"
@@ -14,14 +14,14 @@ space = "euler"
 nodes = 200
 
 [limits]
-tension_rate = 6000.0  # as good as none, as in the paper
+tension_rate = 6000.0  # in effect no limit, as in the paper
 displacement_rate = 5.0
 
 [control]
-sampled = false  # the laws as they are written
+sampled = false  # the laws as published
 
 [commissioning]
-probe = false  # the experiment begins when it is armed
+probe = false  # the experiment begins at arming
 
 [reference]
 kind = "exponential"
@@ -31,10 +31,10 @@ rate = 20.0
 """
 
 _SERVOS = """\
-# The paper's robot as it may really be: XL430 servos wind elastic tendons on spools of 15 mm, and motion capture at
-# 100 Hz has noise and is 10 ms old when it arrives. 57 rpm wind 90 mm/s without load; 85 mm/s are counted on, and the
-# servos' profile acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons'
-# stiffness are guesses. The paper's reference is too fast for these servos: this one takes longer.
+# The paper's robot with real hardware: XL430 servos, elastic tendons on spools of 15 mm, and motion capture at 100 Hz
+# with noise and 10 ms of delay. 57 rpm give 90 mm/s without load; 85 mm/s are assumed, with the servos' profile
+# acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons' stiffness are
+# assumptions. The paper's reference is too fast for these servos: this one takes longer.
 
 [rod]
 tendon_stiffness = 20000.0
@@ -84,14 +84,14 @@ WIRED = _SERVOS.format(
     noise="1e-4",
     mocap="",
 )
-"""RIG behind the real drivers, which take their time: the observer is told of it, and there is less haste."""
+"""RIG behind the real drivers, whose delay and lag are configured; the reference is slower."""
 
 NASTY = _SERVOS.format(
     rate=0.085,
     duration=2.0,
     observer="delay = 0.01",
     backlash="3e-4",
-    servo="lag = 0.02  # of which the controller knows nothing, as of all that follows\nfriction = 0.1\n",
+    servo="lag = 0.02  # unknown to the controller, like all that follows\nfriction = 0.1\n",
     rod="youngs_modulus = 171e9  # -10 %\nbending_damping = [0.0056, 0.0056, 0.0056]  # times 0.7\n",
     noise="3e-4",
     mocap="""\
@@ -132,10 +132,10 @@ laps = 3
 WIRED_SPACE = SPACE.partition("[reference]")[0] + WIRED.replace(
     'kind = "minimum_jerk"', SPACE.partition("[reference]\n")[2].rstrip()
 )
-"""The same circle behind servos, which are too slow for it: the reference is slowed to what they can do."""
+"""SPACE behind servos, which are too slow for it: the reference is slowed down to their rate."""
 
 PROFILES = {"paper": PAPER, "rig": RIG, "nasty": NASTY}
-"""By the names that `--profile` takes."""
+"""Profiles by their name for `--profile`."""
 
 WIRED_VICON = """\
 address = "127.0.0.1"
@@ -143,7 +143,7 @@ base_axes = ["+z", "+x", "+y"]
 latency = 0.01
 """
 WIRED_SERVO = """\
-# Emulated servos are a thread of a process that simulates a rod besides: on a busy machine they answer late.
+# Emulated servos share a process with the simulated rod: on a busy machine they answer late.
 answer_timeout = 0.5
 silent_reads = 6
 watchdog = 1.5

@@ -9,4 +9,4 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Port = Annotated[int, Field(ge=1, le=65535)]
 Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
-"""An axis of another frame, and its sign."""
+"""Axis of another frame, with its sign."""

@@ -1,4 +1,4 @@
-"""The rig's configuration: one TOML file, every key with its unit and range; SI throughout."""
+"""Configuration of a rig: one TOML file, every key with its unit and range; SI throughout."""
 
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,10 +32,10 @@ from tendond.schemas.errors.toml_lines import key_lines, line_of
 
 
 class ConfigError(TendondError):
-    """A configuration that cannot be used: file, key, value, what is allowed; a line each.
+    """A configuration cannot be used: file, key, value and what is allowed, one line each.
 
     Attributes:
-        objections: the same in parts, where there are some.
+        objections: the same in parts; may be empty.
     """
 
     def __init__(self, text: str, objections: Sequence[Objection] = ()) -> None:
@@ -44,7 +44,7 @@ class ConfigError(TendondError):
 
 
 class RigConfig(Schema):
-    """A rig: everything that the controller and the simulator need to know."""
+    """Configuration of a rig, for the controller, the drivers and the simulator."""
 
     rig: RigSection = RigSection()
     bus: BusSection = BusSection()
@@ -63,7 +63,7 @@ class RigConfig(Schema):
     servo: ServoSection | None = None
 
     def with_own_rates(self) -> "RigConfig":
-        """The configuration with the robot's own rates in [limits] where none are named."""
+        """Return the configuration with derived rates in [limits] where none are given."""
         limits = with_own_rates(self.limits, self.rod, self.observer.lag, self.loop.period)
         return self if limits is self.limits else self.model_copy(update={"limits": limits})
 
@@ -74,7 +74,7 @@ class RigConfig(Schema):
         return self
 
     def _tendon_objections(self) -> Iterator[str]:
-        """What does not fit the rod's tendons, in words."""
+        """Find keys that do not fit the rod's tendons."""
         control, positions = self.control, self.rod.tendon_positions
         count = len(positions)
         exist = {}
@@ -101,7 +101,7 @@ class RigConfig(Schema):
             yield "rod and simulator.rod differ in the number of tendon_positions"
 
     def _servo_objections(self) -> list[str]:
-        """What servos cannot do; without [servo] there are none."""
+        """List limits that the servos cannot meet; empty without [servo]."""
         if self.servo is None:
             return []
         limits = self.limits
@@ -116,24 +116,24 @@ class RigConfig(Schema):
 
 
 def parse_config(text: str, source: str) -> RigConfig:
-    """The configuration in a TOML text.
+    """Read a configuration from TOML.
 
     Args:
         text: TOML.
         source: name of the file, for messages.
 
     Raises:
-        ConfigError: no TOML, unknown keys, values out of range; every error at once, a line each.
+        ConfigError: invalid TOML, unknown keys, values out of range; all errors at once, one line each.
     """
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{source}: is no TOML: {error}") from error
+        raise ConfigError(f"{source}: is not valid TOML: {error}") from error
     return check_config(data, source, key_lines(text))
 
 
 def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | None = None) -> RigConfig:
-    """As `parse_config`, from the nested tables; `lines` says where their keys stand, for messages."""
+    """Read a configuration from nested tables; `lines` are those of the keys, for messages."""
     data, old = with_new_names(data, source)
     wrong = [Objection(".".join(path), "", message, path) for path, message in old]
     try:

@@ -13,12 +13,12 @@ from tendond.schemas.errors.keywords import Node, Path, in_words, node_at, resol
 
 @dataclass(frozen=True)
 class Objection:
-    """One thing that is wrong with data.
+    """One error in data.
 
     Attributes:
-        key: with dots, empty where it is about several keys.
-        value: that was given, as text; empty where there is none to show.
-        message: what is wrong with it, and what is allowed.
+        key: with dots, empty for an error in several keys.
+        value: as text; empty where there is none to show.
+        message: the error, and what is allowed.
         path: of the key, in parts.
         line: of the file, from 1, where it is known.
     """
@@ -37,24 +37,24 @@ class Objection:
 _DOTTED = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+")
 
 
-def said(message: str) -> Objection:
-    """One thing that is wrong, from a line of text; a key that the text names counts as its place."""
+def objection_from(message: str) -> Objection:
+    """Build an objection from a line of text; a key in the text is its place."""
     match = _DOTTED.search(message)
     return Objection("", "", message, tuple(match[0].split(".")) if match else ())
 
 
 def in_file(objection: Objection, source: str) -> str:
-    """`rig.toml:3: rod.length = -1: must be ...`"""
+    """Format an objection with file and line: `rig.toml:3: rod.length = -1: must be ...`."""
     return f"{source}{'' if objection.line is None else f':{objection.line}'}: {objection}"
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One line per error in data for `model`."""
+    """Return one line per error in data for `model`."""
     return [str(objection) for objection in objections(error, model)]
 
 
 def objections(error: ValidationError, model: type[BaseModel]) -> list[Objection]:
-    """What is wrong with data for `model`, all of it; a validator's text of several lines is as many objections."""
+    """List all errors in data for `model`; each line of a validator's text is one objection."""
     root = schema_of(model)
     found = []
     for item in error.errors(include_url=False):
@@ -73,14 +73,16 @@ def objections(error: ValidationError, model: type[BaseModel]) -> list[Objection
             found.append(Objection(key, "", f"is missing: {_allowed(root, path)}", path))
         elif item["type"] == "value_error":
             value = "" if isinstance(item["input"], dict) else _shown(item["input"])
-            found += [Objection(key, value, line, path) if path else said(line) for line in message.splitlines()]
+            found += [
+                Objection(key, value, line, path) if path else objection_from(line) for line in message.splitlines()
+            ]
         else:
             found.append(Objection(key, _shown(item["input"]), _allowed(root, path) or message, path))
     return found
 
 
 def dotted(path: Path) -> str:
-    """control.laws, rod.gravity[2]."""
+    """Write a path with dots and indices: control.laws, rod.gravity[2]."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
@@ -88,18 +90,18 @@ def dotted(path: Path) -> str:
 
 
 def nearest(wrong: str, names: list[str]) -> str:
-    """A hint at the name that was perhaps meant, or at all there are."""
-    near = difflib.get_close_matches(wrong, names, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"known here: {', '.join(names)}"
+    """Suggest the nearest valid name, or list all of them."""
+    matches = difflib.get_close_matches(wrong, names, n=1)
+    return f"did you mean '{matches[0]}'?" if matches else f"known here: {', '.join(names)}"
 
 
 def _is_key(part: int | str) -> bool:
-    """False for names of union branches, which pydantic adds."""
+    """Return false for names of union branches, which pydantic adds."""
     return isinstance(part, int) or ("[" not in part and part not in {"float", "int", "none"})
 
 
 def _shown(value: Any) -> str:
-    """A value as TOML would write it, cut short."""
+    """Write a value as in TOML, shortened."""
     try:
         text = json.dumps(value, ensure_ascii=False)
     except (TypeError, ValueError):
@@ -108,7 +110,7 @@ def _shown(value: Any) -> str:
 
 
 def _allowed(root: Node, path: Path) -> str:
-    """'must be a number > 0 and <= 10 [m]', or nothing where the model does not say."""
+    """Return 'must be a number > 0 and <= 10 [m]'; empty where the model does not say."""
     node = node_at(root, path) if path else root
     if node is None:
         return ""

@@ -1,4 +1,4 @@
-"""What a key may be, in words: read from the JSON Schema that pydantic makes of a model."""
+"""Allowed values of a key in words, from the JSON Schema that pydantic makes of a model."""
 
 import json
 import re
@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 
 Node = dict[str, Any]
-"""A part of a JSON Schema."""
+"""Node of a JSON Schema."""
 
 Path = tuple[int | str, ...]
 """Keys and indices from the model down to a value."""
@@ -20,7 +20,7 @@ _UNIT = re.compile(r"^\[([^]]+)]|\[([^]]+)](?=;|$)")
 
 @cache
 def schema_of(model: type[BaseModel]) -> Node:
-    """The JSON Schema of a model."""
+    """Return the JSON Schema of a model."""
     return model.model_json_schema()
 
 
@@ -30,10 +30,10 @@ class Key:
 
     Attributes:
         path: with dots; `[]` stands for each table of a list.
-        words: what it may be: 'a number > 0 and <= 10'.
-        unit: SI, '-' for a pure number, empty where there is none to have.
-        default: as JSON has it; none where the key has to be given, or is left out by default.
-        required: it has to be given.
+        words: allowed values: 'a number > 0 and <= 10'.
+        unit: SI, '-' for a pure number, empty for what has none.
+        default: as in JSON; none for a required key, or an optional one without a default.
+        required: it must be given.
         meaning: in words, without the unit.
     """
 
@@ -46,7 +46,7 @@ class Key:
 
     @property
     def name(self) -> str:
-        """Without its table's."""
+        """Name without its table's."""
         return self.path.rsplit(".", 1)[-1]
 
 
@@ -60,7 +60,7 @@ class Table:
 
 
 def tables(model: type[BaseModel]) -> list[Table]:
-    """The tables of a configuration's model, in the order of its fields, each followed by the tables within it."""
+    """List the tables of a configuration's model in the order of its fields, each followed by its own tables."""
     root = schema_of(model)
     found: list[Table] = []
     for name, node in root["properties"].items():
@@ -69,7 +69,7 @@ def tables(model: type[BaseModel]) -> list[Table]:
 
 
 def keys_of(model: type[BaseModel]) -> tuple[Key, ...]:
-    """The keys of a model without tables in it, such as a law's parameters."""
+    """List the keys of a model without tables, such as a law's parameters."""
     root = schema_of(model)
     required = root.get("required", ())
     return tuple(_key(root, name, node, required=name in required) for name, node in root["properties"].items())
@@ -101,14 +101,14 @@ def _key(root: Node, path: str, node: Node, *, required: bool) -> Key:
 
 
 def unit_of(root: Node, node: Node) -> str:
-    """The unit [in brackets] at the beginning, the end or before a semicolon of numbers' description, or nothing."""
+    """Return the unit in brackets at the start, at the end or before a semicolon of a description, or nothing."""
     inner = resolved(root, node)
     match = _UNIT.search(node.get("description") or inner.get("description") or "")
     return (match[1] or match[2]) if match and inner.get("type") in {"number", "integer", "array"} else ""
 
 
 def resolved(root: Node, node: Node) -> Node:
-    """The node itself, behind references and 'or none'."""
+    """Return the node itself, behind references and 'or none'."""
     while True:
         if "$ref" in node:
             node = root["$defs"][node["$ref"].rsplit("/", 1)[-1]]
@@ -119,7 +119,7 @@ def resolved(root: Node, node: Node) -> Node:
 
 
 def node_at(root: Node, path: Path) -> Node | None:
-    """The node of a value, or none where the model has no such place."""
+    """Return the node of a value; none where the model has no such place."""
     node = root
     for part in path:
         inner = resolved(root, node)
@@ -136,7 +136,7 @@ def node_at(root: Node, path: Path) -> Node | None:
 
 
 def in_words(root: Node, node: Node) -> str:
-    """'a number > 0 and <= 10', 'one of "xz", "yz"', '3 numbers'."""
+    """Describe the allowed values: 'a number > 0 and <= 10', 'one of "xz", "yz"', '3 numbers'."""
     node = resolved(root, node)
     if "const" in node:
         return json.dumps(node["const"])
@@ -162,8 +162,8 @@ def _bounds(node: Node) -> str:
 
 
 def _array_in_words(root: Node, node: Node) -> str:
-    least, most = node.get("minItems", 0), node.get("maxItems")
-    count = f"{least}" if least == most else f"{least} to {most}" if most else f"{least} or more" if least else ""
+    low, high = node.get("minItems", 0), node.get("maxItems")
+    count = f"{low}" if low == high else f"{low} to {high}" if high else f"{low} or more" if low else ""
     each = [in_words(root, item) for item in node.get("prefixItems", ())] or [in_words(root, node.get("items", {}))]
     kinds = {word.split(" ", 2)[1] if word.startswith("a whole") else word.split(" ")[1] for word in each}
     if all(word.startswith(("a number", "a whole number")) for word in each) and len(kinds) == 1:

@@ -1,4 +1,4 @@
-"""Where the keys of a TOML text stand: tomllib does not say, and a message that names the line saves a search."""
+"""Line numbers of the keys of a TOML text, for messages: tomllib does not report them."""
 
 import re
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ _STRING_OR_COMMENT = re.compile(r"""\"(?:\\.|[^"\\])*"|'[^']*'|#.*""")
 
 
 def key_lines(text: str) -> dict[Path, int]:
-    """The line, from 1, of each table and key of a TOML text; of a list of tables with its index in the path.
+    """Find the line, from 1, of each table and key of a TOML text; tables of a list have their index in the path.
 
     Keys inside inline tables are not found, nor those after a string of several lines that holds brackets.
     """
@@ -40,7 +40,7 @@ def key_lines(text: str) -> dict[Path, int]:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """The line of a key, or of the nearest thing around it that has one."""
+    """Return the line of a key, or of the innermost table around it that has one."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path)

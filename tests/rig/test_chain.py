@@ -93,7 +93,7 @@ class Chain(Rig):
     def reset_servos(self) -> ControlReply:
         """`tendond servo reset`, once the driver has come back from letting out."""
         deadline = time.monotonic() + PATIENCE_SECONDS
-        while not (reply := request_reset(self.settings, 30.0)).done and "being let out" in reply.message:
+        while not (reply := request_reset(self.settings, 30.0)).done and "being released" in reply.message:
             assert time.monotonic() < deadline, reply.message
         return reply
 
@@ -148,7 +148,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     refused = chain.reset_servos()
     assert not refused.done
     assert "Overload Error" in refused.message
-    assert request_fault(chain.settings, FaultRequest(fault=Fault.MEND, servo=2), 30.0).done
+    assert request_fault(chain.settings, FaultRequest(fault=Fault.CLEAR, servo=2), 30.0).done
     assert chain.reset_servos().done
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
     chain.track(session, 0.05)
@@ -226,7 +226,7 @@ def test_the_servo_driver_lets_out_and_switches_off_when_it_is_told_to_end(chain
     driver = chain.drivers["servo"]
     code, said = chain.end(driver)
     assert code == 0, said
-    assert "ended: the tendons are let out, the torque is off" in said
+    assert "stopped; the tendons are released, the torque is off" in said
     assert "Traceback" not in said
     assert not any(chain.torques)
 
@@ -296,14 +296,14 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             Fault.REBOOT: lambda: not second.energised,
             Fault.CUT: lambda: others.cut == [1],
         }
-        assert {*seen, Fault.MEND} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
+        assert {*seen, Fault.CLEAR} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
         for fault, happened in seen.items():
             second.write(table.TORQUE_ENABLE.address, b"\x01")
             assert cause(bus, others, FaultRequest(fault=fault, servo=2 if FAULTS[fault].servo else None)).done
             assert happened(), fault
-            assert cause(bus, others, FaultRequest(fault=Fault.MEND, servo=2)).done
+            assert cause(bus, others, FaultRequest(fault=Fault.CLEAR, servo=2)).done
             assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
-        assert cause(bus, others, FaultRequest(fault=Fault.MEND)).done
+        assert cause(bus, others, FaultRequest(fault=Fault.CLEAR)).done
         assert (bus.loss, bus.late) == (0.0, 0.0)
         refused = cause(bus, others, FaultRequest(fault=Fault.HOT, servo=9))
         assert not refused.done

@@ -105,16 +105,16 @@ def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -
         assert found["servos"]["outcome"] == "fail"
         assert "servo 2" in found["servos"]["finding"]
         assert "Overload" in found["servos"]["finding"]
-        servos.tell(servos.servos[1].power_up)
-        servos.tell(lambda: servos.servos[2]._store(table.SHUTDOWN, 0))
+        servos.apply(servos.servos[1].power_up)
+        servos.apply(lambda: servos.servos[2]._store(table.SHUTDOWN, 0))
         _, found, _ = examined(one)
         assert "servo 3" in found["servos"]["finding"]
         assert "Shutdown is 0, must be 52" in found["servos"]["finding"]
         assert found["servos"]["remedy"] == "tendond servo setup 3"
-        servos.tell(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
+        servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
         _, found, _ = examined(one)
         assert "servo 1 answers pings alone: its Status Return Level is 0" in found["servos"]["finding"]
-        servos.tell(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
+        servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
         servos.instructions.clear()
         _, found, _ = examined(one, "--no-servos")
         assert "servos" not in found

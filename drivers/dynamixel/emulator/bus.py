@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from tendond.drivers.dynamixel.emulator.line import Line
+from tendond.drivers.dynamixel.emulator.line import ServoLine
 from tendond.drivers.dynamixel.emulator.protocol import Packet, Receiver
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 
@@ -28,7 +28,7 @@ TERMIOS2 = struct.Struct("4IB19B2I")
 
 
 class EmulatedBus:
-    """Servos on a serial line.
+    """ServoGroup on a serial line.
 
     Args:
         link: path at which the port appears, as a symbolic link to the pseudo-terminal.
@@ -51,7 +51,7 @@ class EmulatedBus:
         self.late = 0.0
         self.instructions: list[Packet] = []
         self.errors: list[Exception] = []
-        self._line = Line()
+        self._line = ServoLine()
         self._chance = random.Random(0)
         self._pending: list[tuple[float, bytes]] = []
         self._lock = threading.RLock()
@@ -111,7 +111,7 @@ class EmulatedBus:
             self._pending.clear()
             self._link.unlink(missing_ok=True)
 
-    def tell(self, change: Callable[[], None]) -> None:
+    def apply(self, change: Callable[[], None]) -> None:
         """Carry out a change of the servos between two of their steps."""
         with self._lock:
             change()

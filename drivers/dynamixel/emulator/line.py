@@ -17,8 +17,8 @@ from tendond.drivers.dynamixel.serial import table
 RESET_ALL = b"\xff"
 
 
-class Line:
-    """Servos that share a line.
+class ServoLine:
+    """ServoGroup that share a line.
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
@@ -37,7 +37,7 @@ class Line:
         if packet.id != BROADCAST:
             return self._addressed(servos, packet)
         for servo in servos:
-            servo.heard()
+            servo.packet_received()
         if not packet.intact:
             return b"", 0.0
         match packet.instruction:
@@ -61,14 +61,14 @@ class Line:
     def _addressed(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
         for servo in servos:
             if servo.secondary == packet.id:
-                servo.heard()
+                servo.packet_received()
                 if packet.intact:
                     _carry_out(servo, packet, primary=False)
         answers = []
         for servo in servos:
             if servo.id != packet.id:
                 continue
-            servo.heard()
+            servo.packet_received()
             if not packet.intact:
                 answers.append(status(packet.id, Error.CRC | _alert(servo)))
                 continue

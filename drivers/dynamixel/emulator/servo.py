@@ -3,21 +3,21 @@
 import math
 from collections.abc import Callable
 
-from tendond.drivers.dynamixel.emulator.memory import Memory
+from tendond.drivers.dynamixel.emulator.control_table import ControlTable
 from tendond.drivers.dynamixel.emulator.motion import Actuator
 from tendond.drivers.dynamixel.emulator.protocol import Error
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.table import Register
 from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, WATCHDOG_UNIT
 
-LAG = 0.02
+SHAFT_LAG = 0.02
 """[s] between the profile and the shaft, for the position loop and the gears."""
 
 BACKDRIVE = 10.0
 """[rad/s per N m]: how fast a servo without torque gives way."""
 
 OVERLOAD_SECONDS = 1.0
-SLIP = 0.5
+SLIP_RATE = 0.5
 """[rad/s] at which a servo gives way that is pulled at by more than it can hold."""
 
 RATED_VOLTS = 11.1
@@ -52,7 +52,7 @@ class EmulatedServo:
     """
 
     def __init__(self, identifier: int, baudrate: int = 57600, position: int = 2048) -> None:
-        self._memory = Memory()
+        self._memory = ControlTable()
         self._store(table.ID, identifier)
         self._store(table.BAUD_RATE, table.BAUD_CODES[baudrate])
         self.torque: Callable[[float], float] = lambda position: 0.0
@@ -83,7 +83,7 @@ class EmulatedServo:
     def secondary(self) -> int | None:
         """The Secondary ID, if it has one."""
         value = self.value(table.SECONDARY_ID)
-        return value if value <= table.ID.most and value != self.id else None
+        return value if value <= table.ID.maximum and value != self.id else None
 
     @property
     def baudrate(self) -> int:
@@ -205,7 +205,7 @@ class EmulatedServo:
         if self.value(table.SHUTDOWN) & 1 << bit:
             self._store(table.TORQUE_ENABLE, 0)
 
-    def heard(self) -> None:
+    def packet_received(self) -> None:
         """An instruction packet has come in."""
         self._since_packet = 0.0
 
@@ -316,7 +316,7 @@ class EmulatedServo:
         elif not self.energised:
             self._give_way(outside, duration)
         elif abs(outside) > self._holds:
-            self._shaft.place(self._shaft.shaft + math.copysign(SLIP, outside) * duration / table.TICK)
+            self._shaft.place(self._shaft.shaft + math.copysign(SLIP_RATE, outside) * duration / table.TICK)
         else:
             self._drive(outside, duration)
         self._measure(outside)
@@ -362,7 +362,7 @@ class EmulatedServo:
         mode = self.value(table.OPERATING_MODE)
         shaft = self._shaft
         shaft.acceleration = self.value(table.PROFILE_ACCELERATION) * table.ACCELERATION_UNIT / table.TICK
-        shaft.lag = LAG
+        shaft.lag = SHAFT_LAG
         if mode in MOVES_IN_MODE:
             goal = self.value(MOVES_IN_MODE[mode]) * self._direction
             wanted = goal * table.VELOCITY_UNIT if mode == 1 else NO_LOAD_SPEED * goal / table.FULL_PWM

@@ -20,7 +20,7 @@ from tendond.drivers.dynamixel.serial.port import NoAnswerError as NoAnswerError
 from tendond.drivers.dynamixel.serial.port import PortLostError as PortLostError
 from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
 from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
-from tendond.drivers.dynamixel.serial.reading import ALERT, QUESTIONS, Reading, reading_from
+from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading, reading_from
 from tendond.drivers.dynamixel.serial.table import Register
 
 TRIES = 8
@@ -36,14 +36,14 @@ PING_SLOT_SECONDS = 0.003
 
 HEADER = b"\xff\xff\xfd"
 AT_ONCE = 8
-"""Servos in one read: the SDK takes packets of 1024 bytes."""
+"""ServoGroup in one read: the SDK takes packets of 1024 bytes."""
 
 STATUS_BYTES = 11
 PING_BYTES = 14
 
 
 class ServoBus:
-    """Servos on a serial port.
+    """ServoGroup on a serial port.
 
     Args:
         port: of the adapter.
@@ -107,7 +107,7 @@ class ServoBus:
     def wire_seconds(self, servos: int) -> float:
         """What a read of so many servos takes on the wire alone [s]."""
         asked = 14 + servos
-        return 1e-3 * self._port.tx_time_per_byte * (asked + servos * (QUESTIONS[0].length + STATUS_BYTES))
+        return 1e-3 * self._port.tx_time_per_byte * (asked + servos * (READ_REQUESTS[0].length + STATUS_BYTES))
 
     def close(self) -> None:
         """Let go of the port; once is enough."""
@@ -295,7 +295,7 @@ class ServoBus:
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"write {register.name}: {_plain(self._packets.getTxRxResult(result))}")
 
-    def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, Reading]:
+    def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, ServoReading]:
         """What every servo says of itself: all of them, or an error; never a number that nobody sent.
 
         After a question without an answer the next one asks for another number of bytes, so that an answer which comes
@@ -309,13 +309,13 @@ class ServoBus:
             PortLostError: the port has gone away.
             NoAnswerError: one or more did not answer.
         """
-        readings: dict[int, Reading] = {}
+        readings: dict[int, ServoReading] = {}
         self.reads += 1
         began = time.monotonic()
         for start in range(0, len(identifiers), AT_ONCE):
             some = identifiers[start : start + AT_ONCE]
             if self._owed:
-                self._question = (self._question + 1) % len(QUESTIONS)
+                self._question = (self._question + 1) % len(READ_REQUESTS)
             with _Wire(self):
                 readings |= self._read_fast(some) if fast else self._read_plain(some)
         self.round_trips.append(time.monotonic() - began)
@@ -325,7 +325,7 @@ class ServoBus:
         if self._owed and self._port.ser.in_waiting:
             self._note_late()
         result = self._packets.syncReadTx(
-            self._port, QUESTIONS[self._question].address, length, list(identifiers), len(identifiers), fast
+            self._port, READ_REQUESTS[self._question].address, length, list(identifiers), len(identifiers), fast
         )
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"read of all servos: {_plain(self._packets.getTxRxResult(result))}")
@@ -333,8 +333,8 @@ class ServoBus:
         self._owed = False
         self._port.setPacketTimeout(len(identifiers) * (length + STATUS_BYTES))  # the SDK reckons with far more
 
-    def _read_fast(self, identifiers: Sequence[int]) -> dict[int, Reading]:
-        first = QUESTIONS[self._question]
+    def _read_fast(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
+        first = READ_REQUESTS[self._question]
         length = first.length
         self._ask(identifiers, length, fast=True)
         stride = length + 4  # error, id, data, CRC
@@ -352,8 +352,8 @@ class ServoBus:
             found[identifier] = reading_from(first, block[2 : 2 + length], block[0])
         return found
 
-    def _read_plain(self, identifiers: Sequence[int]) -> dict[int, Reading]:
-        first = QUESTIONS[self._question]
+    def _read_plain(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
+        first = READ_REQUESTS[self._question]
         self._ask(identifiers, first.length, fast=False)
         found = {}
         for identifier in identifiers:

@@ -10,23 +10,23 @@ LAST = table.PRESENT_TEMPERATURE
 
 
 @dataclass(frozen=True)
-class Question:
+class ReadRequest:
     """A read from `address` to Present Temperature, of `length` bytes."""
 
     address: int
     length: int
 
 
-def _from(register: Register) -> Question:
-    return Question(register.address, LAST.address + LAST.size - register.address)
+def _from(register: Register) -> ReadRequest:
+    return ReadRequest(register.address, LAST.address + LAST.size - register.address)
 
 
-QUESTIONS = tuple(map(_from, (table.TORQUE_ENABLE, table.SHUTDOWN, table.STARTUP_CONFIGURATION)))
-"""All hold what a `Reading` has, and differ in length: an answer shows to which of them it belongs."""
+READ_REQUESTS = tuple(map(_from, (table.TORQUE_ENABLE, table.SHUTDOWN, table.STARTUP_CONFIGURATION)))
+"""All hold what a `ServoReading` has, and differ in length: an answer shows to which of them it belongs."""
 
 
 @dataclass(frozen=True)
-class Reading:
+class ServoReading:
     """What a servo said of itself, in units of its registers; `alert`: it has a hardware error."""
 
     torque: int
@@ -41,7 +41,7 @@ class Reading:
     goal_pwm: int = table.FULL_PWM
 
 
-def reading_from(question: Question, data: bytes, error: int) -> Reading:
+def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading:
     """Take an answer apart.
 
     Args:
@@ -54,7 +54,7 @@ def reading_from(question: Question, data: bytes, error: int) -> Reading:
         start = register.address - question.address
         return register.from_bytes(data[start : start + register.size])
 
-    return Reading(
+    return ServoReading(
         torque=value(table.TORQUE_ENABLE),
         hardware_error=value(table.HARDWARE_ERROR_STATUS),
         watchdog=value(table.BUS_WATCHDOG),

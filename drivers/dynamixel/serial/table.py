@@ -14,15 +14,15 @@ MODEL_NAME = "XL430-W250-T"
 class Register:
     """One entry: name as in the manual, address, bytes, and whether it is signed, in EEPROM or read-only.
 
-    `least` and `most` bound what a servo accepts, in units of the register; `bits`, where not 0, are those that may be
-    set, and `values`, where not empty, the only ones it takes.
+    A servo accepts values from `minimum` to `maximum`, in units of the register; `bits`, where not 0, are those that
+    may be set, and `values`, where not empty, the only ones allowed.
     """
 
     name: str
     address: int
     size: int
-    least: int
-    most: int
+    minimum: int
+    maximum: int
     initial: int = 0
     eeprom: bool = False
     read_only: bool = False
@@ -32,13 +32,13 @@ class Register:
     @property
     def signed(self) -> bool:
         """Two's complement."""
-        return self.least < 0
+        return self.minimum < 0
 
     def accepts(self, value: int) -> bool:
         """Whether the manual allows a value to be written."""
         if self.values:
             return value in self.values
-        return self.least <= value <= self.most and not (self.bits and value & ~self.bits)
+        return self.minimum <= value <= self.maximum and not (self.bits and value & ~self.bits)
 
     def to_bytes(self, value: int) -> bytes:
         """Little-endian.

@@ -4,10 +4,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from tendond.drivers.dynamixel.guard import RISE, SLIP, standing_fault
+from tendond.drivers.dynamixel.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
-from tendond.drivers.dynamixel.serial.reading import Reading
+from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.servos import watchdog_units, within_range
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
@@ -23,7 +23,7 @@ ARRIVED = 0.001
 """[m] from its target at which a tendon is there."""
 
 
-class Motion:
+class ServoMotion:
     """One servo that is on, moved by goals; use `energised`.
 
     Args:
@@ -42,13 +42,13 @@ class Motion:
         self.id = spool.calibration.servo
         self.latest = self._first()
 
-    def _first(self) -> Reading:
+    def _first(self) -> ServoReading:
         for _ in range(BLIND_READS - 1):
             with suppress(NoAnswerError):
                 return self._ask()
         return self._ask()
 
-    def _ask(self) -> Reading:
+    def _ask(self) -> ServoReading:
         return self._bus.read_all((self.id,), fast=self._section.fast_read)[self.id]
 
     @property
@@ -75,7 +75,7 @@ class Motion:
             raise ServoError(fault)
         return True
 
-    def move(self, target: float, load: float, stopped: Callable[[], bool], rate: float | None = None) -> Reading:
+    def move(self, target: float, load: float, stopped: Callable[[], bool], rate: float | None = None) -> ServoReading:
         """Wind slowly to a displacement, or until the load is reached.
 
         Args:
@@ -123,9 +123,9 @@ class Motion:
         """
         if not self.latest.torque or self.latest.watchdog == table.WATCHDOG_TRIPPED:
             raise ServoError(f"servo {self.id}: has lost its torque or was stopped by its watchdog")
-        if lowest is not None and self.load > max(lowest, self._section.pretension_load) + RISE:
+        if lowest is not None and self.load > max(lowest, self._section.pretension_load) + LOAD_RISE:
             raise CaughtError(
-                f"servo {self.id}: its load rises from {lowest:.0%} to {self.load:.0%} while it is let out: is its"
+                f"servo {self.id}: its load rises from {lowest:.0%} to {self.load:.0%} while it is released: is its"
                 " sign right, the tendon free?"
             )
         if lowest is None and self.load > self._limit:
@@ -134,7 +134,7 @@ class Motion:
         if behind > self._section.following_error:
             raise ServoError(f"servo {self.id}: does not follow, {behind * 1e3:.1f} mm behind")
 
-    def rest(self) -> Reading:
+    def rest(self) -> ServoReading:
         """Stand still for a moment; what it says then."""
         until = time.monotonic() + SETTLE_SECONDS
         while time.monotonic() < until or self._lost:
@@ -151,7 +151,7 @@ class Motion:
         section, write = self._section, self._bus.write
         radius = self.spool.calibration.spool_radius
         rate = 2.0 * max(section.slow_rate, section.release_rate)
-        speed = max(1, min(table.PROFILE_VELOCITY.most, round(rate / radius / table.VELOCITY_UNIT)))
+        speed = max(1, min(table.PROFILE_VELOCITY.maximum, round(rate / radius / table.VELOCITY_UNIT)))
         volts = self.latest.voltage * table.VOLTAGE_UNIT
         write(self.id, table.BUS_WATCHDOG, 0)
         write(self.id, table.PROFILE_VELOCITY, speed)
@@ -162,9 +162,9 @@ class Motion:
         write(self.id, table.GOAL_POSITION, self.latest.position)
         write(self.id, table.BUS_WATCHDOG, watchdog_units(section))
 
-    def let_out(self) -> None:
+    def release_step(self) -> None:
         """After something went wrong: a tendon that is wound up is not dropped, but let out as far as it goes."""
-        if self.displacement <= SLIP:
+        if self.displacement <= RANGE_MARGIN:
             return
         with suppress(ServoError):
             self._lost = 0
@@ -181,7 +181,7 @@ class CaughtError(ServoError):
 
 
 @contextmanager
-def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: float) -> Iterator[Motion]:
+def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: float) -> Iterator[ServoMotion]:
     """Torque on for one servo, slow and watched; off afterwards, whatever happens, with the tendon let out first.
 
     Args:
@@ -196,7 +196,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
     identifier = spool.calibration.servo
     require(bus, (identifier,), section.answer_timeout)
     within_range(section, spool)
-    motion = Motion(bus, section, spool, load_limit(section, tension_max, spool.calibration.spool_radius))
+    motion = ServoMotion(bus, section, spool, load_limit(section, tension_max, spool.calibration.spool_radius))
     motion.look()
     try:
         motion.begin()
@@ -204,7 +204,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
     except CaughtError:
         raise
     except BaseException:
-        motion.let_out()
+        motion.release_step()
         raise
     finally:
         for _ in range(3):

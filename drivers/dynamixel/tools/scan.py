@@ -12,7 +12,7 @@ from tendond.schemas.config.servo import BAUD_RATES
 
 PORTS = ("ttyUSB*", "ttyACM*", "serial/by-id/*")
 
-PATIENCE = PING_SLOT_SECONDS * (table.ID.most + 1)
+PATIENCE = PING_SLOT_SECONDS * (table.ID.maximum + 1)
 """[s] of silence after a ping to all: each servo answers in its turn, by its id."""
 
 PASSES = 2
@@ -31,7 +31,7 @@ PROOFS = 4
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundServo:
     """A servo that answered; `doubt` says in words why it may be two."""
 
     port: str
@@ -57,11 +57,11 @@ def ports(devices: Path = Path("/dev")) -> list[str]:
 def scan(
     names: Sequence[str],
     answer_timeout: float,
-    last_id: int = table.ID.most,
+    last_id: int = table.ID.maximum,
     baudrates: Sequence[int] = BAUD_RATES,
     progress: Callable[[str], None] = lambda line: None,
     patience: float = PATIENCE,
-) -> Iterator[Found]:
+) -> Iterator[FoundServo]:
     """Ask every id at every rate on every port.
 
     Args:
@@ -93,7 +93,7 @@ def scan(
 
 def _at_rate(
     bus: ServoBus, baudrate: int, last_id: int, answer_timeout: float, progress: Callable[[str], None], patience: float
-) -> Iterator[Found]:
+) -> Iterator[FoundServo]:
     bus.set_baudrate(baudrate)
     models: dict[int, int] = {}
     garbled = False
@@ -104,7 +104,7 @@ def _at_rate(
     bus.set_baudrate(baudrate)
     for identifier, model in sorted(models.items()):
         if identifier <= last_id:
-            yield Found(bus.port, baudrate, identifier, model, _doubt(bus, identifier, answer_timeout))
+            yield FoundServo(bus.port, baudrate, identifier, model, _doubt(bus, identifier, answer_timeout))
         else:
             progress(f"{bus.port}: {baudrate} bit/s: id {identifier} answers as well, beyond --last-id")
     if garbled:

@@ -72,7 +72,7 @@ def reboot(bus: ServoBus, identifier: int) -> str:
     if bus.absent((identifier,), REBOOT_PINGS):
         raise ServoError(f"servo {identifier}: does not answer after its reboot: switch its power off and on")
     if left := table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS)):
-        raise ServoError(f"servo {identifier}: {', '.join(left)}, after the reboot as well: mend its cause")
+        raise ServoError(f"servo {identifier}: {', '.join(left)}, after the reboot as well: fix its cause")
     return ", ".join(errors)
 
 

@@ -60,9 +60,9 @@ def test_no_packet_ends_the_servos_thread(new: Bench) -> None:
 
 def test_a_mistake_within_the_emulator_is_kept_and_the_servos_go_on(tmp_path: Path) -> None:
     with bench(tmp_path) as one:
-        one.bus.tell(lambda: setattr(one.first, "torque", lambda position: 1 / 0))
+        one.bus.apply(lambda: setattr(one.first, "torque", lambda position: 1 / 0))
         assert one.bus.servos[1].id == 2
         assert one.until(lambda: any(isinstance(error, ZeroDivisionError) for error in one.bus.errors))
-        one.bus.tell(lambda: setattr(one.first, "torque", lambda position: 0.0))
+        one.bus.apply(lambda: setattr(one.first, "torque", lambda position: 0.0))
         assert len(one.host.ask(2, manual.PING)) == 1
         one.bus.errors.clear()

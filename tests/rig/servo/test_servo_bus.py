@@ -196,7 +196,7 @@ def test_a_line_that_never_falls_silent_does_not_keep_a_read(servos: EmulatedBus
 
 def test_a_register_is_not_read_from_an_answer_to_another_question(servos: EmulatedBus, tmp_path: Path) -> None:
     """Both registers have four bytes; answers come after the bus has given up, for a while."""
-    servos.tell(lambda: servos.servos[0]._store(table.PROFILE_VELOCITY, 77))
+    servos.apply(lambda: servos.servos[0]._store(table.PROFILE_VELOCITY, 77))
     with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, 0.01) as impatient:
         servos.late = 0.018
         with pytest.raises(NoAnswerError, match=r"answers came late, by up to \d+ ms: is the adapter's latency timer"):

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import Phase
+from tendond.drivers.dynamixel.driver import DriverPhase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
-from tendond.drivers.dynamixel.process import Listener
+from tendond.drivers.dynamixel.process import ReadLossLog
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
 from tests.rig.bench import PULLED, Bench, section
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.rig
         (lambda servo: setattr(servo, "temperature", 75.0), "servo 3: Overheating Error (bit 2)"),
         (lambda servo: setattr(servo, "temperature", 70.0), "servo 3: 70 degrees, servo.temperature_max is 68"),
         (lambda servo: setattr(servo, "voltage", 5.0), "servo 3: Input Voltage Error (bit 0)"),
-        (lambda servo: setattr(servo, "voltage", 9.0), "servo 3: 9.0 V, allowed are 9.5 to 13 V"),
+        (lambda servo: setattr(servo, "voltage", 9.0), "servo 3: 9.0 V, allowed: 9.5 to 13 V"),
         (lambda servo: servo.power_up(), "servo 3: its torque is off: it has been rebooted or has lost power"),
         (lambda servo: servo._store(table.BUS_WATCHDOG, -1), "servo 3: its Bus Watchdog has stopped it"),
         (lambda servo: setattr(servo, "torque", lambda ticks: -1.2), "tendon 2 (servo 3): load 86%"),
@@ -42,36 +42,36 @@ def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_p
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not answer")
-        bench.driver._bus.close()
+        bench.driver.session.bus.close()
 
 
 def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str) -> None:
     """Cause it on the servo of tendon 2 while two tendons pull."""
     bench.pull()
-    bench.servos.tell(lambda: cause(bench.servos.servos[2]))
+    bench.servos.apply(lambda: cause(bench.servos.servos[2]))
     further = (0.025, 0.0, 0.02, 0.0)
-    bench.until(lambda one: one.phase is Phase.STOPPED, further)
+    bench.until(lambda one: one.phase is DriverPhase.STOPPED, further)
     assert fault in bench.driver.fault
-    stopped = bench.driver._goals
+    stopped = bench.driver.session.goals
     assert max(stopped) < 0.025
     bench.driver.cycle(time.monotonic(), bench.command(further))
-    assert all(after <= before for after, before in zip(bench.driver._goals, stopped, strict=True))
+    assert all(after <= before for after, before in zip(bench.driver.session.goals, stopped, strict=True))
     bench.ends_slack_and_off(fault)
     assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
 
 
 def test_a_blocked_servo_is_noticed_by_what_it_is_behind(bench: Bench) -> None:
     bench.pull()
-    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "stuck", True))
-    bench.until(lambda one: one.phase is Phase.STOPPED, (0.05, 0.0, 0.0, 0.0))
+    bench.servos.apply(lambda: setattr(bench.servos.servos[0], "stuck", True))
+    bench.until(lambda one: one.phase is DriverPhase.STOPPED, (0.05, 0.0, 0.0, 0.0))
     assert "tendon 0 (servo 1)" in bench.driver.fault
     assert "blocked" in bench.driver.fault
 
 
 def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
     bench.pull()
-    bench.servos.tell(lambda: bench.servos.servos[0]._shaft.place(2048.0 + 0.1 / 0.015 / table.TICK))
-    bench.until(lambda one: one.phase is Phase.STOPPED, PULLED)
+    bench.servos.apply(lambda: bench.servos.servos[0]._shaft.place(2048.0 + 0.1 / 0.015 / table.TICK))
+    bench.until(lambda one: one.phase is DriverPhase.STOPPED, PULLED)
     assert "outside its range" in bench.driver.fault
 
 
@@ -81,10 +81,10 @@ def test_servos_that_their_watchdog_stopped_while_the_driver_could_not_run_are_l
     bench.pull()
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         time.sleep(0.01)
-    bench.until(lambda one: one.phase is Phase.LETTING_OUT, PULLED)
+    bench.until(lambda one: one.phase is DriverPhase.RELEASING, PULLED)
     assert "Bus Watchdog has stopped it" in bench.driver.fault
     places = []
-    while bench.driver.phase is Phase.LETTING_OUT:
+    while bench.driver.phase is DriverPhase.RELEASING:
         places.append(bench.driver.displacement[0])
         assert all(bench.torques)
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
@@ -98,18 +98,18 @@ def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
     bench.servos.corrupt = 2
     for _ in range(10):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
-    assert bench.driver.phase is Phase.ON
+    assert bench.driver.phase is DriverPhase.ON
     bench.servos.corrupt = bench.section.silent_reads
-    bench.until(lambda one: one.phase is Phase.STOPPED, PULLED)
+    bench.until(lambda one: one.phase is DriverPhase.STOPPED, PULLED)
     assert "bad answers" in bench.driver.fault
     bench.ends_slack_and_off("bad answers")
 
 
 def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: Bench) -> None:
     bench.pull()
-    bench.servos.tell(lambda: bench.servos.servos[1].fail(5))
-    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
-    with pytest.raises(ServoError, match=r"servo 2: Overload Error \(bit 5\); mend its cause, then .*reset --reboot"):
+    bench.servos.apply(lambda: bench.servos.servos[1].fail(5))
+    bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
+    with pytest.raises(ServoError, match=r"servo 2: Overload Error \(bit 5\); fix its cause, then .*reset --reboot"):
         bench.driver.reset(time.monotonic())
     assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
     assert bench.driver.reset(time.monotonic(), reboot=True) == "the fault is reset, servo 2 rebooted"
@@ -119,10 +119,10 @@ def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: 
 
 def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(bench: Bench) -> None:
     bench.pull()
-    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "voltage", 3.0))
+    bench.servos.apply(lambda: setattr(bench.servos.servos[0], "voltage", 3.0))
     bench.until(lambda one: bool(one.fault), PULLED)
-    bench.servos.tell(lambda: setattr(bench.servos.servos[0], "voltage", 12.0))
-    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
+    bench.servos.apply(lambda: setattr(bench.servos.servos[0], "voltage", 12.0))
+    bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
     assert bench.driver.reset(time.monotonic()) == "the fault is reset"
     bench.pull()
 
@@ -132,39 +132,39 @@ def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
         bench.until(lambda one: one._disarmed, PULLED, armed=False)
-        servos.tell(lambda: setattr(servos, "late", 0.03))
+        servos.apply(lambda: setattr(servos, "late", 0.03))
         before = bench.driver.displacement
-        servos.tell(lambda: servos.servos[0]._shaft.place(2048.0 + 100.0))
+        servos.apply(lambda: servos.servos[0]._shaft.place(2048.0 + 100.0))
         bench.until(lambda one: bool(one.fault), PULLED, armed=False)
         assert bench.driver.displacement == before
         assert "answers came late, by up to" in bench.driver.fault
         assert "latency timer" in bench.driver.fault
         assert bench.driver.late[0] > 0
-        bench.driver._bus.close()
+        bench.driver.session.bus.close()
 
 
 def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time() -> None:
-    ear = Listener(0.0)
-    assert ear.news(10.0, 0, (0, 0.0)) == ""
-    assert ear.news(10.1, 21, (0, 0.0)) == "21 reads without an answer in 10 s"
-    assert ear.news(15.0, 30, (0, 0.0)) == ""
-    assert ear.news(20.2, 30, (4, 0.017)) == (
+    ear = ReadLossLog(0.0)
+    assert ear.line(10.0, 0, (0, 0.0)) == ""
+    assert ear.line(10.1, 21, (0, 0.0)) == "21 reads without an answer in 10 s"
+    assert ear.line(15.0, 30, (0, 0.0)) == ""
+    assert ear.line(20.2, 30, (4, 0.017)) == (
         "9 reads without an answer in 10 s, 4 answers late, by up to 17 ms: is the adapter's latency timer 1 ms?"
     )
-    assert ear.news(40.0, 30, (4, 0.017)) == ""
+    assert ear.line(40.0, 30, (4, 0.017)) == ""
     ear.note(0.002)
-    assert ear.news(60.0, 30, (4, 0.017)) == ""
+    assert ear.line(60.0, 30, (4, 0.017)) == ""
     ear.note(0.0165)
-    assert ear.news(80.2, 30, (4, 0.017)) == (
-        "0 reads without an answer in 60 s, answers take 16 ms beside their time on the wire: is the adapter's latency"
-        " timer 1 ms?"
+    assert ear.line(80.2, 30, (4, 0.017)) == (
+        "0 reads without an answer in 60 s, answers take 16 ms more than their time on the wire: is the adapter's"
+        " latency timer 1 ms?"
     )
 
 
 def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again(bench: Bench) -> None:
     bench.pull()
     wanted = [(one.value(table.PROFILE_VELOCITY), one.value(table.PROFILE_ACCELERATION)) for one in bench.servos.servos]
-    bench.until(lambda one: one.phase is Phase.SILENT)
+    bench.until(lambda one: one.phase is DriverPhase.SILENT)
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         time.sleep(0.01)
     assert all(one.value(table.PROFILE_VELOCITY) == 0 for one in bench.servos.servos)
@@ -172,24 +172,24 @@ def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again
     now = [(one.value(table.PROFILE_VELOCITY), one.value(table.PROFILE_ACCELERATION)) for one in bench.servos.servos]
     assert now == wanted
     assert min(velocity for velocity, _ in now) > 0
-    bench.until(lambda one: one.phase is Phase.OFF)
+    bench.until(lambda one: one.phase is DriverPhase.OFF)
 
 
 def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_lets_out(bench: Bench) -> None:
     bench.pull()
     bench.servos.unplug()
-    bench.until(lambda one: one.phase is Phase.LOST, PULLED)
+    bench.until(lambda one: one.phase is DriverPhase.LOST, PULLED)
     assert "the port has gone away" in bench.driver.fault
     with pytest.raises(ServoError, match="cannot be opened"):
         bench.driver.reset(time.monotonic())
-    assert "may still hold" in bench.driver.farewell
+    assert "may still hold" in bench.driver.final_state
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
         time.sleep(0.01)
     bench.servos.plug()
-    assert bench.driver.phase is Phase.LOST
-    assert "letting the tendons out" in bench.driver.reset(time.monotonic())
-    bench.until(lambda one: one.phase is Phase.OFF)
+    assert bench.driver.phase is DriverPhase.LOST
+    assert "releasing the tendons" in bench.driver.reset(time.monotonic())
+    bench.until(lambda one: one.phase is DriverPhase.OFF)
     assert not any(bench.torques)
     assert max(bench.driver.displacement) < 0.002
 
@@ -202,7 +202,7 @@ def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
     def failing(*_: object) -> tuple[float, ...]:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr("tendond.drivers.dynamixel.driver.let_out", failing)
+    monkeypatch.setattr("tendond.drivers.dynamixel.session.release_step", failing)
     with pytest.raises(ZeroDivisionError):
         bench.driver.close(time.monotonic, time.sleep)
     assert not any(bench.torques)
@@ -210,7 +210,7 @@ def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
 
 def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_not_touch_them(bench: Bench) -> None:
     bench.pull()
-    bench.driver._bus.close()
+    bench.driver.session.bus.close()
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         time.sleep(0.01)
     bench.driver = bench.new_driver()
@@ -220,5 +220,5 @@ def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_n
     assert "still hold their tendons" in bench.driver.report
     assert all(bench.torques)
     bench.driver.close(time.monotonic, time.sleep)
-    assert "left as they are" in bench.driver.farewell
+    assert "left as they are" in bench.driver.final_state
     assert all(bench.torques)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import Phase
+from tendond.drivers.dynamixel.driver import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
 from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
@@ -26,7 +26,7 @@ def weak(tmp_path: Path) -> Iterator[Bench]:
     with emulated(tmp_path) as servos:
         one = Bench(servos, tmp_path / "ttyUSB0", section(), TENSION_MAX)
         yield one
-        one.driver._bus.close()
+        one.driver.session.bus.close()
 
 
 def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
@@ -39,7 +39,7 @@ def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
         pulls.append(pull)
         return -sign * pull * RADIUS
 
-    bench.servos.tell(lambda: setattr(bench.servos.servos[index], "torque", torque))
+    bench.servos.apply(lambda: setattr(bench.servos.servos[index], "torque", torque))
     return pulls
 
 
@@ -47,10 +47,12 @@ def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: Bench) 
     """The tendon is caught after 10 mm: the servo would pull with all it has."""
     pulls = hang(weak, 0, 0.010, 1)
     weak.until(lambda one: one._disarmed, SLACK, armed=False)
-    weak.until(lambda one: one.phase is Phase.STOPPED or one.phase is Phase.LETTING_OUT, (0.03, 0.0, 0.0, 0.0))
+    weak.until(
+        lambda one: one.phase is DriverPhase.STOPPED or one.phase is DriverPhase.RELEASING, (0.03, 0.0, 0.0, 0.0)
+    )
     assert "tendon 0 (servo 1): load" in weak.driver.fault
-    assert "allowed are 32%" in weak.driver.fault
-    weak.until(lambda one: one.phase is Phase.OFF)
+    assert "limit 32%" in weak.driver.fault
+    weak.until(lambda one: one.phase is DriverPhase.OFF)
     assert 1.5 * TENSION_MAX < max(pulls) < 60.0  # load_max = 0.7 would allow 65 N, for load_time
 
 
@@ -63,7 +65,7 @@ def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak
     wanted = goal_pwm(load_limit(weak.section, TENSION_MAX, RADIUS), RADIUS, 0.0, 12.0)
     assert [servo.value(table.GOAL_PWM) for servo in weak.servos.servos] == pytest.approx([wanted] * 4, abs=20)
     # a pull of 50 N cannot be held with it: the servo gives way, and does not tear
-    weak.servos.tell(lambda: setattr(weak.servos.servos[0], "torque", lambda ticks: -50.0 * RADIUS))
+    weak.servos.apply(lambda: setattr(weak.servos.servos[0], "torque", lambda ticks: -50.0 * RADIUS))
     before = weak.servos.servos[0].position
     time.sleep(0.1)
     assert weak.servos.servos[0].position < before
@@ -86,7 +88,7 @@ def test_a_tendon_whose_load_rises_while_it_is_let_out_is_dropped_alone_and_name
     weak.until(lambda one: one._disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))
     pulls = hang(weak, 0, -0.012, -1)
-    weak.until(lambda one: one.phase is Phase.OFF, SLACK, armed=False)
+    weak.until(lambda one: one.phase is DriverPhase.OFF, SLACK, armed=False)
     assert "tendon 0 (servo 1): its load rises" in weak.driver.fault
     assert "is its sign right?" in weak.driver.fault
     assert max(pulls) < 60.0
@@ -101,6 +103,6 @@ def test_a_load_beyond_the_limit_does_not_wait_for_fault_hold(tmp_path: Path) ->
         bench.until(lambda one: one._disarmed, SLACK, armed=False)
         bench.until(lambda one: bool(one.fault), (0.03, 0.0, 0.0, 0.0))
         began = time.monotonic()
-        bench.until(lambda one: one.phase is Phase.LETTING_OUT)
+        bench.until(lambda one: one.phase is DriverPhase.RELEASING)
         assert time.monotonic() - began < 1.0
-        bench.driver._bus.close()
+        bench.driver.session.bus.close()

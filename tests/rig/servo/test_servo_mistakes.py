@@ -104,7 +104,7 @@ def test_whatever_is_wrong_in_the_calibration_no_tendon_pulls_much_harder_than_t
     assert max(pulls) < ALLOWED
     assert not any(servo.energised for servo in wired.bus.servos)
     if mistake is right:
-        assert "while it is let out" not in said
+        assert "while it is released" not in said
         assert faults == []
         assert max(pulls) > 0.8 * PULL
 

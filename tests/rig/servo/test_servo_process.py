@@ -31,7 +31,7 @@ def test_a_killed_driver_leaves_the_places_from_which_home_lets_out_what_is_woun
         made = calibration(rig=one.name)
         save_calibration(tmp_path / "calibration.json", made)
         hang_springs(servos, made)
-        servos.tell(lambda: setattr(servos.servos[0], "_turns", 3))
+        servos.apply(lambda: setattr(servos.servos[0], "_turns", 3))
         config = parse_config(one.config.read_text(), "rig.toml")
         with Hub(config) as hub:
             driver = one.start("servo")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import Phase
+from tendond.drivers.dynamixel.driver import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tests.rig.bench import PULLED, SLACK, Bench
 
@@ -14,18 +14,18 @@ pytestmark = pytest.mark.rig
 
 def heat(bench: Bench) -> None:
     servo = bench.servos.servos[1]
-    bench.servos.tell(lambda: setattr(servo, "temperature", 70.0))
-    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
-    bench.servos.tell(lambda: setattr(servo, "temperature", 40.0))
+    bench.servos.apply(lambda: setattr(servo, "temperature", 70.0))
+    bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
+    bench.servos.apply(lambda: setattr(servo, "temperature", 40.0))
     assert bench.driver.reset(time.monotonic()) == "the fault is reset"
 
 
 def fall_silent(bench: Bench) -> None:
-    bench.until(lambda one: one.phase is Phase.SILENT)  # no command any more
+    bench.until(lambda one: one.phase is DriverPhase.SILENT)  # no command any more
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         time.sleep(0.01)
-    assert "letting the tendons out" in bench.driver.reset(time.monotonic())
-    bench.until(lambda one: one.phase is Phase.OFF, PULLED)
+    assert "releasing the tendons" in bench.driver.reset(time.monotonic())
+    bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
 
 
 @pytest.mark.parametrize("fault", [heat, fall_silent])
@@ -36,7 +36,7 @@ def test_after_a_fault_armed_commands_switch_nothing_on_before_a_disarmed_one_ha
     fault(bench)
     for _ in range(30):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
-        assert bench.driver.phase is Phase.OFF
+        assert bench.driver.phase is DriverPhase.OFF
         time.sleep(0.005)
     assert not any(bench.torques)
     assert "stop it first" in bench.driver.report

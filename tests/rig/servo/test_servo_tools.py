@@ -160,7 +160,7 @@ def test_setup_makes_a_used_servo_what_it_must_be_and_bears_lost_answers(tmp_pat
 def test_an_id_that_is_taken_or_a_servo_that_holds_is_not_touched(servos: EmulatedBus, config: Path) -> None:
     with pytest.raises(ServoError, match="servo 2: there is one already"):
         set_up_servo(config, 1, 2, None, True, Operator())
-    servos.tell(lambda: servos.servos[0]._store(table.TORQUE_ENABLE, 1))
+    servos.apply(lambda: servos.servos[0]._store(table.TORQUE_ENABLE, 1))
     with pytest.raises(ServoError, match="servo 1: its torque is on"):
         set_up_servo(config, 1, 5, None, True, Operator())
     assert [servo.id for servo in servos.servos] == [1, 2]
@@ -171,7 +171,7 @@ def place(servos: EmulatedBus, *ticks: float) -> None:
         for servo, at in zip(servos.servos, ticks, strict=True):
             servo._shaft.place(at)
 
-    servos.tell(put)
+    servos.apply(put)
 
 
 def mark(servos: EmulatedBus, index: int, radius: float) -> Callable[[], str]:
@@ -249,14 +249,14 @@ def test_a_servo_that_a_killed_calibration_left_on_is_taken_over(
     servos: EmulatedBus, config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place(servos, 1800.0, 2300.0)
-    servos.tell(servos.servos[0]._switch_on)
-    servos.tell(lambda: servos.servos[0]._store(table.BUS_WATCHDOG, table.WATCHDOG_TRIPPED))
+    servos.apply(servos.servos[0]._switch_on)
+    servos.apply(lambda: servos.servos[0]._store(table.BUS_WATCHDOG, table.WATCHDOG_TRIPPED))
     with pytest.raises(RefusedByOperatorError):
         calibrate_servos(config, Operator("", "0", "yes", "", mark(servos, 0, 0.015)))
     assert "servo 1: was left on by an interrupted run, is off now" in capsys.readouterr().out
     assert len(read_calibration(tmp_path / "calibration.json").tendons) == 1
-    servos.tell(servos.servos[1]._switch_on)
-    servos.tell(lambda: setattr(servos.servos[1], "torque", lambda ticks: 0.5))
+    servos.apply(servos.servos[1]._switch_on)
+    servos.apply(lambda: setattr(servos.servos[1], "torque", lambda ticks: 0.5))
     with pytest.raises(ServoError, match=r"servo 2: holds a load of 3\d%: .*servo reboot 2"):
         calibrate_servos(config, Operator())
     assert servos.servos[1].energised
@@ -271,7 +271,7 @@ def test_a_calibration_of_another_rig_or_of_other_servos_is_refused(tmp_path: Pa
     with pytest.raises(CalibrationError, match=r"is for servos \[1, 2, 3, 4, 5\]"):
         load_calibration(path, "mine", (1, 2, 3, 4))
     path.write_text('{"version": 1, "rig"')
-    with pytest.raises(CalibrationError, match="is no calibration"):
+    with pytest.raises(CalibrationError, match="is not a calibration"):
         load_calibration(path, "mine", (1, 2, 3, 4))
     path.unlink()
     with pytest.raises(CalibrationError, match="tendond servo calibrate"):
@@ -338,7 +338,7 @@ def test_pretension_stops_at_the_load_and_stores_the_zero_with_the_old_one_kept(
 
 def test_pretension_gives_up_where_no_load_comes(servos: EmulatedBus, config: Path, tmp_path: Path) -> None:
     save_calibration(tmp_path / "calibration.json", calibration((1, -1)))
-    servos.tell(lambda: setattr(servos.servos[0], "torque", lambda ticks: 0.0))
+    servos.apply(lambda: setattr(servos.servos[0], "torque", lambda ticks: 0.0))
     with pytest.raises(ServoError, match="servo 1: no load within 30 mm"):
         pretension_servos(config, False, True, Operator())
     assert not any(servo.energised for servo in servos.servos)
@@ -348,7 +348,7 @@ def test_a_servo_that_gets_an_error_on_the_way_is_switched_off(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:
     save_calibration(tmp_path / "calibration.json", calibration((1, -1)))
-    servos.tell(lambda: setattr(servos.servos[0], "temperature", 70.0))
+    servos.apply(lambda: setattr(servos.servos[0], "temperature", 70.0))
     with pytest.raises(ServoError, match="servo 1: 70 degrees"):
         home_servos(config, True, Operator())
     assert not any(servo.energised for servo in servos.servos)
@@ -379,7 +379,7 @@ def test_home_of_a_held_servo_that_counts_other_turns_lets_out_what_is_wound_and
         servos.servos[0]._turns = 3
         servos.servos[0]._switch_on()
 
-    servos.tell(held)
+    servos.apply(held)
     home_servos(config, True, Operator())
     assert displaced(servos) == pytest.approx([0.0, 0.0], abs=1.5e-3)
     assert not any(servo.energised for servo in servos.servos)
@@ -392,7 +392,7 @@ def test_home_after_a_reboot_beyond_half_a_turn_lets_out_and_does_not_wind_up(
     for servo in servos.servos:
         servo.torque = lambda ticks: 0.0  # the gears hold
     wind(servos, 0.0593, 0.0)
-    servos.tell(servos.servos[0].power_up)
+    servos.apply(servos.servos[0].power_up)
     home_servos(config, True, Operator())
     assert "tendon 0 (servo 1): stands 59.3 mm from its zero" in capsys.readouterr().out
     assert displaced(servos) == pytest.approx([0.0, 0.0], abs=1.5e-3)
@@ -405,7 +405,7 @@ def test_home_asks_where_a_tendon_stands_that_nobody_knows_and_believes_the_oper
     for servo in servos.servos:
         servo.torque = lambda ticks: 0.0
     wind(servos, 0.0593, 0.0)
-    servos.tell(servos.servos[0].power_up)
+    servos.apply(servos.servos[0].power_up)
     with pytest.raises(ServoError, match=r"servo 1: stands at 59\.\d or -3\d\.\d mm: .*--at"):
         home_servos(config, True, Operator())
     assert displaced(servos) == pytest.approx([0.0593, 0.0], abs=1e-3)
@@ -421,7 +421,7 @@ def test_tools_bear_lost_answers_as_the_driver_does(
 ) -> None:
     config.write_text(config.read_text().replace("answer_timeout = 0.1", "answer_timeout = 0.02"))
     calibrated(tmp_path, 0.02, 0.01)
-    servos.tell(lambda: setattr(servos, "loss", loss))
+    servos.apply(lambda: setattr(servos, "loss", loss))
     for _ in range(3):
         wind(servos, 0.02, 0.01)
         calibrated(tmp_path, 0.02, 0.01)
@@ -437,7 +437,7 @@ def test_a_tool_that_is_interrupted_lets_a_wound_tendon_out_before_the_torque_go
 ) -> None:
     calibrated(tmp_path, 0.04, 0.0)
     wind(servos, 0.04, 0.0)
-    servos.tell(servos.servos[0]._switch_on)
+    servos.apply(servos.servos[0]._switch_on)
     calls = iter([False] * 20 + [True] * 1000)
     monkeypatch.setattr("tendond.cli.servo.tendons.stop_on_signals", lambda: lambda: next(calls))
     off_at: list[float] = []
@@ -448,7 +448,7 @@ def test_a_tool_that_is_interrupted_lets_a_wound_tendon_out_before_the_torque_go
             off_at.append(displaced(servos)[0])
         return write(register, value)
 
-    servos.tell(lambda: setattr(servos.servos[0], "_write", watched))
+    servos.apply(lambda: setattr(servos.servos[0], "_write", watched))
     with pytest.raises(ServoError, match="servo 1: stopped"):
         home_servos(config, True, Operator())
     assert off_at == pytest.approx([0.0], abs=2e-3)
@@ -469,8 +469,8 @@ def test_home_drops_a_tendon_that_pulls_harder_while_it_is_let_out(
         pull.append(5000.0 * stretched)
         return -5000.0 * stretched * 0.015
 
-    servos.tell(lambda: setattr(servos.servos[0], "torque", torque))
-    with pytest.raises(ServoError, match=r"servo 1: its load rises from 0% to \d+% while it is let out: is its sign"):
+    servos.apply(lambda: setattr(servos.servos[0], "torque", torque))
+    with pytest.raises(ServoError, match=r"servo 1: its load rises from 0% to \d+% while it is released: is its sign"):
         home_servos(config, True, Operator())
     assert max(pull) < 25.0
     assert not any(servo.energised for servo in servos.servos)
@@ -483,7 +483,7 @@ def test_tools_refuse_a_servo_that_is_not_what_it_must_be_before_its_torque_is_o
     changes = ((table.HOMING_OFFSET, 300), (table.SHUTDOWN, 0), (table.SECONDARY_ID, 2), (table.DRIVE_MODE, 1))
     for register, value in changes:
         wanted = servos.servos[1].value(register)
-        servos.tell(lambda register=register, value=value: servos.servos[1]._store(register, value))  # type: ignore[misc]
+        servos.apply(lambda register=register, value=value: servos.servos[1]._store(register, value))  # type: ignore[misc]
         asked = len(servos.instructions)
         refused = f"servo 2: {re.escape(register.name)} is {value}, must be"
         with pytest.raises(ServoError, match=refused):
@@ -493,7 +493,7 @@ def test_tools_refuse_a_servo_that_is_not_what_it_must_be_before_its_torque_is_o
         assert not any(servo.energised for servo in servos.servos)
         torque = bytes([table.TORQUE_ENABLE.address, 0, 1])
         assert all(packet.parameters != torque for packet in servos.instructions[asked:])
-        servos.tell(lambda register=register, value=wanted: servos.servos[1]._store(register, value))  # type: ignore[misc]
+        servos.apply(lambda register=register, value=wanted: servos.servos[1]._store(register, value))  # type: ignore[misc]
 
 
 def test_a_reboot_by_command_clears_a_hardware_error_and_the_place_is_still_known(
@@ -503,7 +503,7 @@ def test_a_reboot_by_command_clears_a_hardware_error_and_the_place_is_still_know
     for servo in servos.servos:
         servo.torque = lambda ticks: 0.0
     wind(servos, 0.0593, 0.0)
-    servos.tell(lambda: servos.servos[0].fail(5))
+    servos.apply(lambda: servos.servos[0].fail(5))
     reboot_servos(config, [1], False, Operator("yes"))
     assert "servo 1: rebooted, had Overload Error (bit 5)" in capsys.readouterr().out
     home_servos(config, True, Operator())

@@ -63,8 +63,8 @@ def test_a_driver_after_a_reboot_beyond_half_a_turn_says_the_true_place(tmp_path
             first._shaft.place(ticks(0.0593))
             first.power_up()
 
-        servos.tell(wound_and_rebooted)
-        bench.driver._bus.close()
+        servos.apply(wound_and_rebooted)
+        bench.driver.session.bus.close()
         bench.driver = bench.new_driver({1: 0.0593, 2: 0.0, 3: 0.0, 4: 0.0})
         assert bench.driver.displacement[0] == pytest.approx(0.0593, abs=1e-4)
         bench.driver.cycle(time.monotonic(), None)
@@ -78,7 +78,7 @@ def test_a_servo_that_is_rebooted_under_the_driver_is_found_again_on_reset(tmp_p
         first.torque = lambda position: 0.0
         bench.until(lambda one: one._disarmed, (0.0,) * 4, armed=False)
         bench.until(lambda one: one.displacement[0] > 0.059, (0.0593, 0.0, 0.0, 0.0))
-        servos.tell(first.power_up)
+        servos.apply(first.power_up)
         bench.until(lambda one: one.phase.value == "off", (0.0593, 0.0, 0.0, 0.0))
         assert "has been rebooted or has lost power" in bench.driver.fault
         bench.driver.reset(time.monotonic())
@@ -97,7 +97,7 @@ def test_a_servo_beyond_256_turns_is_refused(tmp_path: Path) -> None:
 def test_a_calibrated_spool_whose_turn_is_shorter_than_the_travel_is_refused(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section())
-        bench.driver._bus.close()
+        bench.driver.session.bus.close()
         small = TENDON.model_copy(update={"spool_radius": 0.008})
         bench.calibration = bench.calibration.model_copy(update={"tendons": (small, *bench.calibration.tendons[1:])})
         with pytest.raises(ServoError, match=r"servo 1: displacement_max = 0.08 m .* more than a turn of the spool"):
@@ -144,6 +144,6 @@ def test_gears_hold_a_tendon_without_torque_or_give_way(tmp_path: Path, grip: fl
             first.grip = grip
             first.torque = lambda position: -0.09
 
-        servos.tell(pulled)
+        servos.apply(pulled)
         time.sleep(0.3)
         assert (first.position == 2048.0) is holds

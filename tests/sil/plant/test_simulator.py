@@ -36,7 +36,7 @@ def inject(one: Rig, *arguments: str) -> str:
 
 def leave(one: Rig, session: zenoh.Session) -> None:
     """Slack, mended and idle."""
-    inject(one, "mend")
+    inject(one, "clear")
     one.ask(session, ControlAction.STOP)
     one.until(session, lambda s: one.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
 
@@ -74,7 +74,7 @@ def test_a_fault_that_the_arm_must_not_bear_is_named_and_releases_it(
 def test_a_weight_hung_on_and_an_impact_are_borne(shared: tuple[Rig, zenoh.Session]) -> None:
     one, session = shared
     one.arm(session)
-    assert "weight of 0.03 kg until it is mended" in inject(one, "weight", "--size", "0.03")
+    assert "weight of 0.03 kg until it is cleared" in inject(one, "weight", "--size", "0.03")
     inject(one, "impact", "--size", "1", "--direction", "-z")
     status = one.until(session, lambda s: abs((s.tip or (0,))[0] - 0.34) < 5e-3 and (s.tip or (0, 0, 1))[2] < 0.06)
     assert status.mode is Mode.TRACKING

@@ -43,7 +43,7 @@ def test_every_error_is_reported_at_once() -> None:
 
 
 def test_broken_toml_is_named_as_such() -> None:
-    assert refused("[rod").startswith("rig.toml: is no TOML: ")
+    assert refused("[rod").startswith("rig.toml: is not valid TOML: ")
 
 
 def test_tendons_that_do_not_exist_are_refused() -> None:

@@ -41,7 +41,7 @@ def test_a_list_is_one_value(tmp_path: Path) -> None:
         ("", "[observer]\ndelay = 9\n[rod]\ndrag = [1.0, -2.0, 3.0]\n", "one.toml", r"rod\.drag"),
         ("[rod]\nlength = -1.0\n", "[rod]\nlength = 0.4\n", "rig.toml", r"rod\.length"),
         ("[rod]\nlenght = 1.0\n", "[rod]\ndensity = 1.0\n", "rig.toml", "lenght"),
-        ("", "[rod\n", "one.toml", "is no TOML"),
+        ("", "[rod\n", "one.toml", "is not valid TOML"),
         ("", 'include = ["two.toml"]\n', "one.toml", "includes no others"),
     ],
 )

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tendond.bus.followed import Followed
+from tendond.bus.followed import FollowedController
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.keys import ALIVE, TENDON_STATE, TIP_POSE
@@ -130,7 +130,7 @@ def command(source: str, armed: bool = False) -> TendonCommand:
 
 
 def test_a_driver_follows_the_first_controller_and_names_the_other() -> None:
-    followed = Followed()
+    followed = FollowedController()
     assert followed.admits(command("controller-a"), 0.0)
     assert not followed.admits(command("controller-b", armed=True), 0.1)
     assert followed.admits(command("controller-a"), 0.2)
@@ -141,7 +141,7 @@ def test_a_driver_follows_the_first_controller_and_names_the_other() -> None:
 
 
 def test_a_driver_takes_up_another_controller_once_the_first_is_gone() -> None:
-    followed = Followed()
+    followed = FollowedController()
     assert followed.admits(command("controller-a"), 0.0)
     assert not followed.admits(command("controller-b"), 0.9)
     assert followed.admits(command("controller-b"), 1.1)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.drivers.simulator.friction import Middles, between, grip
+from tendond.drivers.simulator.friction import TendonMiddles, between, grip
 from tendond.model import RodParameters
 from tendond.offline.bench.friction import COEFFICIENTS, FARTHEST, HEADING, STEPS, Loop, pull_and_release, run_rig
 
@@ -69,7 +69,7 @@ def test_a_tendon_sticks_between_and_slides_beyond_and_a_slack_one_pulls_nothing
     held = between(np.array([9.0, 5.0, 20.0]), before, ratio)
     assert held == pytest.approx([9.0, 10.0 / ratio, 10.0 * ratio])
     ends, shortening = np.array([0.0, -0.01, 0.01]), np.array([0.0, 0.0, 0.002])
-    middles = Middles(STIFFNESS, np.zeros(3), np.zeros(3))
+    middles = TendonMiddles(STIFFNESS, np.zeros(3), np.zeros(3))
     middles.slide(ends, shortening, ratio)
     before, behind = middles.tension(ends), STIFFNESS * (middles.given(ends, shortening, ratio) - shortening)
     assert before[:2] == pytest.approx([0.0, 0.0])

@@ -9,7 +9,7 @@ from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant
-from tendond.drivers.simulator.servo import Servos
+from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model import Rod, RodParameters
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.simulator import SimulatedMocap, SimulatedServos
@@ -22,7 +22,7 @@ PERIOD = 0.01
 
 
 def wound(section: SimulatedServos, goals: list[float]) -> list[float]:
-    servos = Servos(section, PERIOD, np.zeros(1))
+    servos = SimulatedActuators(section, PERIOD, np.zeros(1))
     return [float(servos.wind(np.array([goal]))[0]) for goal in goals]
 
 
@@ -50,7 +50,7 @@ def test_backlash_is_lost_when_the_direction_changes() -> None:
 
 
 def test_friction_is_hysteresis_of_the_tension() -> None:
-    servos = Servos(SimulatedServos(), PERIOD, np.zeros(1))
+    servos = SimulatedActuators(SimulatedServos(), PERIOD, np.zeros(1))
     pulled = [float(servos.pull(np.array([goal]), 1.25)[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
     assert pulled == pytest.approx([8.0, 8.0, 8.0, 6.25, 6.25])
     assert servos.tension == pytest.approx([5.0])
@@ -155,7 +155,7 @@ def test_a_stuck_servo_stays_where_it_is_until_it_is_mended() -> None:
     for _ in range(60):
         arm.step(further)
     assert arm.observe(0)[2].displacement[0] == pytest.approx(before, abs=1e-5)
-    arm.faults.cause(FaultRequest(fault=Fault.MEND, servo=1))
+    arm.faults.cause(FaultRequest(fault=Fault.CLEAR, servo=1))
     for _ in range(60):
         arm.step(further)
     assert arm.observe(0)[2].displacement[0] > before + 0.008
@@ -167,7 +167,7 @@ def test_a_servo_with_a_hardware_error_makes_all_let_go_until_it_is_mended() -> 
     _, state, truth = arm.observe(0)
     assert state.fault == "servo 2: Overload Error (bit 5)"
     assert truth.tension == (0.0,) * 4
-    arm.faults.cause(FaultRequest(fault=Fault.MEND))
+    arm.faults.cause(FaultRequest(fault=Fault.CLEAR))
     arm.step(pulled(5.0))
     assert arm.observe(0)[1].fault == ""
     assert arm.observe(0)[2].tension[0] == 5.0

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel.guard import Guard, ReleaseWatch, away_from_zero, let_out, limited, standing_fault
+from tendond.drivers.dynamixel.guard import Guard, ReleaseMonitor, away_from_zero, limited, release_step, standing_fault
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.reading import Reading
+from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config.servo import ServoSection
@@ -29,7 +29,7 @@ SECTION = ServoSection(
     following_time=0.5,
 )
 SPOOLS = [Spool(one) for one in calibration().tendons[:2]]
-WELL = Reading(
+WELL = ServoReading(
     torque=1, hardware_error=0, watchdog=10, goal=2048, load=0, position=2048, voltage=111, temperature=30, alert=False
 )
 
@@ -77,12 +77,12 @@ def test_tendons_are_let_out_steadily_and_slack_is_taken_up_in_proportion(
     taut: tuple[bool, ...],
     goals: tuple[float, ...],
 ) -> None:
-    assert let_out(SECTION, last, duration, places, taut) == pytest.approx(goals, abs=1e-12)
+    assert release_step(SECTION, last, duration, places, taut) == pytest.approx(goals, abs=1e-12)
 
 
 def test_tendons_are_let_out_no_faster_than_the_servos_may_go() -> None:
     slow = SECTION.model_copy(update={"displacement_rate": 0.02})
-    assert let_out(slow, (0.02,), 0.01, (0.0,), (False,)) == pytest.approx((0.0198,))
+    assert release_step(slow, (0.02,), 0.01, (0.0,), (False,)) == pytest.approx((0.0198,))
 
 
 def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
@@ -94,7 +94,7 @@ def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
         ((0.0, 0.0), 0.01, (0.0, 0.0), (True,)),
     ):
         with pytest.raises(ValueError, match="zip"):
-            let_out(SECTION, *arguments)
+            release_step(SECTION, *arguments)
     with pytest.raises(ValueError, match="zip"):
         standing_fault(SECTION, SPOOLS, [WELL])
 
@@ -109,9 +109,9 @@ def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
         ({"temperature": 65}, ""),
         ({"temperature": 66}, "servo 2: 66 degrees, servo.temperature_max is 65"),
         ({"voltage": 100}, ""),
-        ({"voltage": 99}, "servo 2: 9.9 V, allowed are 10 to 12.5 V"),
+        ({"voltage": 99}, "servo 2: 9.9 V, allowed: 10 to 12.5 V"),
         ({"voltage": 125}, ""),
-        ({"voltage": 126}, "servo 2: 12.6 V, allowed are 10 to 12.5 V"),
+        ({"voltage": 126}, "servo 2: 12.6 V, allowed: 10 to 12.5 V"),
     ],
 )
 def test_what_is_wrong_with_a_servo_as_it_stands_is_named(changes: dict[str, Any], fault: str) -> None:
@@ -137,7 +137,7 @@ def test_a_tendon_far_from_its_zero_is_not_switched_on(sign: float) -> None:
 def test_a_tendon_of_which_nobody_knows_the_turn_is_not_switched_on() -> None:
     said = away(0.0, (0.094,))
     assert said.startswith("tendon 1 (servo 2) ")
-    assert said.endswith(": look, and say it: 'tendond servo home --at 1=MM'")
+    assert said.endswith(": measure it and run 'tendond servo home --at 1=MM'")
     with pytest.raises(ValueError, match="zip"):
         away_from_zero(SECTION, [Located(SPOOLS[0], 0.0)], [WELL, WELL])
 
@@ -180,7 +180,7 @@ def test_a_load_beyond_the_limit_of_its_own_servo_is_borne_for_a_time(sign: int)
     watched = Watched()
     assert watched.fault(100.0, load=sign * 450) == ""
     assert watched.fault(100.25, load=sign * 450) == ""
-    assert watched.fault(100.26, load=sign * 450) == ("tendon 1 (servo 2): load 45% for 0.25 s, allowed are 40%")
+    assert watched.fault(100.26, load=sign * 450) == ("tendon 1 (servo 2): load 45% for 0.25 s, limit 40%")
     watched = Watched()
     watched.fault(100.0, load=sign * 450)
     assert watched.fault(100.2, load=sign * 400) == ""  # back at the limit: the time begins anew
@@ -192,7 +192,7 @@ def test_a_load_beyond_the_limit_of_its_own_servo_is_borne_for_a_time(sign: int)
 def test_a_load_far_beyond_the_limit_is_borne_for_one_reading() -> None:
     watched = Watched()
     assert watched.fault(100.0, load=560) == ""
-    assert watched.fault(100.01, load=560) == "tendon 1 (servo 2): load 56%, allowed are 40%"
+    assert watched.fault(100.01, load=560) == "tendon 1 (servo 2): load 56%, limit 40%"
     watched = Watched()
     assert watched.fault(100.0, load=550) == ""
     assert watched.fault(100.01, load=550) == ""
@@ -221,31 +221,31 @@ def test_two_tendons_are_timed_each_for_itself() -> None:
             guard.fault(101.0, SPOOLS, readings, goals)
 
 
-WOUND, LET_OUT = [0.01, 0.01], [-0.01, -0.01]
+WOUND, RELEASED = [0.01, 0.01], [-0.01, -0.01]
 
 
 def test_a_load_that_rises_while_its_tendon_is_let_out_is_named() -> None:
-    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
     assert watch.rising([0.2, 0.1], WOUND) == {}
     assert watch.rising([0.1, 0.02], WOUND) == {}  # the rod swings: it may come back to what it had, and a little more
     assert watch.rising([0.27, 0.17], WOUND) == {}
     assert watch.rising([0.27, 0.19], WOUND) == {
-        1: "its load rises from 10% to 19% while it is let out: is its sign right?"
+        1: "its load rises from 10% to 19% while it is released: is its sign right?"
     }
     assert watch.rising([0.29, 0.15], WOUND) == {
-        0: "its load rises from 20% to 29% while it is let out: is its sign right?"
+        0: "its load rises from 20% to 29% while it is released: is its sign right?"
     }
 
 
 def test_a_load_that_is_too_small_to_be_believed_does_not_rise() -> None:
-    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
     assert watch.rising([0.0, 0.0], WOUND) == {}
     assert watch.rising([0.139, 0.0], WOUND) == {}
     assert list(watch.rising([0.141, 0.0], WOUND)) == [0]
 
 
 def test_a_load_that_was_there_before_is_let_out_however_large() -> None:
-    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
+    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
     assert watch.rising([0.66, 0.98], WOUND) == {}
     assert watch.rising([0.66, 1.0], WOUND) == {}
     assert list(watch.rising([0.75, 0.9], WOUND)) == [0]
@@ -254,7 +254,7 @@ def test_a_load_that_was_there_before_is_let_out_however_large() -> None:
 
 
 def test_a_tendon_that_takes_up_its_slack_may_pull_up_to_its_limit() -> None:
-    watch = ReleaseWatch(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.0, 0.0], LET_OUT) == {}
-    assert watch.rising([0.49, 0.39], LET_OUT) == {}
-    assert watch.rising([0.49, 0.41], LET_OUT) == {1: "load 41% while it is let out, allowed are 40%"}
+    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
+    assert watch.rising([0.0, 0.0], RELEASED) == {}
+    assert watch.rising([0.49, 0.39], RELEASED) == {}
+    assert watch.rising([0.49, 0.41], RELEASED) == {1: "load 41% while it is released, limit 40%"}

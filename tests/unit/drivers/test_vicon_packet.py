@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendond.drivers.vicon.packet import Block, PacketError, Reading, build, parse
+from tendond.drivers.vicon.packet import Block, ObjectReading, PacketError, build, parse
 
-READING = Reading((1.0, -2.5, 1e3), (0.1, 1 / 3, -math.pi))
+READING = ObjectReading((1.0, -2.5, 1e3), (0.1, 1 / 3, -math.pi))
 
 
 def by_hand(frame: int, count: int, *items: tuple[int, int, bytes]) -> bytes:
@@ -34,7 +34,7 @@ def test_a_packet_written_out_by_hand_is_read() -> None:
     payload = by_hand(77, 2, item(b"tip", 1, 2, 3, 0.1, 0.2, 0.3), item(b"base", 4, 5, 6, 0, 0, 0))
     block = parse(payload)
     assert block.frame == 77
-    assert block.objects["tip"] == Reading((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    assert block.objects["tip"] == ObjectReading((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
     assert block.objects["base"].translation == (4.0, 5.0, 6.0)
 
 
@@ -91,7 +91,7 @@ NEIGHBOURS = {
 def test_another_groups_object_costs_the_robots_own_nothing(others: list[tuple[int, int, bytes]], first: bool) -> None:
     own = [item(b"tip", 1, 2, 3, 0.1, 0.2, 0.3)]
     items = [*own, *others] if first else [*others, *own]
-    assert parse(by_hand(1, len(items), *items)).objects["tip"] == Reading((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    assert parse(by_hand(1, len(items), *items)).objects["tip"] == ObjectReading((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ _POINTER = {data.address: pointer for pointer, data in zip(table.INDIRECT_ADDRES
 """The Indirect Address of each byte of Indirect Data."""
 
 
-class Memory:
+class ControlTable:
     """Bytes of the control table, as in the factory."""
 
     def __init__(self) -> None:

@@ -1,6 +1,7 @@
 """The pages about the repository itself name what is there: folders, functions, tests, renamed things."""
 
 import ast
+import itertools
 import re
 import shlex
 from pathlib import Path
@@ -78,7 +79,7 @@ def test_the_tests_that_the_documents_name_exist(page: str, line: str) -> None:
     files = [ROOT / word for word in words if word.startswith("tests/")]
     assert files
     texts = [(one if one.is_file() else one / "__init__.py").read_text(encoding="utf-8") for one in files]
-    chosen = [after for before, after in zip(words, words[1:], strict=False) if before == "-k"]
+    chosen = [after for before, after in itertools.pairwise(words) if before == "-k"]
     for name in re.findall(r"[\w.]+", " ".join(chosen)):
         if name not in ("or", "and", "not"):
             assert any(name in text for text in texts), name

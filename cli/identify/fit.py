@@ -1,6 +1,5 @@
 """`tendond identify LOG...` and `tendond identify plan`."""
 
-import json
 import math
 import os
 from datetime import UTC, datetime
@@ -15,23 +14,16 @@ from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.data import load_recording, parse_weights
-from tendond.offline.identification.dry_run import DryRun, dry_run
+from tendond.offline.identification.dry_run import DryRun, dry_run, rig_of_model
 from tendond.offline.identification.fit import LOSSES, Loss
 from tendond.offline.identification.identify import Identification, Options, identify
-from tendond.offline.identification.parameter_file import free_name, parameter_file
 from tendond.offline.identification.parameters import DEFAULT, chosen
-from tendond.offline.identification.plan import Plan, propose
-from tendond.offline.identification.report import numbers, report, warnings
+from tendond.offline.identification.plan import Plan, propose, proposed_weight
+from tendond.offline.identification.report import Written, warnings, write_results
 from tendond.offline.identification.simulate import Drive
-from tendond.offline.robustness.run import write_whole
-from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.simulator import Weight
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""
-
-SAG = 0.25
-"""Of the rod's length, that the proposed weight bends the straight rod by: well seen, and far from a fold."""
 
 
 def run_fit(
@@ -85,7 +77,9 @@ def run_fit(
             result = identify(
                 recordings, others, options, told, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
             )
-        write_results(result, out, datetime.now(UTC), console)
+        with console.status("drawing"):
+            written = write_results(result, out, datetime.now(UTC))
+        print_results(result, written, console)
     except (SystemExit, KeyboardInterrupt):
         if unfinished.is_dir():
             say(f"interrupted: what is computed is kept in {unfinished}; run the same command again to go on")
@@ -94,17 +88,8 @@ def run_fit(
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
 
 
-def write_results(result: Identification, out: Path, now: datetime, console: Console) -> Path:
-    """Parameter file, report, numbers and figures into `out`, and a table for the eye; the parameter file's path."""
-    out.mkdir(parents=True, exist_ok=True)
-    path = free_name(out, now)
-    write_whole(path, parameter_file(result, now))
-    write_whole(out / "report.md", report(result, path.name))
-    write_whole(out / "identified.json", json.dumps(numbers(result), indent=2, allow_nan=False) + "\n")
-    with console.status("drawing"):
-        from tendond.offline.identification.figure import draw
-
-        figures = draw(result, out)
+def print_results(result: Identification, written: Written, console: Console) -> None:
+    """Print parameters, ratios, warnings and the files."""
     console.print(_table(result))
     for ratio in result.ratios:
         error = f"{ratio.error / ratio.value:.2%}" if ratio.value else f"{ratio.error:.2g}"
@@ -118,9 +103,9 @@ def write_results(result: Identification, out: Path, now: datetime, console: Con
             highlight=False,
             soft_wrap=True,
         )
-    files = f"file     {path}\nreport   {out / 'report.md'}\nfigures  {', '.join(str(figure) for figure in figures)}"
+    figures = ", ".join(map(str, written.figures))
+    files = f"file     {written.parameters}\nreport   {written.report}\nfigures  {figures}"
     console.print(files, soft_wrap=True, highlight=False)
-    return path
 
 
 def _table(result: Identification) -> Table:
@@ -173,25 +158,3 @@ def plan_lines(plan: Plan, dry: DryRun) -> list[str]:
 def kinds(parts: str) -> tuple[str, ...]:
     """`--parts`, as names."""
     return tuple(part.strip() for part in parts.split(",") if part.strip())
-
-
-def rig_of_model(config: RigConfig, weight: float = 0.0) -> RigConfig:
-    """A configuration whose simulator is the controller's own model, with its limits: for a dry run."""
-    simulator = config.simulator.model_copy(
-        update={
-            "rod": config.rod,
-            "period": config.loop.period,
-            "impacts": (),
-            "weight": Weight(mass=weight),
-        }
-    )
-    return config.model_copy(update={"simulator": simulator, "servo": None, "vicon": None})
-
-
-def proposed_weight(config: RigConfig) -> float:
-    """That bends the straight rod by `SAG` of its length, P = 3 EI w / L^3, to 5 g [kg]."""
-    rod = config.rod
-    stiffness = rod.youngs_modulus * math.pi * rod.radius**4 / 4.0
-    gravity = math.hypot(*rod.gravity) or 9.81
-    mass = 3.0 * stiffness * SAG / rod.length**2 / gravity
-    return max(0.005, round(mass / 0.005) * 0.005)

@@ -13,9 +13,10 @@ from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.files import write_whole
 from tendond.offline.robustness.executors import check_cluster_extra, in_processes, on_cluster
 from tendond.offline.robustness.report import report as report_page
-from tendond.offline.robustness.run import Executor, Rows, run, write_whole
+from tendond.offline.robustness.run import Executor, Rows, run
 from tendond.offline.robustness.settings import Settings
 from tendond.offline.robustness.summary import GOAL, counts, groups, summary
 

@@ -11,6 +11,7 @@ from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.offline.identification.plan import Plan, PlanError
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.simulator import Weight
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 
@@ -98,3 +99,16 @@ def dry_run(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict[
         limited=limited / max(1, armed),
         tip=np.array(tips),
     )
+
+
+def rig_of_model(config: RigConfig, weight: float = 0.0) -> RigConfig:
+    """Return the configuration with the controller's own model as the simulated robot, for a dry run."""
+    simulator = config.simulator.model_copy(
+        update={
+            "rod": config.rod,
+            "period": config.loop.period,
+            "impacts": (),
+            "weight": Weight(mass=weight),
+        }
+    )
+    return config.model_copy(update={"simulator": simulator, "servo": None, "vicon": None})

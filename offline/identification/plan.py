@@ -23,6 +23,9 @@ from tendond.schemas.messages import ControlAction
 
 Array = NDArray[np.float64]
 
+SAG = 0.25
+"""Deflection by the proposed mass, relative to the rod's length: well visible, and far from a fold."""
+
 SPEED = 0.7
 """Of the displacement's rate that a reference asks for: the rest is for the law."""
 
@@ -217,3 +220,12 @@ def _chirp(middle: float, amplitude: float, rate: float, seconds: float = 7.0) -
     size = np.minimum(amplitude, rate / (2.0 * np.pi * frequency))
     fade = np.minimum(1.0, np.minimum(t, seconds - t) / 0.5)
     return np.asarray(middle + size * fade * np.sin(phase))
+
+
+def proposed_weight(config: RigConfig) -> float:
+    """Compute the mass that bends the straight rod by `SAG` of its length, P = 3 EI w / L^3, rounded to 5 g [kg]."""
+    rod = config.rod
+    stiffness = rod.youngs_modulus * math.pi * rod.radius**4 / 4.0
+    gravity = math.hypot(*rod.gravity) or 9.81
+    mass = 3.0 * stiffness * SAG / rod.length**2 / gravity
+    return max(0.005, round(mass / 0.005) * 0.005)

@@ -1,20 +1,26 @@
-"""An identification as a page and as numbers."""
+"""Report of an identification: page, numbers, files."""
 
+import json
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tendond.offline.files import write_whole
 from tendond.offline.identification.identify import Identification
+from tendond.offline.identification.parameter_file import free_name, parameter_file
 
 MISSING = 2.0
 """Residuals over the poses' noise, from which on the model misses something that one should know of."""
 
 
-def report(result: Identification, parameter_file: str) -> str:
+def report(result: Identification, file: str) -> str:
     """The page, Markdown."""
-    return "\n".join(_page(result, parameter_file)) + "\n"
+    return "\n".join(_page(result, file)) + "\n"
 
 
 def warnings(result: Identification) -> list[str]:
@@ -151,3 +157,33 @@ def numbers(result: Identification) -> dict[str, Any]:
         ],
         "warnings": warnings(result),
     }
+
+
+@dataclass(frozen=True)
+class Written:
+    """Files of an identification."""
+
+    parameters: Path
+    report: Path
+    figures: tuple[Path, ...]
+
+
+def write_results(result: Identification, out: Path, now: datetime) -> Written:
+    """Write parameter file, report, numbers and figures.
+
+    Args:
+        result: of the identification.
+        out: folder, made if missing.
+        now: in the name of the parameter file.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    from tendond.offline.identification.figure import draw
+
+    out.mkdir(parents=True, exist_ok=True)
+    path = free_name(out, now)
+    write_whole(path, parameter_file(result, now))
+    write_whole(out / "report.md", report(result, path.name))
+    write_whole(out / "identified.json", json.dumps(numbers(result), indent=2, allow_nan=False) + "\n")
+    return Written(path, out / "report.md", tuple(draw(result, out)))

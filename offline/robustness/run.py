@@ -2,13 +2,13 @@
 
 import csv
 import io
-import os
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import asdict, fields
 from pathlib import Path
 
 from tendond.daemon.control.state import CycleSetup
+from tendond.offline.files import write_whole
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, Result, rig_of
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
 from tendond.offline.robustness.points import AXES, Point, points_of
@@ -72,10 +72,3 @@ def _cell(value: object) -> object:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.6g}" if isinstance(value, float) else value
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there whole or not at all."""
-    draft = path.with_name(path.name + ".part")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)

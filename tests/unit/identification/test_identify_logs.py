@@ -11,11 +11,10 @@ from typer.testing import CliRunner
 
 from tendond.cli.app import app
 from tendond.cli.common import load_config
-from tendond.cli.identify.fit import proposed_weight, rig_of_model
 from tendond.daemon.errors import UsageError
 from tendond.offline.identification.data import DataError, load_recording, parse_weights
-from tendond.offline.identification.dry_run import dry_run
-from tendond.offline.identification.plan import PlanError, Request, propose
+from tendond.offline.identification.dry_run import dry_run, rig_of_model
+from tendond.offline.identification.plan import PlanError, Request, propose, proposed_weight
 from tendond.offline.identification.proof import Outcome, Task, coverage, met, truth
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.simulator import Weight

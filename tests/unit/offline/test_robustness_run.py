@@ -186,7 +186,7 @@ def test_report_and_figure_show_every_feedback_beside_the_default(tmp_path: Path
     ("arguments", "match"),
     [
         (("--points", "all"), "'all': choose one of default, axes, corners, grid, sample"),
-        (("--feedback", "none"), "'none': choose among force, offset, direct"),
+        (("--feedback", "none"), "'none': choose one of force, offset, direct"),
         (("--points", "axes", "--count", "3"), "the set 'axes' has no random points"),
     ],
 )

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from tendond.cli.manual.config_text import OPTIONAL, comment_of, to_toml
 from tendond.daemon.control.laws import LAWS
+from tendond.schemas.config.rates import DERIVED
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.errors.keywords import Table, keys_of, tables
 
@@ -41,7 +42,7 @@ def _section(table: Table) -> Iterator[str]:
         if key.required or key.default is None:
             yield f"#{key.name} = ..."
         else:
-            yield f"{'#' if off else ''}{key.name} = {to_toml(key.default)}"
+            yield f"{'#' if off or key.path in DERIVED else ''}{key.name} = {to_toml(key.default)}"
     for law in LAWS.values() if laws else ():
         yield from _heading(f"[{name}.laws.{law.name}]", " ".join((law.parameters.__doc__ or "").split()), off=True)
         for key in keys_of(law.parameters):

@@ -96,18 +96,39 @@ class LimitsSection(Schema):
     """[limits]: limits of every command; the servo driver checks its own as well."""
 
     tension_min: NotNegative = Field(0.0, description="smallest tension of a tendon that the law pulls [N]")
-    tension_max: Annotated[float, Field(gt=0.0, le=500.0, description="largest tension of a tendon [N]")] = 60.0
+    tension_max: Annotated[
+        float,
+        Field(
+            gt=0.0,
+            le=500.0,
+            description="largest tension of a tendon [N]; default with [servo]: no more than servo.load_max",
+        ),
+    ] = 60.0
     tension_rate: NotNegative = Field(
         0.0,
         description="largest rate of the tension [N/s]; 0: derived, twice what the rod's first natural frequency"
         " can follow",
     )
     displacement_min: Annotated[
-        float, Field(le=0.0, ge=-1.0, description="smallest displacement of a tendon [m]")
+        float,
+        Field(
+            le=0.0,
+            ge=-1.0,
+            description="smallest displacement of a tendon [m]; default with [servo]: within servo.displacement_min",
+        ),
     ] = -0.12
-    displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="largest displacement of a tendon [m]")] = 0.12
+    displacement_max: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            le=1.0,
+            description="largest displacement of a tendon [m]; default with [servo]: within servo.displacement_max",
+        ),
+    ] = 0.12
     displacement_rate: NotNegative = Field(
-        0.0, description="largest rate of the displacement [m/s]; 0: derived, as tension_rate"
+        0.0,
+        description="largest rate of the displacement [m/s]; 0: derived, as tension_rate; with [servo] no faster than"
+        " the servos",
     )
     input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
         1.0,

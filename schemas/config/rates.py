@@ -1,9 +1,13 @@
-"""Rates of tension and displacement derived from the robot, for a configuration without them."""
+"""Limits that suit a robot and its servos, for a configuration that sets none."""
 
 import math
 
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.servo import ServoSection, fastest_rate, strongest_tension
+
+DERIVED = frozenset({"limits.tension_max", "limits.displacement_min", "limits.displacement_max"})
+"""Keys whose default depends on [servo]: an example that sets them would take them for the user's."""
 
 FIRST_MODE = 1.8751**2
 """First mode of a cantilever: omega = 1.8751^2 sqrt(EI/(rho A L^4)) (Timoshenko, Vibration Problems in Engineering)."""
@@ -52,6 +56,26 @@ def with_own_rates(limits: LimitsSection, rod: RodSection, lag: float = 0.0, per
         changes["tension_rate"] = lead * own_tension_rate(rod)
     if limits.displacement_rate == 0.0:
         changes["displacement_rate"] = lead * own_displacement_rate(rod)
+    return limits.model_copy(update=changes) if changes else limits
+
+
+def with_servo_limits(limits: LimitsSection, own: LimitsSection, servo: ServoSection) -> LimitsSection:
+    """The limits with those of the servos where none are set, and where the servos' are narrower.
+
+    Args:
+        limits: of the configuration.
+        own: the same, with the robot's own rates.
+        servo: [servo].
+    """
+    changes = {}
+    if limits.displacement_rate == 0.0:
+        changes["displacement_rate"] = min(own.displacement_rate, fastest_rate(servo))
+    if "displacement_min" not in limits.model_fields_set:
+        changes["displacement_min"] = max(limits.displacement_min, servo.displacement_min)
+    if "displacement_max" not in limits.model_fields_set:
+        changes["displacement_max"] = min(limits.displacement_max, servo.displacement_max)
+    if "tension_max" not in limits.model_fields_set:
+        changes["tension_max"] = min(limits.tension_max, strongest_tension(servo))
     return limits.model_copy(update=changes) if changes else limits
 
 

@@ -19,7 +19,7 @@ from tendond.schemas.config.control import (
     PretensionSection,
 )
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
-from tendond.schemas.config.rates import with_own_rates
+from tendond.schemas.config.rates import with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import with_new_names
 from tendond.schemas.config.robot import RodSection
@@ -69,6 +69,9 @@ class RigConfig(Schema):
 
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
+        if self.servo is not None:
+            limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
+            object.__setattr__(self, "limits", limits)  # frozen for everyone else
         if wrong := [*self._tendon_objections(), *self._servo_objections()]:
             raise ValueError("\n".join(wrong))
         return self

@@ -178,6 +178,16 @@ class ServoSection(Schema):
         return self.ids or tuple(range(1, tendons + 1))
 
 
+def fastest_rate(section: ServoSection) -> float:
+    """Largest rate of a tendon that the servos can reach [m/s]: their own limit, their profile, the motor's speed."""
+    return min(section.displacement_rate, min(section.profile_velocity, NO_LOAD_SPEED) * section.spool_radius)
+
+
+def strongest_tension(section: ServoSection) -> float:
+    """Largest tension that the servos may pull with [N]."""
+    return STALL_TORQUE * section.load_max / section.spool_radius
+
+
 def servo_objections(
     section: ServoSection,
     tendons: int,
@@ -199,13 +209,13 @@ def servo_objections(
     objections = []
     if section.ids and len(section.ids) != tendons:
         objections.append(f"servo.ids has {len(section.ids)} servos, rod.tendon_positions {tendons} tendons")
-    strongest = STALL_TORQUE * section.load_max / section.spool_radius
+    strongest = strongest_tension(section)
     if tension_max > strongest:
         objections.append(
             f"limits.tension_max = {tension_max:g} N is more than the servos may pull: {STALL_TORQUE:g} N m stall "
             f"torque, servo.load_max of it, on servo.spool_radius make {strongest:.1f} N"
         )
-    fastest = min(section.displacement_rate, min(section.profile_velocity, NO_LOAD_SPEED) * section.spool_radius)
+    fastest = fastest_rate(section)
     if displacement_rate > fastest * (1.0 + 1e-9):
         objections.append(
             f"limits.displacement_rate = {displacement_rate:g} m/s is faster than the servos: {fastest:.4g} m/s by"

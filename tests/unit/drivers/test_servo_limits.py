@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tendond.cli.manual.config_text import config_toml
 from tendond.drivers.dynamixel.serial.adapter import latency_warning
 from tendond.schemas.config.rig import ConfigError, parse_config
 
@@ -43,6 +44,38 @@ def test_what_the_servos_can_do_is_taken_and_without_servos_nothing_is_asked() -
     parse_config(text("tension_max = 65.0\ndisplacement_rate = 0.085\n"), "rig.toml")
     parse_config(text("tension_max = 48.9\ndisplacement_rate = 0.08\n", "spool_radius = 0.02\n"), "rig.toml")
     parse_config("[limits]\ntension_max = 400.0\ndisplacement_rate = 5.0\n", "rig.toml")
+
+
+def test_limits_that_are_not_set_follow_from_the_servos_and_show_as_values() -> None:
+    empty = parse_config("[servo]\n[vicon]\n", "rig.toml")
+    limits = empty.limits
+    assert (limits.displacement_min, limits.displacement_max, limits.displacement_rate) == (-0.08, 0.08, 0.085)
+    assert limits.tension_max == 60.0
+    assert parse_config(config_toml(empty), "shown").limits == limits
+    small = parse_config(
+        "[servo]\ndisplacement_max = 0.05\ndisplacement_rate = 0.04\nspool_radius = 0.02\n", "rig.toml"
+    )
+    assert (small.limits.displacement_max, small.limits.displacement_rate) == (0.05, 0.04)
+    assert small.limits.tension_max == pytest.approx(1.4 * 0.7 / 0.02)
+
+
+def test_servos_with_more_travel_than_the_defaults_do_not_widen_them() -> None:
+    wide = parse_config("[servo]\nspool_radius = 0.03\ndisplacement_min = -0.15\ndisplacement_max = 0.15\n", "rig.toml")
+    assert (wide.limits.displacement_min, wide.limits.displacement_max) == (-0.12, 0.12)
+
+
+@pytest.mark.parametrize("key", ["displacement_min = -0.12", "displacement_max = 0.12", "displacement_rate = 0.09"])
+def test_limits_that_are_set_are_refused_rather_than_changed(key: str) -> None:
+    with pytest.raises(ConfigError, match="limits." + key.split(" ", maxsplit=1)[0]):
+        parse_config(f"[servo]\n[limits]\n{key}\n", "rig.toml")
+
+
+def test_the_example_with_a_servo_section_is_valid() -> None:
+    example = (Path(__file__).parents[3] / "deploy" / "rig.toml").read_text()
+    for section in ("servo", "vicon"):
+        assert f"#[{section}]" in example
+        example = example.replace(f"#[{section}]", f"[{section}]")
+    assert parse_config(example, "rig.toml").limits.displacement_max == 0.08
 
 
 def test_an_adapter_that_keeps_answers_back_is_named_with_the_remedy(tmp_path: Path) -> None:

@@ -135,7 +135,7 @@ def _plan(setup: CycleSetup, state: CycleState, asked: ControlRequest) -> str:
     assert not plan.error.startswith("planning failed"), plan.error
     if plan.reference is None:
         return "plan: refused"
-    setup.plans.keep(plan.law, plan.section, plan.reference, plan.remark)
+    setup.plans.keep(plan.law, plan.section, plan.reference)
     return "plan: made"
 
 

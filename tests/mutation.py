@@ -44,26 +44,27 @@ TARGETS = {
         "unit/control/test_cycle_direct unit/control/test_safe_command",
     ),
     "admission": _target(
-        "daemon/control/admission daemon/control/sources",
+        "daemon/control/phases/admission daemon/control/sources",
         "unit/control/test_admission_numbers unit/control/test_cycle_faults "
         "unit/control/test_fault_table unit/control/test_missed_ticks "
         "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
-        "daemon/control/modes",
+        "daemon/control/phases/modes",
         "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults "
         "unit/control/test_fault_table unit/commissioning/test_refusals "
         "unit/control/test_sources unit/commissioning/test_probe",
     ),
     "cycle": _target(
-        "daemon/control/cycle",
+        "daemon/control/cycle daemon/control/phases/decision daemon/control/phases/estimation "
+        "daemon/control/phases/prediction",
         "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults "
         "unit/model/test_mirrored unit/control/test_missed_ticks unit/control/test_monitor_numbers "
         "unit/model/test_observer unit/commissioning/test_probe unit/control/test_safe_command "
         "unit/control/test_thresholds",
     ),
     "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
-    "outlook": _target("daemon/control/prediction", "unit/reference/test_spatial"),
+    "space": _target("daemon/control/tasks/space", "unit/reference/test_spatial"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
         "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe "
@@ -75,7 +76,7 @@ TARGETS = {
         "unit/commissioning/test_rest_check unit/commissioning/test_wiring",
     ),
     "monitors": _target(
-        "daemon/control/commissioning/tracking daemon/control/monitors", "unit/control/test_monitor_numbers"
+        "daemon/control/commissioning/tracking daemon/control/phases/monitors", "unit/control/test_monitor_numbers"
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import chosen_config, say, stop_on_signals
-from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.recording.retention import retention
@@ -70,8 +69,6 @@ def run_controller(
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.selection.reference.notes:
             say(note)
-        if late := feasibility(setup.selection.reference, setup.config.limits):
-            say(late)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
         say(ready)
         supervisor.ready(ready)

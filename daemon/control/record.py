@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.laws.law import Decision, LawTerms, Observation
-from tendond.daemon.control.modes import Answer
+from tendond.daemon.control.phases.modes import Answer
 from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.tasks.decision import Decision, LawTerms
+from tendond.daemon.control.tasks.task import Situation
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import SCHEMA_VERSION, Vector3
 from tendond.schemas.messages import TendonCommand
@@ -17,16 +18,17 @@ from tendond.schemas.record import CycleInputs, CycleRecord, ModelState, Observe
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What `cycle.respond` has made of the inputs: the command, and everything else that belongs into the record.
+    """Result of `cycle.respond`: the command, and everything else that belongs in the record.
 
     Attributes:
-        state: after the cycle; its `tick` is that of the next one.
-        command: to publish.
-        inputs: that the cycle saw; rejected: those that it did not use.
-        answer: to the operator.
-        reference, observation, decision: of the law; the last two none where none ran.
+        state: state after the cycle; its `tick` is that of the next one.
+        command: command to publish.
+        inputs: inputs of the cycle; rejected: those that it did not use.
+        answer: answer to the operator.
+        reference: point of the reference.
+        situation, decision: input and output of the law; none where none ran.
         limited: limits that the command met.
-        error: of the model's step.
+        error: reason of the model's step without a solution.
     """
 
     state: CycleState
@@ -35,15 +37,15 @@ class Response:
     rejected: tuple[str, ...]
     answer: Answer
     reference: ReferencePoint
-    observation: Observation | None
+    situation: Situation | None
     decision: Decision | None
     limited: tuple[str, ...]
     error: str
 
 
 def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
-    """The record of a cycle."""
-    state, decision, seen = response.state, response.decision, response.observation
+    """Return the record of a cycle."""
+    state, decision, situation = response.state, response.decision, response.situation
     tick, observer = state.tick - 1, state.observer
     wanted = None if decision is None else tuple(decision.tension.tolist())
     return CycleRecord.trusted(
@@ -66,9 +68,11 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
             offset=_vector(observer.offset),
         ),
         estimate=None
-        if seen is None
+        if situation is None
         else TipEstimate.trusted(
-            position=_vector(seen.position), velocity=_vector(seen.velocity), acceleration=_vector(seen.acceleration)
+            position=_vector(situation.position),
+            velocity=_vector(situation.velocity),
+            acceleration=_vector(situation.tip.acceleration),
         ),
         terms={} if decision is None else _finite_terms(decision.terms),
         wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
@@ -87,7 +91,7 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
 
 
 def _finite_terms(terms: LawTerms) -> dict[str, float | tuple[float, ...]]:
-    """Those that a log can hold: a law may divide by nothing, and its command is then bounded, but not its terms."""
+    """Return the finite terms: a law may divide by zero, and its command is then bounded, but not its terms."""
     return {
         name: value
         for name, value in vars(terms).items()

@@ -39,6 +39,6 @@ RENAMED: dict[str, dict[str, str]] = {
 
 
 def with_present_names(class_name: str, values: dict[str, object]) -> dict[str, object]:
-    """Fields of a class under their present names, in the same order."""
+    """Return the fields of a class under their present names."""
     names = RENAMED.get(class_name, {})
     return {names.get(name, name): value for name, value in values.items()}

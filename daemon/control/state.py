@@ -12,7 +12,8 @@ from tendond.daemon.control.commissioning.probe import Probe, ProbePlan, probe_l
 from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests
 from tendond.daemon.control.commissioning.tracking import JumpWatch, TrackingBounds, TrackingWatch
 from tendond.daemon.control.gains import observer_gains
-from tendond.daemon.control.selection import Plans, Selection
+from tendond.daemon.control.law_state import LawState
+from tendond.daemon.control.selection import PlanCache, Selection
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.model.estimation.observer import ObserverGains, ObserverState, start_observer
@@ -80,7 +81,7 @@ class CycleSetup:
     probe: ProbePlan
     probe_limits: LimitsSection
     tracking_bounds: TrackingBounds
-    plans: Plans = field(default_factory=Plans)
+    plans: PlanCache = field(default_factory=PlanCache)
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":
@@ -187,6 +188,7 @@ class CycleState:
         probe: the running or the last probe; commissioned: one has passed and nothing has changed since.
         stamp_age: age of the pose by its stamp. jump_watch: jumps of the measured tip. tracking_watch: tip against
             reference.
+        law_state: state that the law keeps while it tracks; none for a law without one.
         unreadable: field of the first malformed message and what was wrong with it; empty without one.
     """
 
@@ -222,6 +224,7 @@ class CycleState:
     stamp_age: PoseAge = YOUNG
     jump_watch: JumpWatch = STILL
     tracking_watch: TrackingWatch = UNWATCHED
+    law_state: LawState | None = None
 
 
 def initial_state(setup: CycleSetup) -> CycleState:

@@ -9,9 +9,9 @@ from contextlib import suppress
 import numpy as np
 
 from tendond.bus.systemd import Supervisor
-from tendond.daemon.control.admission import describe_refusals
 from tendond.daemon.control.cycle import respond
-from tendond.daemon.control.modes import ACTIVE, is_taut
+from tendond.daemon.control.phases.admission import describe_refusals
+from tendond.daemon.control.phases.modes import ACTIVE, is_taut
 from tendond.daemon.control.record import Response, write_record
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.state import CycleSetup, CycleState

@@ -14,8 +14,8 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import FrameType
 
-from tendond.daemon.control.reference.feasibility import feasibility
-from tendond.daemon.control.selection import Planned
+from tendond.daemon.control.reference.reference import Reference
+from tendond.daemon.control.selection import select
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError, TargetError
 from tendond.model.errors import ModelError
@@ -32,13 +32,12 @@ PIECE = 1 << 18
 
 @dataclass(frozen=True)
 class Plan:
-    """What became of a request: the reference, with a remark for the operator; or why there is none."""
+    """The outcome of a request: the reference, or the reason why there is none."""
 
     law: str
     section: ReferenceSection
-    reference: Planned | None
+    reference: Reference | None
     error: str = ""
-    remark: str = ""
 
 
 class Planner:
@@ -152,9 +151,8 @@ def _work(setup: CycleSetup, requests: Connection, results: int, *theirs: "Conne
 def make_plan(setup: CycleSetup, law: str, section: ReferenceSection) -> Plan:
     """Plan a reference for a law; whatever goes wrong is the plan's error."""
     try:
-        selection = setup.selection.with_law(setup.config, law, section)
-        reference = selection.with_reference(setup.config, setup.rod, section).reference
-        return Plan(law, section, reference, remark=feasibility(reference, setup.config.limits))
+        selection = select(setup.config, setup.rod, law, section, setup.selection.curve)
+        return Plan(law, section, selection.reference)
     except (DaemonError, ModelError) as error:
         return Plan(law, section, None, "; ".join(str(error).splitlines()))
     except Exception as error:

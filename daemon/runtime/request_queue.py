@@ -109,7 +109,7 @@ class RequestQueue:
             self._planned = None
             return None
         assert plan.reference is not None
-        self._setup.plans.keep(plan.law, plan.section, plan.reference, plan.remark)
+        self._setup.plans.keep(plan.law, plan.section, plan.reference)
         return question
 
     def _give_up_plan(self, reason: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from tendond.daemon.control.reference.spatial import Course
+from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError
 from tendond.offline.demo.chain import run_chain, run_wired_chain
@@ -59,9 +59,9 @@ CHAIN_WORDS = {
 }
 
 
-def _course(text: str) -> Course:
+def _course(text: str) -> SpatialReference:
     course = CycleSetup.from_config(parse_config(text, "scenario spatial")).selection.reference
-    assert isinstance(course, Course)
+    assert isinstance(course, SpatialReference)
     return course
 
 
@@ -79,7 +79,7 @@ def outcome_from_log(path: Path) -> Outcome:
     count = next((i for i, value in enumerate(mode[first:]) if value != Mode.TRACKING.value), len(mode) - first)
     part = slice(first, first + count)
     course = CycleSetup.from_config(run.config).selection.reference
-    assert isinstance(course, Course)
+    assert isinstance(course, SpatialReference)
     truth = np.asarray(run["truth.position"][part], dtype=np.float64)
     seen = ~np.isnan(truth[:, 0])
     ticks = np.asarray(run["tick"][part], dtype=np.float64)

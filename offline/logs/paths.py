@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.modes import ACTIVE
+from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.offline.logs.log import Log
 from tendond.schemas.base import Vector3
 from tendond.schemas.messages import Mode

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.reference.spatial import Course
+from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.state import CycleSetup
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.offline.logs.metrics import metrics, tracking_of
@@ -37,7 +37,7 @@ class Outcome:
         notes: what was changed of the course.
         meets: no fault, and the RMS within the goal.
         time: since tracking began [s], shape (k,). tip, reference: [m], shape (k, 3). tension: [N], shape (k, n).
-        lead_in: time at which the course begins [s].
+        approach_time: time at which the course begins [s].
     """
 
     rms_mm: float
@@ -54,7 +54,7 @@ class Outcome:
     tip: Array
     reference: Array
     tension: Array
-    lead_in: float
+    approach_time: float
 
     def as_json(self) -> dict[str, Any]:
         """The numbers, without what is per cycle."""
@@ -76,7 +76,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
     """
     config = config_of(base, trial, seed)
     course = CycleSetup.from_config(config).selection.reference
-    assert isinstance(course, Course)
+    assert isinstance(course, SpatialReference)
     period = config.loop.period
     cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + course.arrival) / period) + 1
     seen = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
@@ -100,11 +100,12 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
 
 
 def outcome_of(
-    *, time: Array, tip: Array, reference: Array, tension: Array, limited: int, course: Course, mode: str, reason: str,
+    *, time: Array, tip: Array, reference: Array, tension: Array, limited: int,
+    course: SpatialReference, mode: str, reason: str,
     goal_mm: float,
 ) -> Outcome:  # fmt: skip
     """The numbers of what was seen; arguments as the attributes of `Outcome`, and the largest RMS that is wanted."""
-    on_course = time >= course.lead_in
+    on_course = time >= course.approach_time
     error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_course]
     rms = float(np.sqrt(np.mean(error**2)))
     return Outcome(
@@ -122,7 +123,7 @@ def outcome_of(
         tip=tip,
         reference=reference,
         tension=tension,
-        lead_in=course.lead_in,
+        approach_time=course.approach_time,
     )
 
 

@@ -13,7 +13,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, Law, LawParameters, LawTerms, Observation, Pair
+from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, Pair, PlanarObservation, StatelessLaw
+from tendond.daemon.control.tasks.plane import BENDING_PLANE
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -35,8 +36,8 @@ class Terms(LawTerms):
     net_tension: float
 
 
-def decide(parameters: Parameters, observation: Observation) -> Decision:
-    """The tensions that the law wants, and its terms."""
+def decide(parameters: Parameters, observation: PlanarObservation) -> Decision:
+    """Return the tensions wanted and the terms."""
     a1, a2 = parameters.alpha1, parameters.alpha2
     z1 = observation.in_plane(observation.target - observation.position)
     z2 = observation.in_plane(observation.velocity - observation.target_velocity) - a1 * z1
@@ -47,4 +48,4 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     return Decision(tension, Terms(z1=(p, q), z2=(r, s), lyapunov=lyapunov, net_tension=net))
 
 
-LAW = Law("backstepping", Parameters, decide)
+LAW = StatelessLaw("backstepping", Parameters, decide, BENDING_PLANE)

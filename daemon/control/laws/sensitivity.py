@@ -1,6 +1,6 @@
 """Tracking in space with all tendons, by the rod's own sensitivities; docs/space.md derives it.
 
-The outlook says where the tip will be after the coming step if the tensions stay (p0), and how that answers to the
+The prediction says where the tip will be after the coming step if the tensions stay (p0), and how that answers to the
 tendons: E = dp/dM, shape (3, 2), against their bending moment M. It has rank 2 on the straight rod too, where the
 paper's b_c vanishes. With the error e = Xd - X1 now and the reference Xd+ of the step's end, the law asks for a tip
 whose error is a fixed part of that, in the two directions S in which the resting tip can move:
@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, Law, LawParameters, LawTerms, Observation, Outlook
+from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, SpatialObservation, StatelessLaw
+from tendond.daemon.control.tasks.observation import Prediction
+from tendond.daemon.control.tasks.space import SPACE
 from tendond.schemas.base import Vector3
 
 Array = NDArray[np.float64]
@@ -52,26 +54,28 @@ class Terms(LawTerms):
     lyapunov: float
 
 
-def decide(parameters: Parameters, observation: Observation) -> Decision:
-    """The tensions that the law wants, and its terms."""
-    outlook = observation.outlook
+def decide(parameters: Parameters, observation: SpatialObservation) -> Decision:
+    """Return the tensions wanted and the terms."""
+    prediction = observation.prediction
     error = observation.target - observation.position
-    if outlook is None:  # the coming step is beyond the model: hold
+    if prediction is None:  # the coming step is beyond the model: hold
         x, y, z = error.tolist()
         return Decision(
             observation.tension, Terms((x, y, z), (0.0, 0.0, 0.0), (0.0, 0.0), 0.5 * (x * x + y * y + z * z))
         )
-    slow, fast = math.exp(-parameters.rate * outlook.period), math.exp(-parameters.smoothing * outlook.period)
+    slow, fast = math.exp(-parameters.rate * prediction.period), math.exp(-parameters.smoothing * prediction.period)
     error_rate = observation.target_velocity - observation.velocity
-    kept = (slow + fast - slow * fast) * error + slow * fast * outlook.period * error_rate
-    asked = outlook.target - outlook.position - kept
-    change = _moment(outlook, asked, parameters.damping)
-    most = parameters.agility * outlook.period * outlook.allocation.arm_max
-    moment = outlook.allocation.moment(observation.tension) + change * min(1.0, most / max(math.hypot(*change), most))
+    kept = (slow + fast - slow * fast) * error + slow * fast * prediction.period * error_rate
+    asked = prediction.target - prediction.position - kept
+    change = _moment(prediction, asked, parameters.damping)
+    change_max = parameters.agility * prediction.period * prediction.allocation.arm_max
+    moment = prediction.allocation.moment(observation.tension) + change * min(
+        1.0, change_max / max(math.hypot(*change), change_max)
+    )
     x, y, z = error.tolist()
     u, v, w = asked.tolist()
     return Decision(
-        outlook.allocation.tensions(moment),
+        prediction.allocation.tensions(moment),
         Terms(
             error=(x, y, z),
             asked=(u, v, w),
@@ -81,12 +85,12 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     )
 
 
-def _moment(outlook: Outlook, asked: Array, damping: float) -> Array:
+def _moment(prediction: Prediction, asked: Array, damping: float) -> Array:
     """dM [N m], shape (2,), that moves the tip by `asked` [m] where it can: the damped inverse of S'E."""
     a = b = c = d = p = q = 0.0
-    answers = outlook.answer.tolist()
-    directions = answers if outlook.directions is None else outlook.directions.tolist()
-    for (s0, s1), (e0, e1), missing in zip(directions, answers, asked.tolist(), strict=True):
+    jacobian = prediction.jacobian.tolist()
+    directions = jacobian if prediction.directions is None else prediction.directions.tolist()
+    for (s0, s1), (e0, e1), missing in zip(directions, jacobian, asked.tolist(), strict=True):
         a, b, p = a + s0 * e0, b + s0 * e1, p + s0 * missing
         c, d, q = c + s1 * e0, d + s1 * e1, q + s1 * missing
     ridge = damping**2 * (a * a + b * b + c * c + d * d)
@@ -99,4 +103,4 @@ def _moment(outlook: Outlook, asked: Array, damping: float) -> Array:
     return np.array([(k * r - h * s) / determinant, (g * s - h * r) / determinant])
 
 
-LAW = Law("sensitivity", Parameters, decide, looks_ahead=True)
+LAW = StatelessLaw("sensitivity", Parameters, decide, SPACE)

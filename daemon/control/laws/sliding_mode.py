@@ -14,7 +14,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, Law, LawParameters, LawTerms, Observation, Pair
+from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, Pair, PlanarObservation, StatelessLaw
+from tendond.daemon.control.tasks.plane import BENDING_PLANE
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -37,8 +38,8 @@ class Terms(LawTerms):
     net_tension: float
 
 
-def decide(parameters: Parameters, observation: Observation) -> Decision:
-    """The tensions that the law wants, and its terms."""
+def decide(parameters: Parameters, observation: PlanarObservation) -> Decision:
+    """Return the tensions wanted and the terms."""
     error = observation.in_plane(observation.target - observation.position)
     error_rate = observation.in_plane(observation.target_velocity - observation.velocity)
     surface = error_rate + parameters.c * error
@@ -53,4 +54,4 @@ def decide(parameters: Parameters, observation: Observation) -> Decision:
     return Decision(tension, Terms(error=(p, q), surface=(r, s), lyapunov=(r * r + s * s) / 2.0, net_tension=net))
 
 
-LAW = Law("sliding_mode", Parameters, decide)
+LAW = StatelessLaw("sliding_mode", Parameters, decide, BENDING_PLANE)

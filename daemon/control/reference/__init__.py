@@ -1,1 +1,1 @@
-"""References in space: where the tip can rest, courses there, and their time."""
+"""References: trajectories in the bending plane and in space, their planning, and their timing."""

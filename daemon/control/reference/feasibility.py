@@ -1,45 +1,55 @@
-"""Whether the tendon can be wound as fast as a reference asks; servos are slower than the paper's experiment."""
+"""Feasibility of a planar reference: whether the servos can move the tendon as fast as it asks.
+
+Servos are slower than the paper's experiment. References in space are slowed down by themselves, see `time_scaling`.
+"""
 
 import math
 
 import numpy as np
 
-from tendond.daemon.control.reference.planar import Reference
-from tendond.daemon.control.reference.spatial import Course
+from tendond.daemon.control.reference.trajectories import Trajectory
+from tendond.model.rod.static_curve import Pair, StaticCurve
 from tendond.schemas.config.control import LimitsSection
 
 SAMPLES = 100
-"""Of a course; finer ones see the grain of the curve of resting tips."""
+"""Of a trajectory; finer ones would resolve the knots of the curve of resting tips."""
 
 
-def fastest_winding(reference: Reference) -> float:
-    """Speed at which the agonist's end would have to be wound [m/s], at most, for the tip to be on the reference.
+def displacement_rate_max(curve: StaticCurve, trajectory: Trajectory, arrival: float) -> float:
+    """Return the largest displacement rate of the agonist for which the tip is on the reference [m/s].
 
-    Reckoned from the curve of resting tips: a tip in motion asks for somewhat more or less.
+    It is computed from the curve of resting tips: a tip in motion asks for somewhat more or less.
+
+    Args:
+        curve: tips of the resting rod.
+        trajectory: of the reference; arrival: its time of arrival [s].
     """
-    if reference.arrival <= 0.0:
+    if arrival <= 0.0:
         return math.inf
-    times = np.linspace(0.0, reference.arrival, SAMPLES)
-    arcs = reference.curve.nearest(np.array([reference.course(time)[0] for time in times.tolist()]))
-    displacement = np.interp(arcs, reference.curve.arc, reference.curve.displacement)
+    times = np.linspace(0.0, arrival, SAMPLES)
+    arcs = curve.nearest(np.array([trajectory(time)[0] for time in times.tolist()]))
+    displacement = np.interp(arcs, curve.arc, curve.displacement)
     return float(np.max(np.abs(np.diff(displacement)))) / float(times[1])
 
 
-def feasibility(reference: Reference | Course, limits: LimitsSection) -> str:
-    """What to tell an operator of a reference that `limits.displacement_rate` holds back; empty if it does not.
+def feasibility(
+    curve: StaticCurve, trajectory: Trajectory, arrival: float, target: Pair, limits: LimitsSection
+) -> tuple[str, ...]:
+    """Return a remark for the operator where `limits.displacement_rate` holds the tip back; nothing if it does not.
 
-    A course in space is slowed down by itself, and says so.
+    Args:
+        curve: tips of the resting rod.
+        trajectory: of the reference; arrival: its time of arrival [s].
+        target: final position across and along the straight rod [m].
+        limits: [limits] of the configuration.
     """
-    if isinstance(reference, Course):
-        return ""
-    asked, allowed = fastest_winding(reference), limits.displacement_rate
-    if asked <= allowed:
-        return ""
-    across, along = reference.curve.axes
-    target = np.array([[reference.target[across], reference.target[along]]])
-    way = float(np.interp(reference.curve.nearest(target)[0], reference.curve.arc, reference.curve.displacement))
+    asked, allowed = displacement_rate_max(curve, trajectory, arrival), limits.displacement_rate
+    if asked <= allowed or not allowed:  # zero: not yet derived from the robot
+        return ()
+    displacement = float(np.interp(curve.nearest(np.array([target]))[0], curve.arc, curve.displacement))
     pace = "at once" if math.isinf(asked) else f"at up to {asked * 1e3:.0f} mm/s"
     return (
-        f"the tip will be late: the reference asks to wind the tendon {pace}, limits.displacement_rate is "
-        f"{allowed * 1e3:.0f} mm/s, and its {abs(way) * 1e3:.0f} mm take {abs(way) / allowed:.2f} s at least"
+        f"the tip will be late: the reference asks to move the tendon {pace}, limits.displacement_rate is "
+        f"{allowed * 1e3:.0f} mm/s, and its {abs(displacement) * 1e3:.0f} mm take at least "
+        f"{abs(displacement) / allowed:.2f} s",
     )

@@ -1,4 +1,4 @@
-"""A way along resting tips: equilibria in a row, and what is known of them in between."""
+"""A path along resting tips: a spline through equilibria."""
 
 from collections.abc import Sequence
 
@@ -11,28 +11,29 @@ from tendond.daemon.control.reference.workspace import Rest, Surface
 Array = NDArray[np.float64]
 
 
-class Way:
+class RestPath:
     """A cubic spline through equilibria, against a parameter that goes up in equal steps from 0 to `length`.
 
     Args:
-        surface: of the equilibria.
-        rests: two or more.
-        length: of the parameter.
+        surface: surface of the equilibria.
+        rests: two or more equilibria.
+        length: last value of the parameter.
         elastic: the tendons stretch, which adds to their displacement.
 
     Attributes:
-        columns of what `at` gives: POSITION [m] 3, DIRECTION [-] 3, their derivatives by the moment POSITION_ANSWER and
-            DIRECTION_ANSWER 6 each, row by row, MOMENT [N m] 2, DISPLACEMENT [m] n.
+        POSITION, DIRECTION: columns of what `at` returns: [m] 3, [-] 3.
+        POSITION_JACOBIAN, DIRECTION_JACOBIAN: their derivatives by the moment, 6 each, row by row.
+        MOMENT, DISPLACEMENT: [N m] 2, [m] n.
     """
 
     POSITION, DIRECTION = slice(0, 3), slice(3, 6)
-    POSITION_ANSWER, DIRECTION_ANSWER = slice(6, 12), slice(12, 18)
+    POSITION_JACOBIAN, DIRECTION_JACOBIAN = slice(6, 12), slice(12, 18)
     MOMENT, DISPLACEMENT = slice(18, 20), slice(20, None)
 
     def __init__(self, surface: Surface, rests: Sequence[Rest], length: float, *, elastic: bool) -> None:
         rows = [
             np.concatenate(
-                [rest.place, rest.answer.ravel(), rest.moment, surface.rod.displacements(rest.state, elastic=elastic)]
+                [rest.place, rest.jacobian.ravel(), rest.moment, surface.rod.displacements(rest.state, elastic=elastic)]
             )
             for rest in rests
         ]
@@ -43,18 +44,18 @@ class Way:
         self._c3, self._c2, self._c1, self._c0 = np.ascontiguousarray(spline.c)
 
     def value(self, place: float) -> Array:
-        """All columns there, shape (20 + n,)."""
+        """Return all columns at a value of the parameter, shape (20 + n,)."""
         k, x = self._piece(place)
         return np.asarray(self._c0[k] + x * (self._c1[k] + x * (self._c2[k] + x * self._c3[k])))
 
     def at(self, place: float) -> tuple[Array, Array, Array]:
-        """All columns there, their first and their second derivatives by the parameter; ends are held."""
+        """Return all columns, their first and their second derivatives by the parameter; beyond the ends, the ends'."""
         k, x = self._piece(place)
         a, b, c, d = self._c3[k], self._c2[k], self._c1[k], self._c0[k]
         return d + x * (c + x * (b + x * a)), c + x * (2.0 * b + 3.0 * x * a), 2.0 * b + 6.0 * x * a
 
     def _piece(self, place: float) -> tuple[int, float]:
-        """Of the spline, and the way into it."""
+        """Return the piece of the spline, and the distance into it."""
         inside = min(max(place, 0.0), self.length)
         k = min(int(inside / self._step), self.last - 1)
         return k, inside - k * self._step

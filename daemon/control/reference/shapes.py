@@ -1,4 +1,4 @@
-"""Curves that a course in space is drawn from: wanted places against the number of turns done."""
+"""Curves of trajectories in space: wanted places against the number of turns done."""
 
 import math
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from tendond.schemas.config.reference import ReferenceSection
 Array = NDArray[np.float64]
 
 Shape = Callable[[float], Array]
-"""Of the turns done, to a wanted place, shape (2,) or (3,); see `Rest.seen`."""
+"""Number of turns done to the wanted place, shape (2,) or (3,); see `Rest.compared`."""
 
 
 def shape_of(section: ReferenceSection) -> Shape:
-    """The curve that a section asks for, turns from 0 to `section.laps`; of a kind that has turns."""
+    """Return the curve that a section asks for, of a kind with turns: from 0 to `section.laps`."""
     center = np.array(section.center)
     if section.kind == "line":
         start, end = np.array(section.start), np.array(section.end)
@@ -33,7 +33,7 @@ def shape_of(section: ReferenceSection) -> Shape:
 
 
 def sampled(section: ReferenceSection) -> tuple[CubicSpline, float]:
-    """A spline through samples in space, at rest at both ends, against time [s]; and its end [s]."""
+    """Return a spline through samples in space against time [s], at rest at both ends; and its end [s]."""
     table = np.array(section.samples)
     return CubicSpline(table[:, 0], table[:, 1:], bc_type="clamped"), float(table[-1, 0])
 

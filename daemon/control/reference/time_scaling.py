@@ -1,4 +1,4 @@
-"""Time along a course: a smooth start and end, and as slow as servos and tendons need it."""
+"""Time scaling along a path: a smooth start and end, slowed to what servos and tendons can do."""
 
 import math
 from collections.abc import Callable
@@ -7,35 +7,35 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.reference.path import Way
+from tendond.daemon.control.reference.path import RestPath
 from tendond.model.tendons.allocation import Allocation
 
 Array = NDArray[np.float64]
 
 MARGIN = 0.85
-"""Of a limit, that a course may ask for: the rest is for the law."""
+"""Fraction of a limit that a trajectory may ask for: the rest is for the law."""
 
-SLOWEST = 50.0
-"""Times slower than asked for: a course that needs more is refused."""
+SLOWDOWN_MAX = 50.0
+"""Largest factor by which a trajectory is slowed; one that needs more is refused."""
 
 BEYOND = 0.01
-"""Of the largest moment, by which a course at the edge of what can be had may be beyond it."""
+"""Distance from the feasible moments, of the largest one, that is tolerated at their edge."""
 
-LOOKS = 40
-"""Per unit of a way."""
+SAMPLES_PER_UNIT = 40
+"""Samples at which the limits are checked, per unit of a path's parameter."""
 
 
 Progress = Callable[[float], tuple[float, float, float]]
-"""Time [s] to the place on a way, with two derivatives by time; data, so that another process can be sent a course."""
+"""Time [s] to the place on a path, with two derivatives by time; data, so that another process can be sent one."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Progress along a way.
+    """Progress along a path.
 
     Attributes:
-        progress: time [s] to the place on the way, with two derivatives by time.
-        end: time at which it rests [s].
+        progress: time [s] to the place on the path, with two derivatives by time.
+        end: time at which it comes to rest [s].
         slowed: factor by which it takes longer than asked for.
     """
 
@@ -70,14 +70,14 @@ class _Steady:
         time = min(max(time, 0.0), self.end)
         if time <= 0.5 * self.end:
             return self._half(time)
-        way, speed, acceleration = self._half(self.end - time)
-        return self.length - way, speed, -acceleration
+        place, speed, acceleration = self._half(self.end - time)
+        return self.length - place, speed, -acceleration
 
     def _half(self, time: float) -> tuple[float, float, float]:
         ramp, top = self.ramp, self.top
         t = min(time / ramp, 1.0)
-        way = top * ramp * (t**3 - 0.5 * t**4) + top * max(0.0, time - ramp)
-        return way, top * t * t * (3.0 - 2.0 * t), top * 6.0 * t * (1.0 - t) / ramp
+        place = top * ramp * (t**3 - 0.5 * t**4) + top * max(0.0, time - ramp)
+        return place, top * t * t * (3.0 - 2.0 * t), top * 6.0 * t * (1.0 - t) / ramp
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,12 @@ class _Slower:
 
 
 def minimum_jerk(length: float, duration: float) -> Timing:
-    """From 0 to `length` (Flash & Hogan 1985): 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
+    """Time a path from 0 to `length` (Flash & Hogan 1985): 10 t^3 - 15 t^4 + 6 t^5 of the normalised time."""
     return Timing(_MinimumJerk(length, duration), duration, 1.0)
 
 
 def steady(length: float, period: float) -> Timing:
-    """From 0 to `length` at one unit per `period`, between half a period of speeding up and one of slowing down.
+    """Time a path from 0 to `length` at one unit per `period`, with half a period of speeding up and of slowing down.
 
     The speed rises as 3 t^2 - 2 t^3, so that the acceleration has no jump.
     """
@@ -114,37 +114,39 @@ def steady(length: float, period: float) -> Timing:
 
 
 def as_given(end: float) -> Timing:
-    """The way's parameter is time [s] itself."""
+    """Time a path whose parameter is time [s] itself."""
     return Timing(_AsGiven(end), end, 1.0)
 
 
-def slow_down(timing: Timing, way: Way, allocation: Allocation, rate: float, relaxation: float) -> tuple[Timing, str]:
-    """The timing, slowed as far as the limits need it; and which of them it was, empty if none.
+def slow_down(
+    timing: Timing, path: RestPath, allocation: Allocation, rate: float, relaxation: float
+) -> tuple[Timing, str]:
+    """Return the timing, slowed as far as the limits require, and the name of the limit; empty if none.
 
     Args:
-        timing: as asked for.
-        way: that it is along.
-        allocation: whose bounds the tensions keep.
-        rate: of displacement that is allowed [m/s].
+        timing: timing asked for.
+        path: path along which it runs.
+        allocation: bounds of the tensions.
+        rate: displacement rate allowed [m/s].
         relaxation: time constant of the rod's damping, Bbt / EI [s]: a rod that is bent at a rate M' takes a moment
             M + relaxation M'.
     """
-    times = np.linspace(0.0, timing.end, max(100, math.ceil(LOOKS * way.length)))
-    at = [(way.at(place), speed) for place, speed, _ in map(timing.progress, times)]
-    moments = np.array([value[0][way.MOMENT] for value, _ in at])
-    rates = np.array([value[1][way.MOMENT] * speed for value, speed in at])
-    wound = max(float(np.max(np.abs(value[1][way.DISPLACEMENT])) * speed) for value, speed in at)
-    by_rate = wound / (MARGIN * rate)
+    times = np.linspace(0.0, timing.end, max(100, math.ceil(SAMPLES_PER_UNIT * path.length)))
+    at = [(path.at(place), speed) for place, speed, _ in map(timing.progress, times)]
+    moments = np.array([value[0][path.MOMENT] for value, _ in at])
+    rates = np.array([value[1][path.MOMENT] * speed for value, speed in at])
+    displacement_rate = max(float(np.max(np.abs(value[1][path.DISPLACEMENT])) * speed) for value, speed in at)
+    by_rate = displacement_rate / (MARGIN * rate)
 
-    most = BEYOND * float(np.max(np.abs(allocation.corners)))
+    tolerance = BEYOND * float(np.max(np.abs(allocation.corners)))
 
     def holds(slowed: float) -> bool:
         needed = moments + rates * relaxation / (MARGIN * slowed)
-        return all(math.dist(moment, allocation.nearest(moment)) <= most for moment in needed)
+        return all(math.dist(moment, allocation.nearest(moment)) <= tolerance for moment in needed)
 
     by_tension = 1.0
     if not holds(1.0):
-        low, high = 1.0, SLOWEST
+        low, high = 1.0, SLOWDOWN_MAX
         while high - low > 0.01 * low:
             middle = math.sqrt(low * high)
             low, high = (low, middle) if holds(middle) else (middle, high)

@@ -1,8 +1,8 @@
-"""Where the tip can rest under the pull of all tendons: a surface, and the bending that holds the tip at a place on it.
+"""The surface of the tip's equilibria under all tendons, and the bending moment that holds the tip at a place on it.
 
-The bending moment M has two components, so the resting tips are a surface. Without gravity it is one of revolution;
-gravity across the rod shears it. Nothing is tabulated: a place is found by Gauss and Newton's method on the rod's
-statics, from the constant curvature that is nearest to it, or from the place before it.
+The bending moment M has two components, so the resting tips form a surface. Without gravity it is one of revolution;
+gravity across the rod shears it. Nothing is tabulated: a place is found by the Gauss-Newton method on the rod's
+statics, starting from the nearest constant curvature, or from the place before it.
 """
 
 import math
@@ -19,14 +19,16 @@ from tendond.model.tendons.allocation import Allocation
 Array = NDArray[np.float64]
 
 DIFFERENCE = 2e-3
-"""[N m] For derivatives by the moment: 0.1 N at an arm of 20 mm; the statics are good to 1e-6 N."""
+"""Step of the finite differences by the moment [N m]: 0.1 N at an arm of 20 mm; the statics are accurate to 1e-6 N."""
 
 STEPS = 40
-CLOSE = 1e-7
-"""[m or rad] A step that moves the tip by less ends the search."""
+"""Largest number of Gauss-Newton steps."""
 
-MOST_BENT = 1.5 * math.pi
-"""[rad] Of the first guess: beyond this the tip comes back to the straight rod."""
+CLOSE = 1e-7
+"""Motion of the tip below which a step ends the search [m or rad]."""
+
+BEND_MAX = 1.5 * math.pi
+"""Largest bend of the first guess [rad]: beyond it the tip comes back to the straight rod."""
 
 
 @dataclass(frozen=True)
@@ -35,44 +37,44 @@ class Rest:
 
     Attributes:
         moment: M [N m], shape (2,).
-        state: of the rod.
-        place: the tip's position [m] and direction [-], shape (6,).
-        answer: of `place` to M, shape (6, 2).
+        state: state of the rod.
+        place: position [m] and direction [-] of the tip, shape (6,).
+        jacobian: derivative of `place` by M, shape (6, 2).
     """
 
     moment: Array
     state: RodState
     place: Array
-    answer: Array
+    jacobian: Array
 
-    def seen(self, aim: str, count: int) -> tuple[Array, Array]:
-        """What is compared with a wanted place, shape (count,), and its derivative, shape (count, 2).
+    def compared(self, aim: str, count: int) -> tuple[Array, Array]:
+        """Return what is compared with a wanted place, shape (count,), and its derivative, shape (count, 2).
 
         Args:
             aim: 'position' or 'direction'.
             count: 3: all of it; 2: of a position x and y; of a direction the tilt towards x and y.
         """
         if aim == "position":
-            return self.place[:count], self.answer[:count]
-        direction, answer = self.place[3:], self.answer[3:]
+            return self.place[:count], self.jacobian[:count]
+        direction, jacobian = self.place[3:], self.jacobian[3:]
         if count == 3:
-            return direction, answer
+            return direction, jacobian
         across = math.hypot(direction[0], direction[1])
         if across < 1e-6:
-            return direction[:2], answer[:2]
+            return direction[:2], jacobian[:2]
         angle, outward = math.atan2(across, direction[2]), direction[:2] / across
-        radial = outward @ answer[:2]
-        turning = answer[:2] - np.outer(outward, radial)
-        widening = direction[2] * radial - across * answer[2]
+        radial = outward @ jacobian[:2]
+        turning = jacobian[:2] - np.outer(outward, radial)
+        widening = direction[2] * radial - across * jacobian[2]
         return angle * outward, np.outer(outward, widening) + (angle / across) * turning
 
 
 class Surface:
-    """The resting tips of a rod without load but its own weight, under tensions that an allocation makes of a moment.
+    """The resting tips of a rod under its own weight alone, with the tensions that an allocation makes of a moment.
 
     Args:
         rod: the controller's model.
-        allocation: of its tendons.
+        allocation: from moments to tensions of its tendons.
     """
 
     def __init__(self, rod: Rod, allocation: Allocation) -> None:
@@ -80,7 +82,7 @@ class Surface:
         self.allocation = allocation
 
     def rest(self, moment: Array, start: Rest | None = None) -> Rest:
-        """The equilibrium under a moment [N m], shape (2,), from a neighbouring one.
+        """Solve the equilibrium under a moment [N m], shape (2,), from a neighbouring one.
 
         Raises:
             ConvergenceError: there is none.
@@ -95,33 +97,33 @@ class Surface:
         return Rest(moment, state, place, np.column_stack(columns))
 
     def find(self, wanted: Array, aim: str, *, far: bool = False, start: Rest | None = None) -> tuple[Rest, Array]:
-        """The equilibrium whose tip is nearest to what is wanted, and what that misses, shape (count,).
+        """Find the equilibrium whose tip is nearest to a wanted place, and what is missing to it, shape (count,).
 
         Args:
-            wanted: see `Rest.seen`, shape (count,).
+            wanted: see `Rest.compared`, shape (count,).
             aim: likewise.
             far: of two shapes with the same x and y, the one that is bent further.
             start: a neighbouring one; without it, the nearest constant curvature.
 
         Raises:
-            ConvergenceError: the rod has no equilibrium on the way.
+            ConvergenceError: the search leaves the rod's equilibria.
         """
         count = len(wanted)
         rest = self.rest(self._nearest_arc(wanted, aim, far)) if start is None else start
-        seen, answer = rest.seen(aim, count)
-        missing, ridge = wanted - seen, 0.0
+        place, jacobian = rest.compared(aim, count)
+        missing, ridge = wanted - place, 0.0
         for _ in range(STEPS):
-            step = self._step(rest.moment, answer, missing, ridge)
-            if float(np.max(np.abs(answer @ step))) < CLOSE:
+            step = self._step(rest.moment, jacobian, missing, ridge)
+            if float(np.max(np.abs(jacobian @ step))) < CLOSE:
                 break
             try:
                 trial = self.rest(rest.moment + step, rest)
             except ConvergenceError:
                 ridge = max(10.0 * ridge, 1e-2)
                 continue
-            seen, answer_there = trial.seen(aim, count)
-            if float(np.sum((wanted - seen) ** 2)) < float(np.sum(missing**2)):
-                rest, answer, missing = trial, answer_there, wanted - seen
+            place, jacobian_there = trial.compared(aim, count)
+            if float(np.sum((wanted - place) ** 2)) < float(np.sum(missing**2)):
+                rest, jacobian, missing = trial, jacobian_there, wanted - place
                 ridge = 0.0 if ridge < 1e-3 else 0.1 * ridge
             elif ridge > 1e6:
                 break
@@ -134,11 +136,11 @@ class Surface:
         tip = self.rod.tip(state)
         return np.concatenate([tip.position, tip.rotation[:, 2]]), state
 
-    def _step(self, moment: Array, answer: Array, missing: Array, ridge: float) -> Array:
-        """Least-squares step of the moment, damped by `ridge`, within what the tendons can give."""
-        square = answer.T @ answer
+    def _step(self, moment: Array, jacobian: Array, missing: Array, ridge: float) -> Array:
+        """Return the least-squares step of the moment, damped by `ridge`, within the feasible moments."""
+        square = jacobian.T @ jacobian
         square = square + (ridge + 1e-9) * np.trace(square) * np.eye(2)
-        right = answer.T @ missing
+        right = jacobian.T @ missing
         step = np.linalg.solve(square, right)
         inside = self.allocation.nearest(moment + step)
         if np.array_equal(inside, moment + step):
@@ -154,10 +156,10 @@ class Surface:
         return np.asarray(ends[int(np.argmin(cost))])
 
     def _nearest_arc(self, wanted: Array, aim: str, far: bool) -> Array:
-        """Moment of the constant curvature, without weight, that comes nearest."""
+        """Return the moment of the weightless constant curvature that comes nearest."""
         parameters = self.rod.parameters
         azimuth = math.atan2(wanted[1], wanted[0])
-        bend = np.linspace(1e-3, MOST_BENT, 400)
+        bend = np.linspace(1e-3, BEND_MAX, 400)
         if aim == "direction":
             across = math.hypot(wanted[0], wanted[1])
             angle = across if len(wanted) == 2 else math.atan2(across, wanted[2])

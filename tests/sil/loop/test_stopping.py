@@ -9,7 +9,7 @@ import pytest
 import zenoh
 from mcap.records import Message
 
-from tendond.daemon.control.modes import ACTIVE
+from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.offline.logs.container import records as read_records
 from tendond.offline.logs.log import load
 from tendond.schemas.keys import TENDON_COMMAND, key

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tendond.daemon.control.admission import describe_refusals
+from tendond.daemon.control.phases.admission import describe_refusals
 from tendond.schemas.messages import ControlAction, Mode, TipPose
 from tendond.schemas.record import CycleInputs
 from tests.unit.control.cycles import START, go, pose

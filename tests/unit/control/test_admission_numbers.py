@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tendond.daemon.control.admission import admit, describe_refusals
+from tendond.daemon.control.phases.admission import admit, describe_refusals
 from tendond.daemon.control.sources import Source, Sources, hear
 from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE

@@ -91,7 +91,7 @@ def test_no_cycle_takes_long(count: int) -> None:
                     case 3:
                         inputs.update(request=ControlAction.LAW, law=law)
                     case 4:
-                        setup.plans.keep(law, section, plan.reference, plan.remark)
+                        setup.plans.keep(law, section, plan.reference)
                         inputs.update(request=ControlAction.REFERENCE, reference=section)
                     case 5:
                         inputs.update(request=ControlAction.ARM)

@@ -22,7 +22,7 @@ from tendond.daemon.control.commissioning.tracking import (
     watch_jump,
     watch_tracking,
 )
-from tendond.daemon.control.monitors import (
+from tendond.daemon.control.phases.monitors import (
     CLOCK_DRIFT,
     ONE_CLOCK,
     monitored_fault,

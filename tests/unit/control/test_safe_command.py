@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.laws import LAWS
-from tendond.daemon.control.laws.law import Decision, Observation
+from tendond.daemon.control.laws import BENDING_PLANE, backstepping
+from tendond.daemon.control.laws.law import Decision, PlanarObservation, StatelessLaw
 from tendond.daemon.control.state import changed
 from tendond.model.rod.rod import Rod
 from tendond.schemas.messages import Mode
@@ -36,11 +36,11 @@ def test_a_law_that_asks_for_what_is_no_number_never_reaches_the_tendons(
 ) -> None:
     state = armed(150)  # at rest on its target
 
-    def broken(parameters: object, observation: Observation) -> Decision:
-        right = LAWS["backstepping"].decide(parameters, observation)
+    def broken(parameters: backstepping.Parameters, observation: PlanarObservation) -> Decision:
+        right = backstepping.decide(parameters, observation)
         return dataclasses.replace(right, tension=np.full(4, value))
 
-    law = dataclasses.replace(state.selection.law, decide=broken)
+    law = StatelessLaw("broken", backstepping.Parameters, broken, BENDING_PLANE)
     state = changed(state, selection=dataclasses.replace(state.selection, law=law))
     for _ in range(SETUP.thresholds.limit_time + 2):
         state, command, record = step(SETUP, state, CycleInputs(pose=follow(state)))

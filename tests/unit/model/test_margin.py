@@ -10,10 +10,9 @@ from typer.testing import CliRunner
 
 from tendond.cli.app import app
 from tendond.daemon.control import gains as feedback
-from tendond.daemon.control import selection as choice
+from tendond.daemon.control import selection
 from tendond.daemon.control.gains import law_rates, lowered, observer_gains
-from tendond.daemon.control.laws import LAWS
-from tendond.daemon.control.selection import max_tip_mass
+from tendond.daemon.control.laws import SPACE
 from tendond.daemon.control.state import rod_from_section
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
@@ -203,15 +202,15 @@ def end_of(config: RigConfig, seconds: float = 8.0) -> tuple[Mode, float]:
 
 @pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
 @pytest.mark.parametrize("delay", [0, 2])
-def test_the_law_that_looks_ahead_settles_with_the_heaviest_tip_that_it_is_allowed(rate: float, delay: int) -> None:
-    bound = max_tip_mass(with_configured_tip("sensitivity", 0.0, rate), LAWS["sensitivity"])
+def test_the_law_in_space_settles_with_the_heaviest_tip_that_it_is_allowed(rate: float, delay: int) -> None:
+    bound = SPACE.tip_mass_max(with_configured_tip("sensitivity", 0.0, rate))
     mode, ripple = end_of(with_configured_tip("sensitivity", bound, rate, delay))
     assert mode is Mode.TRACKING
     assert ripple < 0.2e-3
 
 
 @pytest.mark.parametrize(("rate", "mass"), [(50.0, 0.01), (100.0, 0.02), (100.0, 0.1), (250.0, 0.035)])
-def test_the_law_that_looks_ahead_is_refused_where_it_would_swing(
+def test_the_law_in_space_is_refused_where_it_would_swing(
     rate: float, mass: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = with_configured_tip("sensitivity", mass, rate)
@@ -219,7 +218,7 @@ def test_the_law_that_looks_ahead_is_refused_where_it_would_swing(
         LawError, match=r"swings the arm with rod\.tip_mass = .* bears 0 to .* set rod\.tip_mass = 0\.0"
     ):
         end_of(config)
-    monkeypatch.setattr(choice, "tip_objection", lambda config, law: "")
+    monkeypatch.setattr(selection, "tip_objection", lambda config, law: "")
     mode, _ = end_of(config)
     assert mode is Mode.FAULT
 

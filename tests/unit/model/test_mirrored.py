@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendond.daemon.control.reference.planar import PLANES, Reference
+from tendond.daemon.control.reference.planar import PLANES, PlanarReference
 from tendond.daemon.control.state import CycleSetup
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.rig import parse_config
@@ -48,10 +48,10 @@ def test_bent_beyond_the_target_is_judged_on_the_side_to_which_the_agonist_bends
         "test",
     )
     reference = CycleSetup.from_config(config).selection.reference
-    assert isinstance(reference, Reference)
+    assert isinstance(reference, PlanarReference)
     assert reference.arc is not None
     rest = float(reference.curve.tension_at(reference.arc))
     target = side * abs(float(np.interp(reference.arc, reference.curve.arc, reference.curve.angle)))
     for beyond, expected in ((0.6, rest), (0.4, None), (-0.6, None), (-1.5, None)):
         angle = target + side * beyond
-        assert reference.overbent(np.array([np.sin(angle), 0.0, np.cos(angle)])) == expected
+        assert reference.past_target(np.array([np.sin(angle), 0.0, np.cos(angle)])) == expected

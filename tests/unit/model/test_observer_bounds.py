@@ -8,8 +8,9 @@ import pytest
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import sensitivity
-from tendond.daemon.control.laws.law import Observation, Outlook
+from tendond.daemon.control.laws.law import SpatialObservation
 from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.tasks.observation import Prediction
 from tendond.model.estimation.observer import (
     PULL,
     SIDEWAYS,
@@ -50,22 +51,13 @@ def test_the_law_in_space_lets_an_error_decay_at_two_rates_whatever_it_is_doing(
     before, now = np.array([0.004, -0.002, 0.001]), np.array([0.003, 0.001, -0.002])
     ahead = np.array([0.3, 0.1, 0.2])
     zero = np.zeros(3)
-    observation = Observation(
+    observation = SpatialObservation(
         position=zero,
         velocity=-(now - before) / period,
-        acceleration=zero,
-        input_gain=np.zeros((3, 4)),
-        response=None,
-        tension=np.full(4, 5.0),
         target=now,
         target_velocity=zero,
-        target_acceleration=zero,
-        axes=(0, 2),
-        agonist=0,
-        antagonist=None,
-        input_gain_min=1.0,
-        pair_tension=0.0,
-        outlook=Outlook(period, ahead, np.eye(3)[:, :2], ahead, None, allocation),
+        tension=np.full(4, 5.0),
+        prediction=Prediction(period, ahead, np.eye(3)[:, :2], ahead, None, allocation),
     )
     a, b = (math.exp(-rate * period) for rate in (parameters.rate, parameters.smoothing))
     terms = sensitivity.decide(parameters, observation).terms

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.daemon.control.laws import LAWS, backstepping, select_law, sliding_mode
-from tendond.daemon.control.laws.law import Law, Observation
+from tendond.daemon.control.laws import LAWS, SPACE, Law, backstepping, select_law, sliding_mode
+from tendond.daemon.control.laws.law import Decision, PlanarObservation, SpatialObservation
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.rig import parse_config
@@ -17,14 +17,14 @@ from tendond.schemas.messages import ControlAction, Mode
 RNG = np.random.default_rng(7)
 
 
-def observation() -> Observation:
+def observation() -> PlanarObservation:
     """Random but definite: nothing is zero by luck."""
-    return Observation(
+    return PlanarObservation(
         position=RNG.normal(size=3),
         velocity=RNG.normal(size=3),
         acceleration=RNG.normal(size=3),
         input_gain=20.0 * RNG.normal(size=(3, 4)),
-        response=None,
+        velocity_jacobian=None,
         tension=RNG.uniform(1.0, 10.0, size=4),
         target=RNG.normal(size=3),
         target_velocity=RNG.normal(size=3),
@@ -37,7 +37,14 @@ def observation() -> Observation:
     )
 
 
-def as_printed(o: Observation, wanted: np.ndarray) -> float:
+def decided(name: str, o: PlanarObservation, tables: dict[str, dict[str, float]] | None = None) -> Decision:
+    """What a law of either task space makes of the same tip; in space without a prediction."""
+    law, parameters = select_law(name, tables or {})
+    in_space = SpatialObservation(o.position, o.velocity, o.target, o.target_velocity, o.tension, None)
+    return law.decide(parameters, in_space if law.task_space is SPACE else o, law.start(parameters))
+
+
+def as_printed(o: PlanarObservation, wanted: np.ndarray) -> float:
     """U = b^+ (-a_c + wanted), with a_c = acceleration - b U_applied and b^+ = b'/(b'b), in the plane."""
     b = o.input_gain[[0, 2], 0]
     a_c = o.acceleration[[0, 2]] - b * o.tension[0]
@@ -67,8 +74,7 @@ def test_a_law_holds_the_tension_when_nothing_is_missing(name: str) -> None:
         observation(), acceleration=zero, velocity=zero, target_velocity=zero, target_acceleration=zero
     )
     o = dataclasses.replace(o, target=o.position)
-    law, parameters = select_law(name, {})
-    assert law.decide(parameters, o).tension[0] == pytest.approx(o.tension[0], rel=1e-12)
+    assert decided(name, o).tension[0] == pytest.approx(o.tension[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["backstepping", "sliding_mode"])
@@ -80,12 +86,11 @@ def test_a_law_takes_no_more_than_all_of_a_velocity_error_away_in_a_cycle(name: 
     gain[0, 0] = size
     zero = np.zeros(3)
     o = dataclasses.replace(
-        observation(), input_gain=gain, response=response, acceleration=zero, target_acceleration=zero,
+        observation(), input_gain=gain, velocity_jacobian=response, acceleration=zero, target_acceleration=zero,
         target_velocity=zero, velocity=np.array([0.3, 0.0, 0.0]),
     )  # fmt: skip
     o = dataclasses.replace(o, target=o.position)
-    law, parameters = select_law(name, {"sliding_mode": {"epsilon": 0.0}})
-    after = o.velocity + response * (law.decide(parameters, o).tension[0] - o.tension[0])
+    after = o.velocity + response * (decided(name, o, {"sliding_mode": {"epsilon": 0.0}}).tension[0] - o.tension[0])
     taken = 1.0 - after[0] / o.velocity[0]
     rate = {"backstepping": 1512.5, "sliding_mode": 2112.0}[name]
     assert taken == pytest.approx(min(1.0, rate * 0.07 / size) if size else 1.0, rel=1e-4)
@@ -94,8 +99,7 @@ def test_a_law_takes_no_more_than_all_of_a_velocity_error_away_in_a_cycle(name: 
 @pytest.mark.parametrize("name", list(LAWS))
 def test_a_straight_rod_does_not_make_the_tension_infinite(name: str) -> None:
     o = dataclasses.replace(observation(), input_gain=np.zeros((3, 4)))
-    law, parameters = select_law(name, {})
-    assert np.all(np.isfinite(law.decide(parameters, o).tension))
+    assert np.all(np.isfinite(decided(name, o).tension))
 
 
 def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
@@ -125,15 +129,15 @@ def test_an_unknown_law_and_bad_parameters_are_refused_by_key() -> None:
         select_law("backstepping", {"sliding_mode": {"c": -1.0}})
 
 
-def test_the_law_in_the_documentation_works_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_law_in_the_documentation_works_as_it_stands(request: pytest.FixtureRequest) -> None:
     text = (Path(__file__).parents[3] / "docs" / "control.md").read_text(encoding="utf-8")
-    code = re.search(r"This is a whole law:\n\n```python\n(.*?)```", text, re.DOTALL)
+    code = re.search(r"This is a complete one:\n\n```python\n(.*?)```", text, re.DOTALL)
     assert code is not None
     module: dict[str, object] = {"__name__": __name__}
     exec(code[1], module)
-    law = module["LAW"]
-    assert isinstance(law, Law)
-    monkeypatch.setitem(LAWS, law.name, law)
+    law: Law = module["LAW"]  # type: ignore[assignment]
+    LAWS.register(law)
+    request.addfinalizer(LAWS.forget)
     config = parse_config(f'[control]\nlaw = "{law.name}"\n', "test")
     records = list(closed_loop(config, 250, {5: ControlAction.ARM}))
     assert records[-1].mode is Mode.TRACKING

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.cli.common import load_config
-from tendond.daemon.control.reference.planar import Reference, build_reference
+from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
 from tendond.daemon.control.state import rod_from_section
 from tendond.daemon.errors import TargetError
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
@@ -16,8 +16,8 @@ DEFAULT = RigConfig()
 ROD = rod_from_section(DEFAULT.rod, DEFAULT.loop.period)
 
 
-def build(text: str = "", control: str = "") -> Reference:
-    return build_reference(parse_config(f"[reference]\n{text}\n[control]\n{control}", "test"), ROD)
+def build(text: str = "", control: str = "") -> PlanarReference:
+    return plan_in_plane(parse_config(f"[reference]\n{text}\n[control]\n{control}", "test"), ROD)
 
 
 def rest(tension: float) -> np.ndarray:
@@ -112,7 +112,7 @@ def test_a_course_along_the_curve_starts_where_the_pretensioned_arm_rests_and_en
     assert reference.at(0.0).position == pytest.approx(tuple(start), abs=1e-3)
     assert reference.at(9.0).position == pytest.approx(reference.target, abs=1e-12)
     assert reference.at(9.0).velocity == (0.0, 0.0, 0.0)
-    assert reference.at(9.0, slip=0.01).position[2] == pytest.approx(reference.target[2] + 0.01)
+    assert reference.at(9.0, offset=0.01).position[2] == pytest.approx(reference.target[2] + 0.01)
 
 
 def test_a_step_is_at_its_target_at_once() -> None:
@@ -125,7 +125,7 @@ def test_samples_come_from_a_file_beside_the_configuration(tmp_path: Path) -> No
     rows = "".join(f"{0.5 * i},{p[0]:.9f},{p[1]:.9f}\n" for i, p in enumerate(points))
     (tmp_path / "way.csv").write_text("time,x,z\n" + rows)
     (tmp_path / "rig.toml").write_text('[reference]\nkind = "samples"\nfile = "way.csv"\n')
-    reference = build_reference(load_config(tmp_path / "rig.toml"), ROD)
+    reference = plan_in_plane(load_config(tmp_path / "rig.toml"), ROD)
     assert reference.at(0.5).position == pytest.approx((points[1][0], 0.0, points[1][1]), abs=1e-6)
     (tmp_path / "way.csv").write_text("time,x,z\n0.0,0.1\n")
     with pytest.raises(ConfigError, match=r"way\.csv:2: must be three numbers"):

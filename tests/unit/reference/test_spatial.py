@@ -9,7 +9,7 @@ import pytest
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import sensitivity
-from tendond.daemon.control.reference.spatial import Course
+from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.reference.workspace import Surface
 from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
 from tendond.daemon.errors import LawError, TargetError
@@ -34,9 +34,9 @@ def config(reference: dict[str, Any], **sections: dict[str, Any]) -> RigConfig:
     return check_config({"control": {"law": "sensitivity"}, "reference": reference, **sections}, "test")
 
 
-def course(reference: dict[str, Any], **sections: dict[str, Any]) -> Course:
+def course(reference: dict[str, Any], **sections: dict[str, Any]) -> SpatialReference:
     found = CycleSetup.from_config(config(reference, **sections)).selection.reference
-    assert isinstance(found, Course)
+    assert isinstance(found, SpatialReference)
     return found
 
 
@@ -70,14 +70,14 @@ def test_what_cannot_be_reached_gets_the_nearest_that_can() -> None:
     """The nearest point of the surface: what is missing is at right angles to the ways in which the tip can move."""
     found, missing = SURFACE.find(np.array([0.25, 0.1, 0.42]), "position")
     assert 1e-3 < np.linalg.norm(missing) < 0.1
-    answer = found.answer[:3] / np.linalg.norm(found.answer[:3], axis=0)
-    assert answer.T @ missing == pytest.approx(np.zeros(2), abs=1e-4)
+    jacobian = found.jacobian[:3] / np.linalg.norm(found.jacobian[:3], axis=0)
+    assert jacobian.T @ missing == pytest.approx(np.zeros(2), abs=1e-4)
 
 
 def test_a_course_is_moved_to_where_the_tip_can_rest_and_says_by_how_many_metres() -> None:
     moved = course({"kind": "point", "position": (0.25, 0.1, 0.38)})
     assert 1e-3 < moved.moved < 2e-3
-    assert moved.notes == (f"the course was moved by up to {moved.moved:.4f} m, to where the tip can rest",)
+    assert moved.notes == (f"the trajectory was moved by up to {moved.moved:.4f} m, to where the tip can rest",)
     with pytest.raises(TargetError, match=r"leads to \(-0\.5000, 0\.0000\), 0\.1\d+ m from where .*moved_max = 0\.02"):
         course({"kind": "line", "start": (-0.5, 0.0), "end": (0.2, 0.0)})
 
@@ -114,7 +114,7 @@ def test_the_wired_preset_is_slowed_and_a_csv_of_four_columns_is_a_course() -> N
     assert 'law = "sensitivity"' in WIRED_SPACE
     samples = [(0.0, 0.1, 0.0, 0.485), (1.0, 0.1, 0.1, 0.475), (2.0, 0.0, 0.1, 0.486)]
     one = course({"kind": "samples", "samples": samples})
-    assert one.at(one.lead_in + 1.0).position == pytest.approx((0.1, 0.1, 0.475), abs=5e-3)
+    assert one.at(one.approach_time + 1.0).position == pytest.approx((0.1, 0.1, 0.475), abs=5e-3)
     with pytest.raises(ConfigError, match="all have three numbers, or all four"):
         config({"kind": "samples", "samples": [(0.0, 0.1, 0.4), (1.0, 0.1, 0.0, 0.4)]})
 

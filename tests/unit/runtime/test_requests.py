@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendond.daemon.control.modes import advance_mode, handle_request, pulls
+from tendond.daemon.control.phases.modes import change_mode, handle_request, pulls
 from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs
@@ -69,9 +69,9 @@ def test_a_model_that_was_lost_starts_at_rest_once_after_its_time_and_not_while_
         tip=TRACKING.tip,
         bad_cycles=changed(IDLE.bad_cycles, mismatches=SETUP.thresholds.mismatch_time),
     )
-    again = advance_mode(SETUP, lost)
+    again = change_mode(SETUP, lost)
     assert again.tip.position == pytest.approx(START.tip.position, abs=1e-6)
     assert again.bad_cycles.mismatches == 0
     early = changed(lost, bad_cycles=changed(lost.bad_cycles, mismatches=SETUP.thresholds.mismatch_time - 1))
     for held in (early, changed(lost, tension_command=LITTLE), changed(lost, tension_estimate=LITTLE)):
-        assert advance_mode(SETUP, held).tip is lost.tip
+        assert change_mode(SETUP, held).tip is lost.tip

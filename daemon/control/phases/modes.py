@@ -8,11 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendond.daemon.control.admission import describe_refusals
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.probe import Phase, Probe, start_probe
 from tendond.daemon.control.commissioning.rest_check import rest_objection
-from tendond.daemon.control.monitors import monitored_fault, pose_age_objection
+from tendond.daemon.control.phases.admission import describe_refusals
+from tendond.daemon.control.phases.monitors import (
+    monitored_fault,
+    pose_age_objection,
+    watch_pose_age,
+    watch_reports,
+)
 from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, changed
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
@@ -49,8 +54,27 @@ def is_taut(state: CycleState) -> bool:
     return pulls(state) or state.release_pending
 
 
+def advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fresh: bool) -> tuple[CycleState, Answer]:
+    """Watch the inputs, carry out the operator's request, then change the mode for faults and by itself.
+
+    Args:
+        setup: setup of the cycle.
+        state: state with the admitted inputs.
+        inputs: inputs of the cycle.
+        fresh: a pose was admitted in this cycle.
+    """
+    state = watch_rest(setup, state, fresh)
+    state = watch_reports(setup, watch_pose_age(setup, state, inputs, fresh))
+    if state.mode is Mode.STARTING:
+        state = enter(state, Mode.IDLE, "started")
+    answer = Answer(False, "")
+    if inputs.request is not None:
+        state, answer = handle_request(setup, state, inputs)
+    return change_mode(setup, state), answer
+
+
 def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
-    """Average the poses of a tip that no tendon pulls; `fresh`: the pose is new."""
+    """Average the poses of a tip without tension in any tendon; `fresh`: the pose is new."""
     resting = state.probe is not None and state.probe.phase is Phase.REST
     if (state.mode in (Mode.STARTING, Mode.IDLE) or (state.mode is Mode.PROBE and resting)) and not pulls(state):
         pose = state.pose if fresh else None
@@ -143,9 +167,8 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         elif inputs.reference is not None:
             selection = state.selection.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)
             x, y, z = selection.reference.target
-            remarks = [*selection.reference.notes, setup.plans.remark(selection.reference, setup.config.limits)]
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
-            done = "; ".join([done, *filter(None, remarks)])
+            done = "; ".join([done, *selection.reference.notes])
         else:
             return state, Answer(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:
@@ -247,8 +270,8 @@ def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
     return changed(_with_model_at_rest(setup, state), bad_cycles=changed(state.bad_cycles, mismatches=0))
 
 
-def advance_mode(setup: CycleSetup, state: CycleState) -> CycleState:
-    """Faults, and the changes of mode that happen by themselves."""
+def change_mode(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Enter the mode that a fault or the state itself requires."""
     state = _restart_lost_model(setup, state)
     if state.mode in ACTIVE:
         fault = find_fault(setup, state)

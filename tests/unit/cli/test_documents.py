@@ -138,7 +138,7 @@ def test_attributes_come_from_the_docstring() -> None:
     said = attributes(LoopHealth)
     assert said["cycle_ms_p99"] == said["cycle_ms_median"]
     assert said["cycle_ms_p99"].startswith("time from wake-up to command [ms], over the last seconds;")
-    assert attributes(Status)["tip"] == "as the controller sees it [m]; none before the first pose."
+    assert attributes(Status)["tip"] == "measured position in use [m]; none before the first pose."
 
 
 def test_cells_of_a_table_stay_in_their_line() -> None:

@@ -3,10 +3,7 @@
 import math
 
 from tendond.drivers.dynamixel.serial.table import FULL_PWM
-from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
-
-RATED_VOLTS = 11.1
-"""Voltage of the manual's stall torque and speed, which are proportional to it [V]."""
+from tendond.schemas.config.servo import NO_LOAD_SPEED, RATED_VOLTS, STALL_TORQUE, ServoSection
 
 GEAR_MARGIN = 0.1
 """Fraction of the motor's output for gear friction and acceleration, beyond load and speed. Not in the manual: an

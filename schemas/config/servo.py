@@ -9,6 +9,9 @@ from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import NotNegative, Positive
 
 BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+RATED_VOLTS = 11.1
+"""Voltage at which the manual gives stall torque and no-load speed, which are proportional to it [V]."""
+
 STALL_TORQUE = 1.4
 """Stall torque of the XL430-W250-T at 11.1 V [N m] (ROBOTIS e-Manual)."""
 

@@ -15,31 +15,32 @@ from tendond.offline.identification.identify import Identification
 from tendond.offline.identification.parameter_file import free_name, parameter_file
 
 MISSING = 2.0
-"""Residuals over the poses' noise, from which on the model misses something that one should know of."""
+"""Ratio of residuals to the poses' noise above which the report warns of a deficient model."""
 
 
 def report(result: Identification, file: str) -> str:
-    """The page, Markdown."""
+    """Write the page in Markdown."""
     return "\n".join(_page(result, file)) + "\n"
 
 
 def warnings(result: Identification) -> list[str]:
-    """What a reader of the numbers has to know, a line each."""
+    """List warnings about the result, one line each."""
     lines = [finding.text for finding in result.findings]
     if result.rms > MISSING * result.noise:
         lines.append(
             f"the residuals, {result.rms * 1e3:.3f} mm, are {result.rms / result.noise:.1f} times the poses' noise: "
-            "the model misses something, whose part in the values the standard errors do not tell"
+            "the model is incomplete; the standard errors do not include the resulting error"
         )
     if result.drive == "command":
         lines.append(
             "the servos' reports were not used: what a servo does beyond a first-order lag (backlash, a profile of "
-            "speed) is put down to the rod, to Bbt and C most of all"
+            "speed) is attributed to the rod, mostly to Bbt and C"
         )
     for recorded in result.held_out:
         if not recorded.used and recorded.fitted_rms > recorded.nominal_rms:
             lines.append(
-                f"on {recorded.name}, which was held out, the configuration is nearer than what was identified: "
+                f"on {recorded.name}, which was held out, the configuration fits better than the identified "
+                "parameters: "
                 f"{recorded.nominal_rms * 1e3:.2f} against {recorded.fitted_rms * 1e3:.2f} mm"
             )
     return lines
@@ -49,7 +50,7 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
     told = result.statistics
     yield f"# Parameters of rig '{result.config.rig.name}'"
     yield ""
-    yield f"In the file `{parameter_file}`, which a configuration takes in by `include`."
+    yield f"In the file `{parameter_file}`, to be included by a configuration."
     yield f"Tendons' ends from: {'reports of the servos' if result.drive == 'measured' else 'commands'}."
     yield f"Scale of force from {result.scale}."
     yield ""
@@ -93,10 +94,10 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
         yield f"| {recorded.name} | {'yes' if recorded.used else 'no'} | {old} | {new} |"
     yield ""
     yield f"Residuals {result.rms * 1e3:.3f} mm a coordinate, noise of the poses {result.noise * 1e3:.3f} mm;"
-    yield f"{told.samples} instants, which say as much as {told.effective:.0f} independent ones."
+    yield f"{told.samples} samples, equivalent to {told.effective:.0f} independent ones."
     yield ""
     yield "![Residuals](residuals.png)"
-    yield "![What is left of them](whiteness.png)"
+    yield "![Autocorrelation of the residuals](whiteness.png)"
     yield ""
     yield "## Correlation of the errors"
     yield ""
@@ -108,7 +109,7 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
 
 
 def numbers(result: Identification) -> dict[str, Any]:
-    """Everything as JSON has it; what is not finite is none."""
+    """Return all results for JSON; values that are not finite are None."""
     names = [parameter.name for parameter in result.fit.parameters]
     return {
         "rig": result.config.rig.name,

@@ -1,4 +1,4 @@
-"""What the page says about the runs: each paragraph takes its facts from them."""
+"""Paragraphs of the page about the runs, from which each takes its facts."""
 
 import numpy as np
 
@@ -13,17 +13,17 @@ from tendond.schemas.config.servo import NO_LOAD_SPEED, ServoSection
 BACK, SLIDE = LAWS
 
 FOUND = 0.1
-"""A force within this part of the truth is found."""
+"""An estimated force within this part of the true one has converged."""
 
 ALIKE = 0.02
 """Path lengths that differ by less than this part count as equal."""
 
 WINDOW = 50
-"""Iteration from which on impacts are judged: the arm has arrived."""
+"""Iteration from which on impacts are evaluated: the arm has arrived."""
 
 
 def account(runs: Runs, topic: str) -> str:
-    """A paragraph or more on a topic."""
+    """Write a paragraph or more on a topic."""
     return "\n\n".join(_TOPICS[topic](runs))
 
 
@@ -40,17 +40,16 @@ def _edge(runs: Runs) -> list[str]:
         f"{EDGE['tension_max']:g} N each way, pretension {EDGE['pretension']:g} N), and the controller's model is not "
         f"the plant: E x {EDGE['youngs_modulus']:g}, rho x {EDGE['density']:g}, Bbt x {EDGE['bending_damping']:g}; the "
         "target is (340, 0) mm, as the paper writes it, so that x rests short of 340 mm. "
-        "These five numbers were searched for, by an optimiser with the paper's two rows as its aim: the paper names "
-        "no such condition. It is one under which the paper's numbers arise, not one that the paper is known to "
-        "have had.",
-        f"How sharp the edge is: with one of the five numbers 2 % more or less at a time, TPL is {spread[BACK][0]:.0f} "
+        "These five numbers were fitted to the paper's two rows by an optimiser: the paper names "
+        "no such condition. It is one under which the paper's numbers arise, not necessarily the paper's.",
+        f"Sensitivity: with one of the five numbers changed by 2 % at a time, TPL is {spread[BACK][0]:.0f} "
         f"to {spread[BACK][1]:.0f} mm for backstepping and {spread[SLIDE][0]:.0f} to {spread[SLIDE][1]:.0f} mm for "
         f"sliding mode, whose settling is {settled[0]} to {settled[-1]} iterations: the order of magnitude is the "
-        "condition's, the last digits are the search's.",
-        "A law that keeps swinging travels further the longer it runs, and the paper does not say how long it ran: "
+        "condition's, the last digits are a result of the fit.",
+        "The path of an oscillating tip grows with the length of the run, which the paper does not give: "
         f"in the first 100 iterations TPL is {halves[BACK][0]:.0f} mm (backstepping) and {halves[SLIDE][0]:.0f} mm "
         f"(sliding mode), in all {count} it is {halves[BACK][1]:.0f} and {halves[SLIDE][1]:.0f} mm. In the last 40 the "
-        f"tip still swings by {runs['normal_edge', BACK].metrics.ripple_mm:.2f} and "
+        f"tip still oscillates by {runs['normal_edge', BACK].metrics.ripple_mm:.2f} and "
         f"{runs['normal_edge', SLIDE].metrics.ripple_mm:.2f} mm (standard deviation).",
     ]
 
@@ -65,7 +64,8 @@ def _force(runs: Runs) -> list[str]:
             found.append(f"{grams} g in {seconds:.2f} s ({law.replace('_', ' ')})")
     return [
         f"While the arm holds its target, a weight is hung on its tip at iteration {HUNG_AT}. The observer estimates "
-        "the force on the tip and gives it to the model, so that a_c, b_c and the conversion to displacement see the "
+        "the force on the tip and applies it to the model, so that a_c, b_c and the conversion to displacement "
+        "include the "
         "load. "
         f"It is within {100.0 * FOUND:.0f} % of the truth, and stays there, after: " + ", ".join(found) + ".",
     ]
@@ -91,16 +91,16 @@ def _contrast(runs: Runs) -> list[str]:
         f"kp = {gains[BACK][0]:.0f} and {gains[SLIDE][0]:.0f} /s², kd = {gains[BACK][1]:.1f} and "
         f"{gains[SLIDE][1]:.1f} /s: "
         f"sliding mode's are {kp:.2f} and {kd:.2f} times as high.",
-        "The contrast opens where the loop is near its limit, fed with measured differences, which are half a cycle "
+        "The difference appears near the stability limit, with measured differences, which are half a cycle "
         "old, "
-        f"and with a wrong model. There sliding mode travels {edge[SLIDE] / edge[BACK]:.2f} times as far as "
+        f"and a wrong model. There the path under sliding mode is {edge[SLIDE] / edge[BACK]:.2f} times that under "
         "backstepping "
-        f"(the paper: {SIMULATION[SLIDE].tpl_mm / SIMULATION[BACK].tpl_mm:.2f} times). It is a contrast of gains, not "
-        "of the "
-        "kind of law: under the same condition with the gains exchanged, backstepping with sliding mode's gains "
-        "travels "
-        f"{other[BACK]:.0f} mm (sliding mode with its own {edge[SLIDE]:.0f} mm), and sliding mode with backstepping's "
-        f"{other[SLIDE]:.0f} mm (backstepping with its own {edge[BACK]:.0f} mm).",
+        f"(the paper: {SIMULATION[SLIDE].tpl_mm / SIMULATION[BACK].tpl_mm:.2f} times). The gains make the "
+        "difference, not the "
+        "kind of law: under the same condition with the gains exchanged, the path is "
+        f"{other[BACK]:.0f} mm for backstepping with sliding mode's gains (sliding mode with its own: "
+        f"{edge[SLIDE]:.0f} mm), and {other[SLIDE]:.0f} mm for sliding mode with backstepping's (backstepping with its "
+        f"own: {edge[BACK]:.0f} mm).",
     ]
 
 
@@ -112,9 +112,9 @@ def _variants(runs: Runs) -> list[str]:
     path = normal.metrics.path_overshoot_percent
     return [
         "- Overshoot is mostly geometry: resting rods pass x = "
-        f"{1e3 * normal.furthest:.1f} mm on the way to the target, "
+        f"{1e3 * normal.furthest:.1f} mm before the target, "
         f"{100 * (normal.furthest / normal.target[0] - 1):.1f} % "
-        f"beyond it. Along the curve of resting tips backstepping overshoots by {path or 0.0:.1f} %.\n"
+        f"beyond it. Along the equilibrium curve backstepping overshoots by {path or 0.0:.1f} %.\n"
         f"- z target 0, as the paper writes it: no resting rod is at (340, 0) mm; the tip rests at ({1e3 * x:.1f}, "
         f"{1e3 * z:.1f}) mm, {as_written.steady_state_error_mm:.1f} mm from x = 340 mm. With the reachable z of "
         f"{1e3 * normal.target[2]:.1f} mm the error is {normal.metrics.steady_state_error_mm:.3f} mm.\n"
@@ -137,13 +137,13 @@ def _loads(runs: Runs) -> list[str]:
     for grams in WEIGHTS_G:
         fixed, free = (runs[f"weight_{grams}g{suffix}", BACK].metrics for suffix in ("", "_yielding"))
         rests.append(
-            f"with {grams} g x rests {fixed.steady_state_error_mm:.2f} mm off, with a target of x alone "
+            f"with {grams} g the error of x is {fixed.steady_state_error_mm:.2f} mm, with a target of x alone "
             f"{free.steady_state_error_mm:.2f} mm"
         )
     lines.append(
         "The target stays the point that an unloaded rod reaches. A loaded one has another shape at x = 340 mm, and "
         "b_c, "
-        f"of rank 1, cannot make up for it: {'; '.join(rests)}, both laws alike."
+        f"of rank 1, cannot compensate it: {'; '.join(rests)}, both laws alike."
     )
     reach = {
         (suffix, law): _deviation(runs[f"disturbance{suffix}", law], DISTURBED_AT)
@@ -151,18 +151,20 @@ def _loads(runs: Runs) -> list[str]:
         for law in LAWS
     }
     lines.append(
-        f"The disturbance throws the tip {reach['', BACK]:.0f} mm (backstepping) and {reach['', SLIDE]:.0f} mm "
+        f"The disturbance displaces the tip by {reach['', BACK]:.0f} mm (backstepping) and {reach['', SLIDE]:.0f} mm "
         "(sliding "
-        f"mode) off its target; at the edge of stability {reach['_edge', BACK]:.0f} and {reach['_edge', SLIDE]:.0f} "
+        f"mode); at the edge of stability {reach['_edge', BACK]:.0f} and {reach['_edge', SLIDE]:.0f} "
         "mm. The "
-        "paper finds both laws about equal here."
+        "paper finds both laws about equal in this case."
     )
     lost = [run for (name, _), run in runs.items() if name.endswith("g_edge") and run.ending]
     if lost:
         named = "; ".join(f"{run.scenario.title}, {run.law.replace('_', ' ')}: {run.ending}" for run in lost)
         lines.append(
-            f"Not every run at the edge ends at its target: {named}. The tip is thrown past the bend where its x turns "
-            "back, b_c turns with it, and the law pulls on until the daemon lets go. The paper shows no such run."
+            f"Not every run at the edge ends at its target: {named}. The tip is pushed past the bend at which the sign "
+            "of dx and b_c changes, and the law keeps pulling until a fault releases the tendons. The paper shows no "
+            "such "
+            "run."
         )
     return lines
 
@@ -172,15 +174,15 @@ def _rig(runs: Runs) -> list[str]:
     config, simulator = run.scenario.config, run.scenario.config.simulator
     period = config.loop.period
     rise = EXPERIMENT[BACK].rise_iterations
-    wound = float(run.displacement[rise] - run.displacement[0])
-    speed = wound / (rise * period)
+    pulled = float(run.displacement[rise] - run.displacement[0])
+    speed = pulled / (rise * period)
     servo = ServoSection()
     able = NO_LOAD_SPEED * servo.spool_radius
     rod = RIG["simulator"]["rod"]
     plant, model = simulator.rod, config.rod
     return [
-        "There is no rig here; 'ours' is a simulated plant that differs from the controller's model as a rig would. "
-        f"Tendons are strings of {rod['tendon_stiffness']:.3g} N/m (the model has {model.tendon_stiffness:.3g}) wound "
+        "'Ours' is not a rig but a simulated plant that differs from the controller's model as a rig would. "
+        f"Tendons are strings of {rod['tendon_stiffness']:.3g} N/m (the model has {model.tendon_stiffness:.3g}) pulled "
         "by "
         f"servos with {1e3 * simulator.servo.lag:g} ms of lag, {1e3 * simulator.servo.backlash:g} mm of backlash and "
         "steps "
@@ -189,18 +191,19 @@ def _rig(runs: Runs) -> list[str]:
         f"{plant.youngs_modulus / model.youngs_modulus:.2f}, "
         f"rho x {plant.density / model.density:.2f}, Bbt x {plant.bending_damping[0] / model.bending_damping[0]:.2f}. "
         "The "
-        "controller knows delay and lag. Its scheme is the converged one, so z is that of a real rod.",
-        f"The servos have no limit of rate here, because the paper's numbers leave none: to rise in {rise} iterations "
+        "controller is configured with delay and lag. Its scheme is the converged one, so z is that of a real rod.",
+        f"The servos have no rate limit here, because the paper's numbers do not allow one: to rise in {rise} "
+        "iterations "
         "our "
-        f"run winds {1e3 * wound:.0f} mm, at {1e3 * period:g} ms an iteration {speed:.2f} m/s. An XL430-W250-T turns "
+        f"run pulls {1e3 * pulled:.0f} mm, at {1e3 * period:g} ms an iteration {speed:.2f} m/s. An XL430-W250-T turns "
         "at "
-        f"{NO_LOAD_SPEED * 60 / (2 * np.pi):.0f} rpm at most, {able:.3f} m/s on a spool of "
+        f"{NO_LOAD_SPEED * 60 / (2 * np.pi):.0f} rpm maximum, {able:.3f} m/s on a spool of "
         f"{1e3 * servo.spool_radius:g} mm. "
-        f"Either the experiment's iterations lasted {1e3 * wound / (rise * able):.0f} ms or more, or its spools had a "
+        f"Either the experiment's iterations lasted {1e3 * pulled / (rise * able):.0f} ms or more, or its spools had a "
         f"radius of {1e3 * speed / NO_LOAD_SPEED:.0f} mm or more; the paper gives neither.",
-        f"Of the steady-state error {_mean_error(run, 100, 120):.2f} mm is left at iteration 100 and "
-        f"{_mean_error(run, -20, None):.2f} mm at the end: the observer takes innovations below "
-        f"{1e3 * noise_floor(config):.2g} mm mostly for noise and corrects them slowly.",
+        f"The steady-state error is {_mean_error(run, 100, 120):.2f} mm at iteration 100 and "
+        f"{_mean_error(run, -20, None):.2f} mm at the end: the observer treats innovations below "
+        f"{1e3 * noise_floor(config):.2g} mm mostly as noise and corrects them slowly.",
     ]
 
 
@@ -212,9 +215,9 @@ def _rig_loads(runs: Runs) -> list[str]:
     return [
         f"The impacts move the tip by up to {far[BACK]:.0f} mm (backstepping) and {far[SLIDE]:.0f} mm (sliding mode), "
         f"{rms[BACK]:.1f} and {rms[SLIDE]:.1f} mm RMS from iteration {start} on: sliding mode deviates "
-        f"{rms[SLIDE] / rms[BACK]:.2f} times as much. The paper sees it deviate more. A weight on a string goes on "
+        f"{rms[SLIDE] / rms[BACK]:.2f} times as much. In the paper it also deviates more. A weight on a string keeps "
         "swinging "
-        "when the arm has come to rest; what is left of the motion is the pendulum's.",
+        "when the arm has come to rest; the remaining motion is the pendulum's.",
     ]
 
 
@@ -236,29 +239,28 @@ def _lyapunov(runs: Runs) -> list[str]:
                 + f"; it ends at {end:.1e} m²/s²."
             )
     return [
-        "Theory promises the fall in continuous time, along the directions that b_c reaches, with no limit on U. "
-        "Against "
-        "it stand: the first cycles, in which the tension's limits hold the law back; the rank of b_c, whose columns "
+        "In theory V decreases in continuous time, along the directions that b_c reaches, without limits on U. "
+        "It does not always do so here because of: the first cycles, in which the tension limits restrict the law; "
+        "the rank of b_c, whose columns "
         "all "
         "lie across the tip's axis, so that the part of V along the axis follows the rod's shape alone; and the "
         "sampling: "
         "at 100 Hz alpha1 dt and c dt are "
         f"{_gains(runs['normal', BACK])[2]:.0f} and {_gains(runs['normal', SLIDE])[2]:.0f}, far beyond what a held "
         "command "
-        "can follow, and only the model's velocity and acceleration, which include the command just applied, keep the "
-        "fall. "
-        "With measured velocity and a wrong model it is lost.",
+        "can follow; V decreases only because the model's velocity and acceleration include the command just applied. "
+        "With measured velocity and a wrong model it does not decrease monotonically.",
         "\n".join(texts),
-        "What V ends at with the same information lies along the tip's axis, "
+        "With the same information, the final value of V lies along the tip's axis, "
         + " and ".join(
             f"{100.0 * along_share(runs['normal', law]):.1f} % of it ({law.replace('_', ' ')})" for law in LAWS
         )
-        + ": the target's z is given to a tenth of a millimetre, and b_c does not reach what is left.",
+        + ": the target's z is given to a tenth of a millimetre, and b_c does not reach the rest.",
     ]
 
 
 def _tpl(run: Run, count: int) -> float:
-    """Of x over the first iterations [mm]."""
+    """Total path length of x over the first iterations [mm]."""
     return 1e3 * float(np.abs(np.diff(run.tip[: count + 1, 0])).sum())
 
 
@@ -273,7 +275,7 @@ def _off(run: Run) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
 
 
 def _deviation(run: Run, start: int) -> float:
-    """Greatest, from an iteration on [mm]."""
+    """Maximum distance from the target, from an iteration on [mm]."""
     return 1e3 * float(np.linalg.norm(_off(run)[start:], axis=1).max())
 
 

@@ -1,4 +1,4 @@
-"""What the paper leaves open, and what was chosen; from the configurations that ran."""
+"""Open points of the paper and their decisions, from the configurations of the runs."""
 
 from tendond.offline.paper.published import LAWS
 from tendond.offline.paper.run import Runs
@@ -7,7 +7,7 @@ from tendond.offline.paper.tables import markdown
 
 
 def choices(runs: Runs) -> str:
-    """The table of what the paper leaves open."""
+    """Write the table of open points."""
     config = runs["normal", LAWS[0]].scenario.config
     rod, edge = config.rod, runs["normal_edge", LAWS[0]].scenario.config
     first = runs["normal", LAWS[0]].tip[0]
@@ -17,7 +17,7 @@ def choices(runs: Runs) -> str:
         (
             "start",
             f"at rest under gravity, tip at x = {1e3 * first[0]:.1f}, z = {1e3 * first[2]:.1f} mm",
-            "the paper's lies on the z axis, which under gravity is no rest",
+            "the paper's is on the z axis, which is not an equilibrium under gravity",
         ),
         ("density", f"{rod.density:g} kg/m³", "the paper's recalculated value, not that of its table"),
         (
@@ -26,7 +26,7 @@ def choices(runs: Runs) -> str:
             "b_c vanishes in the straight rod, and a law that starts there cannot pull",
         ),
         (
-            "bound of the inverse of b_c",
+            "bound on the inverse of b_c",
             f"a b_c smaller than {config.limits.input_gain_min:g} m/s²/N is inverted as "
             f"b'/{config.limits.input_gain_min**2:g}",
             "the inverse would grow without bound near the straight rod",
@@ -34,22 +34,22 @@ def choices(runs: Runs) -> str:
         (
             "inverse of b_c, and its sign",
             "b'/(b'b) of the agonist's column in the bending plane",
-            "b_c is 3 x n of rank 1; read as a number for x its sign turns as the tip passes 90 degrees, as a vector "
-            "it "
+            "b_c is 3 x n of rank 1; as a number for x its sign changes when the tip passes 90 degrees; a "
+            "vector "
             "needs no sign",
         ),
         (
             "a_c",
             "incremental: U = U applied + b_c^+ (wanted - present acceleration)",
-            "n_s at the tip holds the tension now applied",
+            "n_s at the tip contains the tension now applied",
         ),
         (
             "tendons that pull",
             "one (edge: a pair)",
-            "the paper does not say; one suffices to bend up",
+            "the paper does not say; one is sufficient to bend up",
         ),
         (
-            "bounds of the tension",
+            "limits of the tension",
             f"{config.limits.tension_min:g} to {config.limits.tension_max:g} N (edge: {edge.limits.tension_max:g} N)",
             "tendons cannot push; the paper gives none",
         ),
@@ -61,7 +61,7 @@ def choices(runs: Runs) -> str:
         ("reference of x", f"340 mm (1 - exp(-{config.reference.rate:g} t))", "as written, with both derivatives"),
         (
             "velocity",
-            "of the model, held to the measured tip (edge: differences of the measured tip)",
+            "of the model, corrected by the measured tip (edge: differences of the measured tip)",
             "the paper does not say",
         ),
         (
@@ -73,7 +73,7 @@ def choices(runs: Runs) -> str:
         (
             "length of a run",
             f"{len(runs['normal', LAWS[0]].tip)} iterations",
-            "not given; TPL of a law that swings depends on it",
+            "not given; TPL of an oscillating law depends on it",
         ),
         (
             "metrics",
@@ -83,4 +83,4 @@ def choices(runs: Runs) -> str:
         ("weights", "a constant force at the tip along -x from the start", "as written"),
         ("duration of the disturbance", f"{DISTURBANCE_CYCLES} cycle", "not given"),
     ]
-    return markdown(["open", "chosen", "why"], [list(row) for row in rows], numbers=False)
+    return markdown(["open", "decision", "reason"], [list(row) for row in rows], numbers=False)

@@ -22,15 +22,15 @@ def page(runs: Runs) -> str:
     """Markdown, for a folder in which the figures are."""
     parts = [
         "# The paper reproduced",
-        f"{SOURCE}: its simulations and the scenarios of its experiment, run by tendond {__version__} (`tendond "
+        f"{SOURCE}: its simulations and the scenarios of its experiment, run by tendond {__version__} (`tendond study "
         "paper`) "
-        "offline, in lockstep with the simulator, through the cycle that runs live. The paper's numbers are from its "
+        "offline, in lockstep with the simulator, by the same cycle as on a rig. The paper's numbers are from its "
         "tables; all others on this page are computed by the run that wrote it. An iteration is a cycle of "
-        f"{1e3 * runs['normal', LAWS[0]].scenario.config.loop.period:g} ms since tracking began.",
+        f"{1e3 * runs['normal', LAWS[0]].scenario.config.loop.period:g} ms, counted from the start of tracking.",
         _bounds(runs),
-        "## The simulation\n\n### Same information\n\nBoth laws are fed by the observer; the plant is the model; "
-        "tension "
-        "drives. This is the paper's simulation as it is written, but for the reachable z.",
+        "## The simulation\n\n### Same information\n\nBoth laws get their inputs from the observer; the plant is the "
+        "model, "
+        "driven by tension. This is the paper's simulation as written, except for the reachable z.",
         compared(SIMULATION, runs, "normal"),
         _figure("normal", "Normal conditions, both laws with the same information"),
         _figure("configurations", "Configurations, same information"),
@@ -39,9 +39,9 @@ def page(runs: Runs) -> str:
         compared(SIMULATION, runs, "normal_edge"),
         _figure("normal_edge", "Normal conditions, edge of stability"),
         _figure("configurations_edge", "Configurations, edge of stability"),
-        "### What the contrast comes from",
+        "### Cause of the difference",
         account(runs, "contrast"),
-        "### Beside them",
+        "### Variants",
         overview(runs, VARIANTS, SIMULATION),
         account(runs, "variants"),
         "## Weights and a disturbance",
@@ -53,16 +53,15 @@ def page(runs: Runs) -> str:
             for what in ("weights", "disturbance")
             for law in LAWS
         ),
-        "## The load, found",
+        "## Estimate of the load",
         account(runs, "force"),
         _figure("force", "A weight hung on, and the observer's estimate"),
         "## The experiment, on a rig-like plant",
         account(runs, "rig"),
         compared(EXPERIMENT, runs, "rig_normal"),
         _figure("experiment_normal", "Rig-like plant, normal conditions"),
-        "The same rig with the laws fed by differences of the measured tip (the paper's laws take the tip's position "
-        "from "
-        "Vicon; where their velocity comes from it does not say):",
+        "The same rig with velocities from differences of the measured tip (the paper's laws take the tip's position "
+        "from Vicon; the paper does not give the source of their velocity):",
         compared(EXPERIMENT, runs, "rig_normal_direct"),
         _figure("experiment_normal_direct", "Rig-like plant, measured velocity"),
         f"Weights hang on a string of {STRING:g} m and swing, so that their pull varies while the arm moves. {IMPACTS} "
@@ -70,7 +69,7 @@ def page(runs: Runs) -> str:
         "of "
         f"random direction, at random places from {IMPACT_PLACE[0]:g} to {IMPACT_PLACE[1]:g} of the rod's length and "
         "at "
-        f"random times, come from seed {SEED}, the same for both laws.",
+        f"random times, are drawn with seed {SEED}, the same for both laws.",
         overview(runs, RIG_LOADS),
         account(runs, "rig loads"),
         _figure("experiment_weights", "Hanging weights"),
@@ -80,7 +79,7 @@ def page(runs: Runs) -> str:
         _lyapunov(runs),
         "## What the paper leaves open",
         choices(runs),
-        "## Files\n\n`simulation.csv`, `experiment.csv`: the tables above, a line each criterion. `scenarios.csv`: "
+        "## Files\n\n`simulation.csv`, `experiment.csv`: the tables above, one line per criterion. `scenarios.csv`: "
         "every "
         "metric of every run. `results.json`: in the form of the paper's results, ours with the same information; "
         "`results_edge.json`: the same at the edge of stability.",
@@ -89,7 +88,7 @@ def page(runs: Runs) -> str:
 
 
 def _bounds(runs: Runs) -> str:
-    """How close it must be, and whether it is."""
+    """Compare each result with its tolerance."""
     lines = []
     for bound in bounds():
         one, title = bound.criterion, runs[bound.scenario, bound.law].scenario.title
@@ -103,7 +102,7 @@ def _bounds(runs: Runs) -> str:
                 "yes" if bound.met(runs) else "**no**",
             ]
         )
-    return "## How close\n\n" + markdown(["", "paper", "asked", "ours", "met"], lines)
+    return "## Tolerances\n\n" + markdown(["", "paper", "required", "ours", "met"], lines)
 
 
 def _lyapunov(runs: Runs) -> str:
@@ -126,8 +125,8 @@ def _lyapunov(runs: Runs) -> str:
     return "\n\n".join(
         [
             "Backstepping: V = (z1'z1 + z2'z2)/2 with V' = -alpha1 z1'z1 - alpha2 z2'z2. Sliding mode: V = S'S/2 with "
-            "V' = -k S'S - epsilon |S|. Both fall at 2 alpha2 and 2 k [1/s] when the error rests in the velocity-like "
-            "term; `measured` is the fall from the greatest V until it stays below a ten-thousandth of it.",
+            "V' = -k S'S - epsilon |S|. Both decay at 2 alpha2 and 2 k [1/s] when the error is in the velocity-like "
+            "term; `measured` is the decay from the maximum of V until it stays below a ten-thousandth of it.",
             _figure("lyapunov", "Lyapunov functions"),
             markdown(head, lines),
             causes,

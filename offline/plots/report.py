@@ -1,4 +1,4 @@
-"""A run as one page: numbers, figures, faults, configuration, versions. Everything is in it; it prints."""
+"""Report of a run, one self-contained printable page: numbers, figures, faults, configuration, versions."""
 
 import base64
 from collections.abc import Callable, Sequence
@@ -55,7 +55,7 @@ def write_report(file: Path, out: Path, published_for: Callable[[Log], Published
 
     Args:
         file: of the log. out: to be written.
-        published_for: finds a paper's figures of a run, to be drawn beside its own.
+        published_for: finds a paper's figures of a run, to be drawn next to its own.
 
     Raises:
         LogError: as `load`.
@@ -93,14 +93,14 @@ def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Publish
         table,
         "<h2>Requests, modes, faults</h2>",
         _events(course),
-        "<h2>Everything else out of the ordinary</h2>",
+        "<h2>Other events</h2>",
         _tallies(found),
         "<h2>Configuration</h2>",
         _configuration(log.config),
         *_calibration(log),
         "<h2>Versions</h2>",
         _table(("", ""), [(name, value) for name, value in log.metadata.items() if name != "part"]),
-        f"<p>Written by tendond {__version__}. The log itself holds all of this: <code>tendond log info</code>.</p>",
+        f"<p>Written by tendond {__version__}. All of this is also in the log: <code>tendond log info</code>.</p>",
     ]
     head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{CSS}</style>'
     head += '<meta name="viewport" content="width=device-width">'
@@ -141,7 +141,7 @@ def _health(facts: dict[str, Any]) -> str:
     whole = facts["complete"] and not facts["damage"]
     missing, missed = facts["missing_ticks"], facts["missed_deadlines"]
     rows = [
-        ("log", "whole" if whole else "not finished: its end is missing", "good" if whole else "bad"),
+        ("log", "complete" if whole else "truncated: its end is missing", "good" if whole else "bad"),
         ("faults", faults, "bad" if facts["faults"] else "good"),
         ("inputs rejected", rejected, ""),
         ("deadlines missed", f"{missed} of {facts['cycles']}", ""),
@@ -164,17 +164,17 @@ def _tallies(found: list[Event]) -> str:
         (one.kind, one.text, str(one.cycles), str(one.longest), f"{one.first.time:.3f}", f"{one.last.time:.3f}")
         for one in tallies(found)
     ]
-    head = ("", "", "cycles", "in a row at most", "first [s]", "last [s]")
+    head = ("", "", "cycles", "max. in a row", "first [s]", "last [s]")
     return _table(head, rows, numeric=(2, 3, 4, 5)) if rows else "<p>nothing</p>"
 
 
 def _configuration(config: RigConfig) -> str:
-    """Every key; those that are not the default come first, with the default."""
+    """Write every key; first those that differ from the default, with the default."""
     default = dict(_keys("", RigConfig().model_dump(mode="json")))
     keys = _keys("", config.model_dump(mode="json"))
     changed = [(key, value, default.get(key, "none")) for key, value in keys if default.get(key) != value]
     rows = "".join(f"<tr><td>{escape(key)}</td><td>{escape(value)}</td></tr>" for key, value in keys)
-    head = _table(("other than the default", "value", "default"), changed) if changed else "<p>All defaults.</p>"
+    head = _table(("differs from the default", "value", "default"), changed) if changed else "<p>All defaults.</p>"
     return f'{head}<p>All keys, in SI units:</p><div class="columns"><table class="dim">{rows}</table></div>'
 
 
@@ -187,7 +187,7 @@ def _calibration(log: Log) -> list[str]:
     ]
     head = ("tendon", "servo", "zero [ticks]", "sign", "spool radius [mm]")
     table = _table(head, rows, numeric=range(5))
-    return ["<h2>Calibration</h2>", f"<p>Of the servos, {escape(log.calibration.date)}.</p>", table]
+    return ["<h2>Calibration</h2>", f"<p>Servo calibration of {escape(log.calibration.date)}.</p>", table]
 
 
 def _keys(path: str, value: Any) -> list[tuple[str, str]]:
@@ -198,7 +198,7 @@ def _keys(path: str, value: Any) -> list[tuple[str, str]]:
 
 
 def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: Sequence[int] = ()) -> str:
-    """Columns in `numeric` are aligned to the right."""
+    """Write a table; columns in `numeric` are aligned to the right."""
 
     def line(tag: str, cells: tuple[str, ...]) -> str:
         shown = (f"<{tag}{' class=n' * (i in numeric)}>{escape(cell)}</{tag}>" for i, cell in enumerate(cells))
@@ -215,7 +215,7 @@ def _number(value: Any, digits: int = 5) -> str:
 
 
 def _untitled(figure: Figure) -> Figure:
-    """Without the title that the page says above it."""
+    """Remove the title, which is in the page's heading."""
     if figure.get_suptitle():
         figure.suptitle("")
     else:
@@ -224,7 +224,7 @@ def _untitled(figure: Figure) -> Figure:
 
 
 def _image(figure: Figure, name: str) -> str:
-    """The figure as SVG within the page."""
+    """Embed the figure as SVG."""
     data = BytesIO()
     with style():
         figure.savefig(data, format="svg", metadata={"Date": None})

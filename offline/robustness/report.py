@@ -1,4 +1,4 @@
-"""A run as a page for people, in Markdown."""
+"""Report of a campaign, in Markdown."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -29,24 +29,26 @@ MISSES = {
 }
 
 SHOWN = 30
-"""Groups of points that miss the goal, at most."""
+"""Maximum number of groups of points that miss the goal."""
 
 
 def report(rows: Rows, settings: dict[str, Any]) -> str:
-    """The page: how many points meet the goal, one axis at a time for every feedback, the worst, and what misses."""
+    """Write the page: how many points meet the goal, one axis at a time for every feedback, the worst, and what "
+    "misses."""
     known, told = groups(rows), groups(rows, told=True)
     parts = [
         "# Robustness",
         f"{len(rows)} runs of the closed loop in lockstep with a simulated plant; set `{settings['points']}`, seed "
         f"{settings['seed']}, tendond {settings['version']}, source {settings['source']}.",
-        f"Goal of a point: {GOAL}. Measured on the simulator's tip, not on the noisy pose. What a rate limit costs: "
-        "the cycles before settling in which the command stood at it, at most those that the tendon's whole way takes.",
-        "The controller is told the delay of its poses and the lag of its actuators (poses carry capture times, and "
-        "the lag is identified); where it is told wrong, the points are listed apart.",
+        f"Goal of a point: {GOAL}. Measured on the simulator's tip, not on the noisy pose. Cost of a rate "
+        "limit: the cycles before settling in which the command was at it, bounded by those of the tendon's whole "
+        "travel.",
+        "The delay of the poses and the lag of the actuators are configured (poses carry capture times, and "
+        "the lag is identified); points with a wrong configuration are listed separately.",
         "## Points that meet the goal",
         _counts(known),
-        "A fault is a false alarm where the same run without the watch of the loop's behaviour comes to rest at its "
-        "reference within six seconds, and a true one where it swings on, or stays away.",
+        "A fault is a false alarm if the same run with these faults switched off comes to rest at its "
+        "reference within six seconds, and a true one if it keeps oscillating, or does not reach it.",
     ]
     axes = {key: [row for row in part if row[0].part == "axes"] for key, part in known.items()}
     if any(axes.values()):
@@ -58,7 +60,7 @@ def report(rows: Rows, settings: dict[str, Any]) -> str:
     parts.append("## Worst of each measure")
     parts += [_worst(law, feedback, part) for (law, feedback), part in known.items()]
     if told:
-        parts += ["## Delay or lag told wrong", "Delay off by one cycle, lag by 0.1.", _counts(told)]
+        parts += ["## Delay or lag configured wrongly", "Delay wrong by one cycle, lag by 0.1.", _counts(told)]
         parts += [_misinformed(told)]
     parts.append("## Points that miss the goal")
     parts += [_missed(law, feedback, part) for (law, feedback), part in known.items()]
@@ -79,7 +81,7 @@ def _counts(parts: dict[tuple[str, str], Rows]) -> str:
 
 
 def _axes_table(law: str, parts: dict[tuple[str, str], Rows]) -> str:
-    """A line a plant, a column a feedback."""
+    """Write a table with a line for each plant and a column for each feedback."""
     columns = {feedback: parts[law, feedback] for feedback in FEEDBACKS if parts.get((law, feedback))}
     cells: dict[str, dict[str, str]] = {}
     for feedback, rows in columns.items():
@@ -143,12 +145,12 @@ def _missed(law: str, feedback: str, rows: Rows) -> str:
         return title + "None."
     order = sorted(found.items(), key=lambda item: -len(item[1]))
     lines = [(where, how, str(len(part)), _extent(part)) for (where, how), part in order[:SHOWN]]
-    rest = f"\n\nAnd {sum(len(part) for _, part in order[SHOWN:])} points more." if len(order) > SHOWN else ""
+    rest = f"\n\nAnd {sum(len(part) for _, part in order[SHOWN:])} more points." if len(order) > SHOWN else ""
     return title + _markdown(("plant", "misses", "points", "settling; ripple mm; after the impact"), lines) + rest
 
 
 def _extent(rows: Rows) -> str:
-    """Least to most of what the goal is about; a settling without what the rate limit costs."""
+    """Ranges of the measures in the goal; settling without the cost of the rate limit."""
     results = [result for _, result in rows]
     settling = [
         None if one.settling_iterations is None else one.settling_iterations - one.rate_cost_iterations
@@ -167,8 +169,8 @@ def _span(values: list[int | None]) -> str:
     return ", ".join(parts + ([f"never {never}"] if never else []))
 
 
-def _range(least: str, most: str) -> str:
-    return least if least == most else f"{least} to {most}"
+def _range(minimum: str, maximum: str) -> str:
+    return minimum if minimum == maximum else f"{minimum} to {maximum}"
 
 
 def _words(law: str) -> str:

@@ -1,4 +1,4 @@
-"""What a run came to: how many points meet the goal, and the worst of each measure."""
+"""Summary of a campaign: how many points meet the goal, and the worst of each measure."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -28,7 +28,7 @@ NEEDED = ("settling_iterations", "rise_iterations", "impact_settling_iterations"
 PARTS = ("settles", "smooth", "bounded", "recovers")
 
 GOAL = (
-    f"settles within {SETTLING_GOAL} iterations and what the rate limit costs, ripple below {RIPPLE_GOAL_MM} mm, "
+    f"settles within {SETTLING_GOAL} iterations plus the cost of the rate limit, ripple below {RIPPLE_GOAL_MM} mm, "
     f"no tension below 0 nor above the limit, "
     f"settles again within {SETTLING_GOAL} iterations of an impact's end, no fault"
 )
@@ -46,7 +46,7 @@ def groups(rows: Rows, *, told: bool = False) -> Groups:
 
 
 def summary(rows: Rows, settings: dict[str, Any]) -> dict[str, Any]:
-    """As it stands in summary.json."""
+    """Summarise as in summary.json."""
     return {
         "settings": settings,
         "goal": GOAL,

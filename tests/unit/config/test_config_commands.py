@@ -64,7 +64,7 @@ force = [0.0, 0.0, 1.0]
             f"{file}:11: control.laws.backstepping.alpha3: unknown key; did you mean 'alpha2'?",
             f"{file}:14: simulator.rod.gravity = [0.0, 0.0]: must be 3 numbers [m/s^2]",
             f"{file}:20: simulator.impacts[1].time = -2.0: must be a number >= 0 [s]",
-            "note: what depends on several keys is looked at once these are mended",
+            "note: cross-key checks run after these are fixed",
         )
     )
 

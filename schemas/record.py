@@ -2,11 +2,14 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
-from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.base import PerTendon, Quaternion, Schema, Vector3
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
+
+RECORD_VERSION: Literal[2] = 2
+"""Version 1 had `tension` for `tension_estimate`, and no `law_state`; it is still read."""
 
 
 class CycleInputs(Schema):
@@ -110,16 +113,17 @@ class CycleRecord(Schema):
         reference: where the tip should be.
         observer: how model and measurement differ.
         estimate: what the law was fed; none while no law runs.
-        terms: of the law, by name, for plots; SI.
+        terms: intermediate results of the law by name, SI.
+        law_state: numbers in the state that the law keeps between cycles, by name; empty for a law without one.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
-        tension: that the actuators are estimated to apply, and the model is given [N].
+        tension_estimate: tensions that the actuators are estimated to apply, and the model is given [N].
         law: in use.
         limited: limits that the command met.
         model: the rod after the cycle.
         command: what was published.
     """
 
-    version: Literal[1] = SCHEMA_VERSION
+    version: Literal[1, 2] = RECORD_VERSION
     tick: int
     time: float
     mode: Mode
@@ -134,8 +138,9 @@ class CycleRecord(Schema):
     observer: ObserverEstimate
     estimate: TipEstimate | None
     terms: dict[str, float | tuple[float, ...]]
+    law_state: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
     wanted: PerTendon | None
-    tension: PerTendon
+    tension_estimate: Annotated[PerTendon, Field(validation_alias=AliasChoices("tension_estimate", "tension"))]
     law: str = ""
     limited: tuple[str, ...]
     model: ModelState
@@ -151,7 +156,7 @@ class LoopTiming(Schema):
         work_us: from wake-up to the command handed to Zenoh [us].
         missed_ticks: skipped before it.
         ahead: the command had been worked out shortly before the deadline; nothing else came in until then.
-        rehearsal_us: that working it out, or a trial of it, took before the deadline [us].
+        speculation_us: time taken before the deadline to work it out, or by a trial of it [us].
     """
 
     tick: int
@@ -159,4 +164,4 @@ class LoopTiming(Schema):
     work_us: float
     missed_ticks: int
     ahead: bool = False
-    rehearsal_us: float = 0.0
+    speculation_us: Annotated[float, Field(validation_alias=AliasChoices("speculation_us", "rehearsal_us"))] = 0.0

@@ -88,7 +88,8 @@ def config_schema() -> Node:
     schema["title"] = "Configuration of a rig for tendond"
     control = schema["$defs"]["ControlSection"]["properties"]
     control["law"] = {**control["law"], "enum": list(LAWS)}
-    parameters = {name: law.parameters.model_json_schema() for name, law in LAWS.items()}
+    kinds: dict[str, Any] = {name: law.parameters for name, law in LAWS.items()}
+    parameters = {name: deepcopy(schema_of(kind)) for name, kind in kinds.items()}
     control["laws"] = {
         **control["laws"],
         "additionalProperties": False,

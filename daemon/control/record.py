@@ -11,9 +11,17 @@ from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.numerics.rotation import quaternion
-from tendond.schemas.base import SCHEMA_VERSION, Vector3
+from tendond.schemas.base import Vector3
 from tendond.schemas.messages import TendonCommand
-from tendond.schemas.record import CycleInputs, CycleRecord, ModelState, ObserverEstimate, ReferencePoint, TipEstimate
+from tendond.schemas.record import (
+    RECORD_VERSION,
+    CycleInputs,
+    CycleRecord,
+    ModelState,
+    ObserverEstimate,
+    ReferencePoint,
+    TipEstimate,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +57,7 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
     tick, observer = state.tick - 1, state.observer
     wanted = None if decision is None else tuple(decision.tension.tolist())
     return CycleRecord.trusted(
-        version=SCHEMA_VERSION,
+        version=RECORD_VERSION,
         tick=tick,
         time=tick * setup.config.loop.period,
         mode=state.mode,
@@ -75,8 +83,9 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
             acceleration=_vector(situation.tip.acceleration),
         ),
         terms={} if decision is None else _finite_terms(decision.terms),
+        law_state={} if state.law_state is None else state.law_state.logged(),
         wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
-        tension=tuple(state.tension_estimate.tolist()),
+        tension_estimate=tuple(state.tension_estimate.tolist()),
         law=state.selection.law_name,
         limited=response.limited,
         model=ModelState.trusted(

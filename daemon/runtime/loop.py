@@ -193,7 +193,7 @@ class Loop:
                 work_us=work_us,
                 missed_ticks=wake.missed_ticks,
                 ahead=ahead,
-                rehearsal_us=wake.speculation * 1e6,
+                speculation_us=wake.speculation * 1e6,
             )
             self._run_log.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._run_log.state(self._state)
@@ -249,7 +249,7 @@ class Loop:
             tip=record.measured,
             target=record.reference.target,
             tension=record.command.tension,
-            tension_estimate=record.tension,
+            tension_estimate=record.tension_estimate,
             displacement=record.command.displacement,
             rejected=self._state.rejected,
             sources=_names(self._state.sources),

@@ -146,7 +146,7 @@ def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: f
     ]
     for what, times in (
         ("of those not worked out before", [t.work_us for t in timings if not t.ahead]),
-        ("working one out before the deadline, caches cold", [t.rehearsal_us for t in timings if t.rehearsal_us]),
+        ("working one out before the deadline, caches cold", [t.speculation_us for t in timings if t.speculation_us]),
     ):
         if times:
             rows.append(Row(f"{label}: {what}", Quantiles.of(times)))

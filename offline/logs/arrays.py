@@ -14,6 +14,7 @@ from tendond.offline.logs.log import Run, no_cycles, open_run
 from tendond.offline.logs.units import column_name, components, unit_of
 from tendond.schemas.base import SCHEMA_VERSION
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.record import RECORD_VERSION
 
 LOG_TIME = "log_time_ns"
 LEFT_OUT = ("inputs.reference",)
@@ -103,10 +104,11 @@ def _rows(run: Run) -> Iterator[dict[str, Any]]:
 
 
 def _checked(run: Run, topic: str, data: bytes) -> dict[str, Any]:
-    """A message of this version; numbers of another one could mean something else."""
+    """Return a message with the present names; an unknown version is refused: its numbers could mean something else."""
     try:
         found = json.loads(data)
-        if found.get("version", SCHEMA_VERSION) == SCHEMA_VERSION:
+        present = RECORD_VERSION if topic == CYCLE.topic else SCHEMA_VERSION
+        if found.get("version", present) == present and "rehearsal_us" not in found:
             return dict(found)
     except (ValueError, AttributeError):
         pass

@@ -6,9 +6,8 @@ from itertools import pairwise
 from pydantic import ValidationError
 
 from tendond.daemon.control.snapshot import StateSnapshot
-from tendond.schemas.base import SCHEMA_VERSION
 
-_TICK = re.compile(rb'^\{"version":%d,"tick":(\d+),' % SCHEMA_VERSION)
+_TICK = re.compile(rb'^\{"version":[12],"tick":(\d+),')
 
 
 def tick_of(data: bytes) -> int | None:

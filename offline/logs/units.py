@@ -18,6 +18,7 @@ UNITS = {
     "surface": "m/s",
     "target": "m",
     "tension": "N",
+    "tension_estimate": "N",
     "time": "s",
     "tip_force": "N",
     "velocity": "m/s",
@@ -28,7 +29,7 @@ UNITS = {
 }
 """By the last part of a field's name; what is not here is a count, a text, a part, or has no one unit (`lyapunov`)."""
 
-TENDONS = ("displacement", "tension", "wanted")
+TENDONS = ("displacement", "tension", "tension_estimate", "wanted")
 """Fields with a number per tendon."""
 
 

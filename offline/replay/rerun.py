@@ -23,7 +23,7 @@ from tendond.offline.logs.log import LogError, Run, no_cycles, open_run
 from tendond.offline.replay.difference import Difference, Field, compare
 from tendond.offline.replay.segments import Gaps, Segment, segments
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.record import CycleInputs
+from tendond.schemas.record import RECORD_VERSION, CycleInputs, CycleRecord
 
 ALONE = 8
 """Segments below which a log is not worth other processes."""
@@ -185,7 +185,7 @@ def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, re
             continue
         compared += 1
         again = record.model_dump_json().encode()
-        if again != data and (fields := compare(data, again, tolerance)):
+        if again != data and (fields := compare(_present_record(data), again, tolerance)):
             differing += 1
             found = found or Difference(segment.first + i, fields)
     if found is not None or tolerance is not None or segment.end is None:
@@ -203,6 +203,14 @@ def _with_present_names(setup: CycleSetup, text: str) -> str:
     with suppress(ValueError):
         return encode_state(decode_state(CycleState, text, setup))
     return text
+
+
+def _present_record(data: bytes) -> bytes:
+    """A record as this version writes it, where version 1 has written it; else as it is."""
+    if not data.startswith(b'{"version":1,'):
+        return data
+    record = CycleRecord.model_validate_json(data).model_copy(update={"version": RECORD_VERSION})
+    return record.model_dump_json().encode()
 
 
 def inputs_of(data: bytes) -> CycleInputs:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, JsonValue, model_validator
 
 from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import NotNegative, Positive
@@ -44,7 +44,7 @@ class ControlSection(Schema):
         True,
         description="limit the tension to what removes a velocity error in one cycle; false: the law as published",
     )
-    laws: dict[str, dict[str, float]] = Field(
+    laws: dict[str, dict[str, JsonValue]] = Field(
         {}, description="parameters by law, for instance alpha1 and alpha2 in [control.laws.backstepping]"
     )
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from tendond.schemas.errors.keywords import Node, Path, in_words, node_at, resolved, schema_of, unit_of
 
@@ -48,12 +48,12 @@ def in_file(objection: Objection, source: str) -> str:
     return f"{source}{'' if objection.line is None else f':{objection.line}'}: {objection}"
 
 
-def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
+def explain(error: ValidationError, model: Any) -> list[str]:
     """Return one line per error in data for `model`."""
     return [str(objection) for objection in objections(error, model)]
 
 
-def objections(error: ValidationError, model: type[BaseModel]) -> list[Objection]:
+def objections(error: ValidationError, model: Any) -> list[Objection]:
     """List all errors in data for `model`; each line of a validator's text is one objection."""
     root = schema_of(model)
     found = []

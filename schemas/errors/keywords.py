@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import TypeAdapter
 
 Node = dict[str, Any]
 """Node of a JSON Schema."""
@@ -19,9 +19,9 @@ _UNIT = re.compile(r"^\[([^]]+)]|\[([^]]+)](?=;|$)")
 
 
 @cache
-def schema_of(model: type[BaseModel]) -> Node:
-    """Return the JSON Schema of a model."""
-    return model.model_json_schema()
+def schema_of(model: Any) -> Node:
+    """Return the JSON Schema of a type: a model, a dataclass, or any other that pydantic can validate."""
+    return TypeAdapter(model).json_schema()
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Table:
     keys: tuple[Key, ...]
 
 
-def tables(model: type[BaseModel]) -> list[Table]:
+def tables(model: Any) -> list[Table]:
     """List the tables of a configuration's model in the order of its fields, each followed by its own tables."""
     root = schema_of(model)
     found: list[Table] = []
@@ -68,7 +68,7 @@ def tables(model: type[BaseModel]) -> list[Table]:
     return found
 
 
-def keys_of(model: type[BaseModel]) -> tuple[Key, ...]:
+def keys_of(model: Any) -> tuple[Key, ...]:
     """List the keys of a model without tables, such as a law's parameters."""
     root = schema_of(model)
     required = root.get("required", ())

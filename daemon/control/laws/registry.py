@@ -8,7 +8,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from tendond.daemon.control.laws import backstepping, sensitivity, sliding_mode
 from tendond.daemon.control.laws.law import Law
-from tendond.daemon.errors import LawError
+from tendond.daemon.errors import LawError, LawPackageError
 from tendond.schemas.errors.explain import explain
 
 GROUP = "tendond.laws"
@@ -24,7 +24,7 @@ class Laws(Mapping[str, Law]):
     """All laws by name; packages are looked for at the first use.
 
     Raises:
-        LawError: a package's law cannot be imported, is not a law, or has the name of another one.
+        LawPackageError: a package's law cannot be imported, is not a law, or has the name of another one.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Laws(Mapping[str, Law]):
         """Add a law.
 
         Raises:
-            LawError: another one has its name.
+            LawPackageError: another one has its name.
         """
         self._all()
         self._add(self._found, law, "this process")
@@ -63,7 +63,7 @@ class Laws(Mapping[str, Law]):
     @staticmethod
     def _add(found: dict[str, Law], law: Law, source: str) -> None:
         if law.name in found:
-            raise LawError(
+            raise LawPackageError(
                 f"{GROUP}: {source} brings a law '{law.name}', and there is one of that name already: rename one of "
                 "them, or uninstall the package"
             )
@@ -77,7 +77,7 @@ def load(entry: EntryPoint) -> Law:
     """Import the law of an entry point.
 
     Raises:
-        LawError: it cannot be imported, or is not a law.
+        LawPackageError: it cannot be imported, or is not a law.
     """
     where = f"{GROUP}: the law '{entry.name}' of {_package(entry)}"
     remedy = "fix or uninstall the package"
@@ -85,13 +85,13 @@ def load(entry: EntryPoint) -> Law:
         law: Law = entry.load()
     except Exception as error:  # whatever a package raises while it is imported
         reason = str(error).splitlines()[0] if str(error) else ""
-        raise LawError(
+        raise LawPackageError(
             f"{where} cannot be imported from {entry.value}: {type(error).__name__}: {reason}; {remedy}"
         ) from error
     if missing := [member for member in MEMBERS if not hasattr(law, member)]:
-        raise LawError(f"{where} is not a law: {entry.value} has no {', '.join(missing)}; {remedy}")
+        raise LawPackageError(f"{where} is not a law: {entry.value} has no {', '.join(missing)}; {remedy}")
     if law.name != entry.name:
-        raise LawError(f"{where} calls itself '{law.name}' in {entry.value}: give both the same name; {remedy}")
+        raise LawPackageError(f"{where} calls itself '{law.name}' in {entry.value}: give both the same name; {remedy}")
     return law
 
 

@@ -56,19 +56,19 @@ class Terms(LawTerms):
 
 def decide(parameters: Parameters, observation: SpatialObservation) -> Decision:
     """Return the tensions wanted and the terms."""
-    prediction = observation.prediction
+    prediction, period = observation.prediction, observation.period
     error = observation.target - observation.position
     if prediction is None:  # the coming step is beyond the model: hold
         x, y, z = error.tolist()
         return Decision(
             observation.tension, Terms((x, y, z), (0.0, 0.0, 0.0), (0.0, 0.0), 0.5 * (x * x + y * y + z * z))
         )
-    slow, fast = math.exp(-parameters.rate * prediction.period), math.exp(-parameters.smoothing * prediction.period)
+    slow, fast = math.exp(-parameters.rate * period), math.exp(-parameters.smoothing * period)
     error_rate = observation.target_velocity - observation.velocity
-    kept = (slow + fast - slow * fast) * error + slow * fast * prediction.period * error_rate
+    kept = (slow + fast - slow * fast) * error + slow * fast * period * error_rate
     asked = prediction.target - prediction.position - kept
     change = _moment(prediction, asked, parameters.damping)
-    change_max = parameters.agility * prediction.period * prediction.allocation.arm_max
+    change_max = parameters.agility * period * prediction.allocation.arm_max
     moment = prediction.allocation.moment(observation.tension) + change * min(
         1.0, change_max / max(math.hypot(*change), change_max)
     )

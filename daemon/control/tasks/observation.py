@@ -28,6 +28,7 @@ class PlanarObservation:
         agonist: index of the tendon that bends towards the first axis; antagonist: the opposing one, if it is used.
         input_gain_min: size below which b_c has no direction, and its inverse grows no further [m/s^2/N].
         pair_tension: minimum tension of both tendons of the pair [N].
+        period: period of the cycle [s].
     """
 
     position: Array
@@ -44,6 +45,7 @@ class PlanarObservation:
     antagonist: int | None
     input_gain_min: float
     pair_tension: float
+    period: float
 
     def in_plane(self, vector: Array) -> Array:
         """Return the two components of a vector in the bending plane, shape (2,)."""
@@ -74,7 +76,6 @@ class Prediction:
     """The coming step by the model's linearisation.
 
     Attributes:
-        period: period of the cycle [s].
         position: tip after the step at unchanged tensions: position [m] or direction [-], shape (3,).
         jacobian: derivative of `position` by the tendons' bending moment [m/(N m)], shape (3, 2); see `Allocation`.
         target: reference at the end of the step [m], shape (3,).
@@ -83,7 +84,6 @@ class Prediction:
         allocation: from a bending moment to tensions.
     """
 
-    period: float
     position: Array
     jacobian: Array
     target: Array
@@ -99,6 +99,7 @@ class SpatialObservation:
         position, velocity: place of the tip and its derivative by time, shape (3,).
         target, target_velocity: of the reference, shape (3,).
         tension: tension now applied [N], shape (n,).
+        period: period of the cycle [s].
         prediction: the coming step; none where the model has no solution for it.
     """
 
@@ -107,4 +108,5 @@ class SpatialObservation:
     target: Array
     target_velocity: Array
     tension: Array
+    period: float
     prediction: Prediction | None

@@ -29,6 +29,7 @@ class PlanarTask:
         tendon_count: n.
         tension, pair_tension: pretension of the agonist's net, and of both tendons of the pair [N].
         input_gain_min: see `PlanarObservation`.
+        period: period of the cycle [s].
     """
 
     reference: PlanarReference
@@ -37,6 +38,7 @@ class PlanarTask:
     tension: float
     pair_tension: float
     input_gain_min: float
+    period: float
 
     def pretension(self, fraction: float) -> Array:
         """Return the pretension [N], shape (n,), of which `fraction` is reached."""
@@ -78,6 +80,7 @@ class PlanarTask:
             antagonist=control.antagonist,
             input_gain_min=self.input_gain_min,
             pair_tension=self.pair_tension,
+            period=self.period,
         )
 
 
@@ -107,6 +110,7 @@ class BendingPlane:
             tension=config.pretension.tension,
             pair_tension=config.pretension.antagonist,
             input_gain_min=config.limits.input_gain_min,
+            period=config.loop.period,
         )
 
 

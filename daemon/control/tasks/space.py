@@ -64,7 +64,7 @@ class SpatialTask:
                 situation.model, situation.tension, self.allocation.shares, situation.observer.tip_force
             )
         except ConvergenceError:  # the step itself will say so
-            return SpatialObservation(position, velocity, target, target_velocity, situation.tension, None)
+            return SpatialObservation(position, velocity, target, target_velocity, situation.tension, period, None)
         then = self.reference.goal(elapsed + period, offset)
         if self.reference.aim == "direction":
             position, velocity = tip.rotation[:, 2], (step.direction - tip.rotation[:, 2]) / period
@@ -74,8 +74,8 @@ class SpatialTask:
         else:
             beside = position - tip.position  # the tip's distance from the model's: of an observer of kind 'offset'
             ahead, jacobian = step.position + beside, step.position_jacobian
-        prediction = Prediction(period, ahead, jacobian, then.place, then.jacobian, self.allocation)
-        return SpatialObservation(position, velocity, target, target_velocity, situation.tension, prediction)
+        prediction = Prediction(ahead, jacobian, then.place, then.jacobian, self.allocation)
+        return SpatialObservation(position, velocity, target, target_velocity, situation.tension, period, prediction)
 
 
 class Space:

@@ -70,7 +70,7 @@ def test_a_signal_while_tracking_releases_the_tendons_and_exits_with_0_or_130(tm
         assert "ended" in said
         assert "Traceback" not in said
     last = load(tmp_path / "run.mcap").records[-1]
-    assert (last.mode, last.tension, last.command.armed) == (Mode.IDLE, (0.0,) * 4, False)
+    assert (last.mode, last.tension_estimate, last.command.armed) == (Mode.IDLE, (0.0,) * 4, False)
 
 
 def test_a_killed_simulator_makes_the_controller_release_and_fault_not_crash(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_a_signal_in_lockstep_releases_the_tendons_too(tmp_path: Path) -> None:
             one.until(session, lambda s: s.mode is Mode.TRACKING)
         assert one.end(controller)[0] == 0
     last = load(tmp_path / "run.mcap").records[-1]
-    assert (last.tension, last.command.armed) == ((0.0,) * 4, False)
+    assert (last.tension_estimate, last.command.armed) == ((0.0,) * 4, False)
 
 
 def test_a_killed_controller_lets_the_simulated_servos_go(tmp_path: Path) -> None:

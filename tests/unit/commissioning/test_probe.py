@@ -168,4 +168,4 @@ def test_the_tendon_that_was_probed_last_ends_slack_and_does_not_hold_the_comman
     ]
     assert len(tracked) > 150
     assert all(record.mode is Mode.TRACKING for record in tracked)
-    assert all(record.tension[3] == 0.0 for record in tracked[50:])
+    assert all(record.tension_estimate[3] == 0.0 for record in tracked[50:])

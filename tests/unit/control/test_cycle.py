@@ -53,7 +53,7 @@ def test_it_lands_when_servos_wind_elastic_tendons() -> None:
     assert np.allclose(np.array(last.measured) * 1e3, (340.0, 0.0, 47.5), atol=0.1)
     assert last.inputs.tendon_state is not None
     pulled = np.array(last.inputs.tendon_state.tension)
-    assert pulled[0] == pytest.approx(last.tension[0], abs=0.01)
+    assert pulled[0] == pytest.approx(last.tension_estimate[0], abs=0.01)
     assert np.all(pulled[1:] == 0.0)
 
 
@@ -81,11 +81,11 @@ def test_arming_is_refused_when_the_pose_is_old() -> None:
 def test_stop_releases_and_comes_to_idle() -> None:
     state, record = go(armed(), CycleInputs(request=ControlAction.STOP))
     assert (record.mode, record.accepted) == (Mode.RELEASING, True)
-    before = record.tension[0]
+    before = record.tension_estimate[0]
     state, record = go(state, CycleInputs())
-    assert record.tension[0] < before
+    assert record.tension_estimate[0] < before
     _, record = go(state, *[CycleInputs()] * 120)
-    assert (record.mode, record.tension, record.command.armed) == (Mode.IDLE, (0.0,) * 4, False)
+    assert (record.mode, record.tension_estimate, record.command.armed) == (Mode.IDLE, (0.0,) * 4, False)
 
 
 def test_law_and_reference_change_while_idle_and_show_in_the_record() -> None:

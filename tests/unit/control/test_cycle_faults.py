@@ -20,7 +20,7 @@ def test_the_observer_bridges_a_gap_and_then_it_is_a_fault() -> None:
     assert record.mode is Mode.FAULT
     assert "pose stale" in record.reason
     state, record = go(state, *[CycleInputs()] * 120)
-    assert (record.mode, record.tension, record.command.armed) == (Mode.FAULT, (0.0,) * 4, False)
+    assert (record.mode, record.tension_estimate, record.command.armed) == (Mode.FAULT, (0.0,) * 4, False)
 
 
 def test_a_fault_stays_until_reset() -> None:
@@ -139,7 +139,7 @@ def test_a_model_without_solution_holds_and_then_faults(monkeypatch: pytest.Monk
     state, record = go(state, *[CycleInputs(pose=follow(state))] * 2)
     assert record.mode is Mode.FAULT
     state, record = go(state, *[CycleInputs()] * 120)
-    assert (record.tension, record.command.armed) == ((0.0,) * 4, False)
+    assert (record.tension_estimate, record.command.armed) == ((0.0,) * 4, False)
     assert max(record.command.displacement) == 0.0  # let out, not only without tension
     monkeypatch.undo()
     state, record = go(state, CycleInputs(pose=pose(2000), request=ControlAction.RESET))

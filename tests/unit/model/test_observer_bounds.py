@@ -57,7 +57,8 @@ def test_the_law_in_space_lets_an_error_decay_at_two_rates_whatever_it_is_doing(
         target=now,
         target_velocity=zero,
         tension=np.full(4, 5.0),
-        prediction=Prediction(period, ahead, np.eye(3)[:, :2], ahead, None, allocation),
+        period=period,
+        prediction=Prediction(ahead, np.eye(3)[:, :2], ahead, None, allocation),
     )
     a, b = (math.exp(-rate * period) for rate in (parameters.rate, parameters.smoothing))
     terms = sensitivity.decide(parameters, observation).terms

@@ -53,7 +53,7 @@ def cycle_record(
         estimate=TipEstimate(position=ZERO, velocity=ZERO, acceleration=ZERO),
         terms={"z1": tuple(terms)},
         wanted=tension,
-        tension=tension,
+        tension_estimate=tension,
         limited=(),
         model=ModelState(position=ZERO, orientation=UPRIGHT, residual=1e-9, marches=2),
         command=TendonCommand(seq=tick, stamp_ns=tick, pose_seq=tick, displacement=pulled, tension=tension, armed=True),

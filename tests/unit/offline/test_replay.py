@@ -110,7 +110,7 @@ def changed(field: str) -> object:
     return change
 
 
-@pytest.mark.parametrize("field", ["command.displacement", "model.position", "tension"])
+@pytest.mark.parametrize("field", ["command.displacement", "model.position", "tension_estimate"])
 def test_one_changed_bit_of_an_output_is_found_and_named_with_both_values(
     recorded: Path, tmp_path: Path, field: str
 ) -> None:

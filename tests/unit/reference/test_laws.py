@@ -34,13 +34,14 @@ def observation() -> PlanarObservation:
         antagonist=None,
         input_gain_min=1.0,
         pair_tension=0.0,
+        period=0.01,
     )
 
 
 def decided(name: str, o: PlanarObservation, tables: dict[str, dict[str, float]] | None = None) -> Decision:
     """What a law of either task space makes of the same tip; in space without a prediction."""
     law, parameters = select_law(name, tables or {})
-    in_space = SpatialObservation(o.position, o.velocity, o.target, o.target_velocity, o.tension, None)
+    in_space = SpatialObservation(o.position, o.velocity, o.target, o.target_velocity, o.tension, o.period, None)
     return law.decide(parameters, in_space if law.task_space is SPACE else o, law.start(parameters))
 
 

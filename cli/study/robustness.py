@@ -60,20 +60,20 @@ def run_robustness(
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    told = [0, 0]
+    counted = [0, 0]
     try:
         with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
             task = progress.add_task("points", total=None, missed=0)
 
             def report(done: int, total: int, missed: int) -> None:
-                told[:] = done, total
+                counted[:] = done, total
                 progress.update(task, completed=done, total=total, missed=missed)
 
             rows = run(settings, out, execute, report, fresh=fresh)
         _write(rows, settings, out, console)
     except (SystemExit, KeyboardInterrupt):
-        if told[1]:
-            say(f"interrupted: {told[0]} of {told[1]} points are kept in {out}; run the same command again to go on")
+        if counted[1]:
+            say(f"interrupted: {counted[0]} of {counted[1]} points are kept in {out}; run the same command to resume")
         raise
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
@@ -99,7 +99,7 @@ def _table(rows: Rows) -> Table:
     names = (
         "law",
         "feedback",
-        "told",
+        "misconfigured",
         "points",
         "meet",
         "fault",
@@ -110,8 +110,8 @@ def _table(rows: Rows) -> Table:
     )
     for name in names:
         table.add_column(name, justify="left" if name in names[:3] else "right", no_wrap=True)
-    for told in (False, True):
-        for (law, feedback), part in groups(rows, told=told).items():
+    for misconfigured in (False, True):
+        for (law, feedback), part in groups(rows, misconfigured=misconfigured).items():
             numbers = (str(value) for value in counts(part).values())
-            table.add_row(law.replace("_", " "), feedback, "wrong" if told else "right", *numbers)
+            table.add_row(law.replace("_", " "), feedback, "wrong" if misconfigured else "right", *numbers)
     return table

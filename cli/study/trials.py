@@ -1,4 +1,4 @@
-"""`tendond study robustness --points space`: courses in space, a figure each, and the law on the task in the plane."""
+"""`tendond study robustness --points space`: trajectories in space, with figures, and the task in the plane."""
 
 import functools
 from collections.abc import Callable
@@ -22,7 +22,7 @@ PLANAR_LAWS = ("backstepping", "sliding_mode", "sensitivity")
 def run_trials(
     config: Path | None, out: Path, seed: int, jobs: int | None, chosen: Callable[[Trial], bool] = lambda trial: True
 ) -> None:
-    """Run the courses and leave table, summary, report and figures in `out`.
+    """Run the trajectories and leave table, summary, report and figures in `out`.
 
     Raises:
         TendondError: a configuration that cannot be used, or a folder that cannot be written.
@@ -33,7 +33,7 @@ def run_trials(
     some, console = [trial for trial in trials() if chosen(trial)], Console()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with console.status("running the courses"), ProcessPoolExecutor(jobs) as pool:
+        with console.status("running the trajectories"), ProcessPoolExecutor(jobs) as pool:
             outcomes = list(pool.map(functools.partial(run_trial, base, seed=seed), some))
         planar = planar_task(base, PLANAR_LAWS)
         write(some, outcomes, planar, out)
@@ -50,8 +50,8 @@ def run_trials(
 
 def _table(some: list[Trial], outcomes: list[Outcome]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("course", "plant", "RMS mm", "worst mm", "N/cycle", "peak N", "meets"):
-        table.add_column(name, justify="left" if name in ("course", "plant") else "right", no_wrap=True)
+    for name in ("trajectory", "plant", "RMS mm", "worst mm", "N/cycle", "peak N", "meets"):
+        table.add_column(name, justify="left" if name in ("trajectory", "plant") else "right", no_wrap=True)
     for trial, one in zip(some, outcomes, strict=True):
         numbers = (one.rms_mm, one.worst_mm, one.largest_change_n, one.peak_tension_n)
         plant = "unlike" if trial.unlike else "model"

@@ -49,11 +49,11 @@ class Loop:
 
     @property
     def lost(self) -> float:
-        """How much further the end is when it winds than when it lets out, with the same x, near the turn [m]."""
+        """Difference of the end between pulling and paying out at the same x, near the reversal [m]."""
         back = np.flatnonzero((np.arange(len(self.end)) >= STEPS) & (self.end > 0.8 * FARTHEST))
-        wound = 0.95 * FARTHEST
-        x = float(np.interp(wound, self.end[:STEPS], self.x[:STEPS]))
-        return wound - float(np.interp(x, self.x[back], self.end[back]))
+        pulled = 0.95 * FARTHEST
+        x = float(np.interp(pulled, self.end[:STEPS], self.x[:STEPS]))
+        return pulled - float(np.interp(x, self.x[back], self.end[back]))
 
 
 def pull_and_release(coefficient: float, stiffness: float = 2e4) -> Loop:
@@ -103,14 +103,14 @@ def table() -> str:
     lines = [HEADING]
     for coefficient in COEFFICIENTS:
         loop = pull_and_release(coefficient)
-        wound = float(np.interp(HALFWAY, loop.end[:STEPS], loop.x[:STEPS]))
-        let_out = float(np.interp(HALFWAY, loop.end[: STEPS - 1 : -1], loop.x[: STEPS - 1 : -1]))
+        pulled = float(np.interp(HALFWAY, loop.end[:STEPS], loop.x[:STEPS]))
+        paid_out = float(np.interp(HALFWAY, loop.end[: STEPS - 1 : -1], loop.x[: STEPS - 1 : -1]))
         for law in LAWS:
             row = run_rig(law, coefficient)
             settled = f"never: {row.fault}" if row.settled is None else f"{row.settled:.2f}"
             cells = (
                 f"{coefficient:g}", law, f"{loop.before[STEPS - 1]:.1f}", f"{loop.behind[STEPS - 1]:.1f}",
-                f"{1e3 * loop.lost:.2f}", f"{1e3 * wound:.1f}, {1e3 * let_out:.1f}", settled, f"{row.error_mm:.2f}",
+                f"{1e3 * loop.lost:.2f}", f"{1e3 * pulled:.1f}, {1e3 * paid_out:.1f}", settled, f"{row.error_mm:.2f}",
             )  # fmt: skip
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -39,7 +39,7 @@ class Row:
     Attributes:
         profile, law: names.
         way_mm: of the agonist's end, from the straight rod [mm].
-        least: time that way takes at the displacement rate [s]; none where nothing winds.
+        least: time that way takes at the displacement rate [s]; none without servos.
         arrival: of the reference [s].
         settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
         worst_mm: largest error of x after the reference's arrival and one second [mm].
@@ -82,7 +82,7 @@ class Row:
 
 
 def reversals(displacement: Array) -> int:
-    """How often a servo that is told `displacement` [m], shape (k,), turns."""
+    """Count the reversals of a servo that follows `displacement` [m], shape (k,)."""
     steps = np.sign(np.diff(np.round(displacement / TICK)))
     steps = steps[steps != 0.0]
     return int(np.count_nonzero(np.diff(steps)))
@@ -112,7 +112,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
     outside = np.flatnonzero(error > SETTLED * target)
     settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
     way = last.command.displacement[config.control.agonist]
-    wound = config.simulator.drive == "displacement"
+    driven = config.simulator.drive == "displacement"
     arrival = CycleSetup.from_config(config).selection.reference.arrival
     busy = part[: round((arrival + 1.0) / period)]
     tension = np.array([one.record.command.tension[config.control.agonist] for one in busy])
@@ -121,7 +121,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
         profile=profile,
         law=law,
         way_mm=1e3 * way,
-        least=way / config.with_own_rates().limits.displacement_rate if wound else None,
+        least=way / config.with_own_rates().limits.displacement_rate if driven else None,
         arrival=arrival,
         settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,
         worst_mm=1e3 * float(error[round((arrival + 1.0) / period) :].max()),

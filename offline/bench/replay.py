@@ -37,7 +37,7 @@ def bench_replay(seconds: float, watch: Callable[[str], None] = lambda name: Non
 
     Args:
         seconds: length of the log: the paper's experiment, Euler's scheme with 200 nodes.
-        watch: told what is being done.
+        watch: called with what is being done.
     """
     with TemporaryDirectory() as folder:
         path = Path(folder) / "bench.mcap"

@@ -19,7 +19,7 @@ from tendond.schemas.messages import Mode
 
 CHAINS = {"ideal": SPACE, "rig": WIRED_SPACE}
 REST_SECONDS = 1.0
-"""After the course."""
+"""After the trajectory."""
 
 
 def run_spatial(out: Path) -> None:
@@ -60,9 +60,9 @@ CHAIN_WORDS = {
 
 
 def _course(text: str) -> SpatialReference:
-    course = CycleSetup.from_config(parse_config(text, "scenario spatial")).selection.reference
-    assert isinstance(course, SpatialReference)
-    return course
+    trajectory = CycleSetup.from_config(parse_config(text, "scenario spatial")).selection.reference
+    assert isinstance(trajectory, SpatialReference)
+    return trajectory
 
 
 def outcome_from_log(path: Path) -> Outcome:
@@ -78,8 +78,8 @@ def outcome_from_log(path: Path) -> Outcome:
     first = mode.index(Mode.TRACKING.value)
     count = next((i for i, value in enumerate(mode[first:]) if value != Mode.TRACKING.value), len(mode) - first)
     part = slice(first, first + count)
-    course = CycleSetup.from_config(run.config).selection.reference
-    assert isinstance(course, SpatialReference)
+    trajectory = CycleSetup.from_config(run.config).selection.reference
+    assert isinstance(trajectory, SpatialReference)
     truth = np.asarray(run["truth.position"][part], dtype=np.float64)
     seen = ~np.isnan(truth[:, 0])
     ticks = np.asarray(run["tick"][part], dtype=np.float64)
@@ -89,7 +89,7 @@ def outcome_from_log(path: Path) -> Outcome:
         reference=np.asarray(run["reference.position"][part])[seen],
         tension=np.asarray(run["command.tension"][part])[seen],
         limited=sum(bool(value) for value in run["limited"][part]),
-        course=course,
+        trajectory=trajectory,
         mode=mode[first + count - 1],
         reason=str(run["reason"][first + count - 1]),
         goal_mm=float("inf"),

@@ -97,7 +97,7 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
 
 
 def _tendons(recording: Recording) -> list[Finding]:
-    """Which tendons move, and whether they do what they are told."""
+    """Which tendons move, and whether they follow their commands."""
     found = []
     armed, path = recording.armed, recording.path
     travel = np.ptp(recording.command[armed], axis=0) if np.any(armed) else np.zeros(recording.command.shape[1])

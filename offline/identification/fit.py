@@ -21,7 +21,7 @@ from tendond.offline.identification.simulate import MOTIONLESS, Motion, Simulati
 
 Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
-"""Told what is being computed, how many simulations of it are done, and of how many."""
+"""Called with what is being computed, the simulations done, and their number."""
 
 LOGARITHMIC_STEP = 1e-3
 COORDINATE_STEP = 1e-2
@@ -125,7 +125,7 @@ class Problem:
         start: values of all parameters, by name.
         load_noise: of the servos' tensions [N]; none: they are not used.
         jobs: threads.
-        report: told of progress.
+        report: called with the progress.
     """
 
     def __init__(

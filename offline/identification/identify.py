@@ -95,7 +95,7 @@ class Identification:
         parameters: that were asked for.
         ratios: that are known instead, where the scale of force is not.
         scale: what fixes the scale of force, in words.
-        fit, statistics: of the last fit, in which all parameters are told.
+        fit, statistics: of the last fit, in which all parameters are identifiable.
         held_out: of all recordings.
         noise: of the poses [m]. rms: of the poses' residuals, a coordinate [m].
         simulations: of the recordings used; others: of those held out.
@@ -137,9 +137,9 @@ def identify(
         recordings: to fit to; at least one.
         held_out: to compare on.
         options: of the fit.
-        report: told of progress.
+        report: called with the progress.
         memory: folder of what an interrupted fit has computed; none: nothing is kept.
-        tell: told of what is found about the logs, before the fit.
+        tell: called with findings about the logs, before the fit.
 
     Raises:
         DataError: logs that cannot be fitted to.
@@ -179,9 +179,9 @@ def identify(
         start = starts(config, free)
         problem = Problem(simulations, free, start, options.load_noise, options.jobs, report)
         result = fit(problem, kept, options.loss, noise, servo_start(simulations, free, start))
-        told = statistics(result)
-        first = first or told
-        lost = _lost(result, told)
+        spread = statistics(result)
+        first = first or spread
+        lost = _lost(result, spread)
         if not lost:
             break
         why |= lost
@@ -193,11 +193,11 @@ def identify(
         config=config,
         drive=drive,
         findings=tuple(findings),
-        parameters=tuple(_found(parameters, nominal_values, result, told, why, known)),
-        ratios=() if known else tuple(_ratios(nominal_values, result, told)),
+        parameters=tuple(_found(parameters, nominal_values, result, spread, why, known)),
+        ratios=() if known else tuple(_ratios(nominal_values, result, spread)),
         scale=scale,
         fit=result,
-        statistics=told,
+        statistics=spread,
         held_out=tuple(
             _compare(simulation, used, nominal_values, result.values)
             for group, used in ((simulations, True), (others, False))
@@ -255,19 +255,19 @@ def _weight_hides_tip_mass(recordings: Sequence[Recording], parameters: Sequence
     return alone and recordings[0].weight > 0.0 and len({recording.weight for recording in recordings}) == 1
 
 
-def _lost(result: Fit, told: Statistics) -> dict[str, str]:
-    """Parameters that are not told, and why not."""
+def _lost(result: Fit, spread: Statistics) -> dict[str, str]:
+    """Return the parameters that are not identifiable, with the reason."""
     names = [parameter.name for parameter in result.parameters]
     lost: dict[str, str] = {}
     for k, parameter in enumerate(result.parameters):
-        deviation = told.deviations[k]
+        deviation = spread.deviations[k]
         if parameter.name in result.bounded and not _is_none(parameter, result):
             lost[parameter.name] = (
                 f"it went to the end of its range, {result.values[parameter.name]:.4g} {parameter.unit}"
             )
-        elif not deviation <= parameter.told_deviation:
-            alike = [names[i] for i in range(len(names)) if i != k and abs(told.correlation[k, i]) > ALIKE]
-            together = [name for direction in told.untold if parameter.name in direction.names
+        elif not deviation <= parameter.max_deviation:
+            alike = [names[i] for i in range(len(names)) if i != k and abs(spread.correlation[k, i]) > ALIKE]
+            together = [name for direction in spread.unidentifiable if parameter.name in direction.names
                         for name in direction.names if name != parameter.name]  # fmt: skip
             partners = list(dict.fromkeys(alike + together))
             if partners:
@@ -283,8 +283,8 @@ def _is_none(parameter: Parameter, result: Fit) -> bool:
 
 
 def _found(
-    parameters: Sequence[Parameter], start: Mapping[str, float], result: Fit, told: Statistics, why: Mapping[str, str],
-    known: bool,
+    parameters: Sequence[Parameter], start: Mapping[str, float], result: Fit, spread: Statistics,
+    why: Mapping[str, str], known: bool,
 ) -> list[Found]:  # fmt: skip
     """Each parameter that was asked for."""
     names = [parameter.name for parameter in result.parameters]
@@ -293,7 +293,7 @@ def _found(
         value, reason = result.values[parameter.name], why.get(parameter.name, "")
         error = float("inf")
         if parameter.name in names:
-            error = parameter.error(value, float(told.deviations[names.index(parameter.name)]))
+            error = parameter.error(value, float(spread.deviations[names.index(parameter.name)]))
         if not known and parameter.force and not reason:
             reason = "without a known force only its ratio to E is fixed" if parameter.name != "E" else (
                 "without a known force its scale is not fixed"
@@ -302,13 +302,13 @@ def _found(
     return found
 
 
-def _ratios(start: Mapping[str, float], result: Fit, told: Statistics) -> list[Ratio]:
+def _ratios(start: Mapping[str, float], result: Fit, spread: Statistics) -> list[Ratio]:
     """Of the force's parameters to E, which the fit held: their relative errors are the ratios'."""
     found = []
     for k, parameter in enumerate(result.parameters):
         if parameter.force:
             value = result.values[parameter.name] / result.values["E"]
-            error = parameter.error(result.values[parameter.name], float(told.deviations[k])) / result.values["E"]
+            error = parameter.error(result.values[parameter.name], float(spread.deviations[k])) / result.values["E"]
             found.append(Ratio(f"{parameter.name}/E", start[parameter.name] / start["E"], value, error))
     return found
 

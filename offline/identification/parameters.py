@@ -30,7 +30,7 @@ class Parameter:
         scale: of the fit's own coordinate: 0 for the logarithm of the value, else a value's unit of change.
         least, most: bounds, factors of the start where the logarithm is fitted.
         force: multiplies with every force: the motion alone fixes only the ratios of such parameters.
-        told: error beyond which the value is not reported as found: a part of the value, or in its unit.
+        max_error: error beyond which the value is not reported: a fraction of the value, or in its unit.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Parameter:
     least: float
     most: float
     force: bool = False
-    told: float = 0.25
+    max_error: float = 0.25
 
     @property
     def logarithmic(self) -> bool:
@@ -62,9 +62,9 @@ class Parameter:
         return deviation * (value if self.logarithmic else self.scale)
 
     @property
-    def told_deviation(self) -> float:
-        """`told`, of the coordinate."""
-        return self.told if self.logarithmic else self.told / self.scale
+    def max_deviation(self) -> float:
+        """Return `max_error` in the coordinate."""
+        return self.max_error if self.logarithmic else self.max_error / self.scale
 
 
 def _factor(
@@ -91,13 +91,13 @@ PARAMETERS: dict[str, Parameter] = {
             0.0,
             1.0,
             force=True,
-            told=0.001,
+            max_error=0.001,
         ),
         _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", far=2.0),
-        Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, told=0.005),
-        Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, told=0.01),
-        Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, told=1e-4),
-        Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, told=0.001),
+        Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, max_error=0.005),
+        Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, max_error=0.01),
+        Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, max_error=1e-4),
+        Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, max_error=0.001),
     )
 }
 """By name."""

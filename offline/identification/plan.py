@@ -163,19 +163,19 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
     requests: list[Request] = []
     parts: list[tuple[float, str]] = []
     now = REST_SECONDS
-    for words, course, sway in _courses(kinds, low, span, rate):
-        samples = way.samples(course, SAMPLE)
+    for words, motion, sway in _motions(kinds, low, span, rate):
+        samples = way.samples(motion, SAMPLE)
         reference = ReferenceSection(kind="samples", samples=samples)
         parts.append((now, words))
         requests.append(Request(now, ControlAction.REFERENCE, reference))
         requests.append(Request(now + 0.1, ControlAction.ARM))
         now += 0.1 + config.pretension.duration + samples[-1][0]
         requests.append(Request(now, ControlAction.STOP))
-        now += release + float(course[-1]) / config.limits.displacement_rate + sway
+        now += release + float(motion[-1]) / config.limits.displacement_rate + sway
     return Plan(tuple(requests), now, tuple(parts))
 
 
-def _courses(kinds: tuple[str, ...], low: float, span: float, rate: float) -> Iterator[tuple[str, Array, float]]:
+def _motions(kinds: tuple[str, ...], low: float, span: float, rate: float) -> Iterator[tuple[str, Array, float]]:
     """Each part in words, its displacements every `SAMPLE` [m], and how long it sways afterwards [s]."""
     for kind in KINDS:
         if kind not in kinds:
@@ -204,7 +204,7 @@ def _courses(kinds: tuple[str, ...], low: float, span: float, rate: float) -> It
 
 
 def _ramp(start: float, end: float, rate: float) -> Array:
-    """A minimum-jerk course, whose speed peaks at 15/8 of its mean [m], every `SAMPLE`."""
+    """A minimum-jerk motion, whose speed peaks at 15/8 of its mean [m], every `SAMPLE`."""
     steps = max(2, math.ceil(1.875 * abs(end - start) / rate / SAMPLE))
     t = np.arange(steps) / steps
     return np.asarray(start + (end - start) * (10.0 * t**3 - 15.0 * t**4 + 6.0 * t**5))

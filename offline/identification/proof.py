@@ -200,13 +200,13 @@ def redraw(task: Task) -> Outcome:
     nothing = Memory(None, {})
     whole = refine(noisy, np.zeros(len(noisy.parameters)), jacobian, nothing, "linear", NOISE).coordinates
     result = refine(noisy.finer(), whole, jacobian, nothing, "linear", NOISE)
-    told = statistics(result).deviations
+    deviations = statistics(result).deviations
     return Outcome(
         task=task,
         values={parameter.name: result.values[parameter.name] for parameter in result.parameters},
         errors={
             parameter.name: parameter.error(result.values[parameter.name], float(deviation))
-            for parameter, deviation in zip(result.parameters, told, strict=True)
+            for parameter, deviation in zip(result.parameters, deviations, strict=True)
         },
         missing=(),
         seconds=sum(recording.duration for recording in recordings),

@@ -47,7 +47,7 @@ def warnings(result: Identification) -> list[str]:
 
 
 def _page(result: Identification, parameter_file: str) -> Iterator[str]:
-    told = result.statistics
+    statistics = result.statistics
     yield f"# Parameters of rig '{result.config.rig.name}'"
     yield ""
     yield f"In the file `{parameter_file}`, to be included by a configuration."
@@ -75,10 +75,10 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
         for line in lines:
             yield f"- {line}"
         yield ""
-    if result.first.untold:
+    if result.first.unidentifiable:
         yield "## What these data do not tell apart"
         yield ""
-        for direction in result.first.untold:
+        for direction in result.first.unidentifiable:
             size = "not seen at all" if math.isinf(direction.deviation) else f"{direction.deviation:.1f} times too wide"
             yield f"- {', '.join(direction.names)}: {size}"
         yield ""
@@ -94,7 +94,7 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
         yield f"| {recorded.name} | {'yes' if recorded.used else 'no'} | {old} | {new} |"
     yield ""
     yield f"Residuals {result.rms * 1e3:.3f} mm a coordinate, noise of the poses {result.noise * 1e3:.3f} mm;"
-    yield f"{told.samples} samples, equivalent to {told.effective:.0f} independent ones."
+    yield f"{statistics.samples} samples, equivalent to {statistics.effective:.0f} independent ones."
     yield ""
     yield "![Residuals](residuals.png)"
     yield "![Autocorrelation of the residuals](whiteness.png)"
@@ -104,7 +104,7 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
     names = [parameter.name for parameter in result.fit.parameters]
     yield f"| | {' | '.join(names)} |"
     yield f"|{' --- |' * (len(names) + 1)}"
-    for name, row in zip(names, told.correlation, strict=True):
+    for name, row in zip(names, statistics.correlation, strict=True):
         yield f"| {name} | {' | '.join(f'{value:.2f}' for value in row)} |"
 
 
@@ -135,12 +135,12 @@ def numbers(result: Identification) -> dict[str, Any]:
             for name, row in zip(names, result.statistics.correlation, strict=True)
         },
         "error_inflation": dict(zip(names, np.round(result.statistics.inflation, 3).tolist(), strict=True)),
-        "untold": [
+        "unidentifiable": [
             {
                 "names": list(direction.names),
                 "times": direction.deviation if math.isfinite(direction.deviation) else None,
             }
-            for direction in result.first.untold
+            for direction in result.first.unidentifiable
         ],
         "residual_mm": result.rms * 1e3,
         "noise_mm": result.noise * 1e3,

@@ -165,7 +165,7 @@ class Simulation:
         return filled
 
     def motion(self, values: Mapping[str, float]) -> Motion:
-        """The rod's course.
+        """The rod's motion.
 
         Args:
             values: of all parameters, by name.
@@ -266,4 +266,4 @@ def _settled(recording: Recording) -> NDArray[np.bool_]:
 
 
 MOTIONLESS = {"measured": ("delay", "lag", "backlash"), "command": ("delay",)}
-"""Parameters that a rod's course does not depend on, by drive: their derivatives cost no simulation."""
+"""Parameters that a rod's motion does not depend on, by drive: their derivatives cost no simulation."""

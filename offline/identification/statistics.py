@@ -33,7 +33,7 @@ class Direction:
     """A combination of parameters that the data do not tell.
 
     Attributes:
-        names: of its parameters. deviation: standard error along it, in units of what counts as told; may be infinite.
+        names: of its parameters. deviation: standard error along it, in units of the max. error; may be infinite.
     """
 
     names: tuple[str, ...]
@@ -49,7 +49,7 @@ class Statistics:
         correlation: of the noise in them, shape (p, p).
         inflation: standard error from noise over what it would be if that were white, by parameter, shape (p,).
         effective: samples of white noise that say as much, of the largest of all inflations; samples: that there are.
-        untold: directions that the data do not tell, the worst first.
+        unidentifiable: directions that the data do not identify, the worst first.
     """
 
     covariance: Array
@@ -57,7 +57,7 @@ class Statistics:
     inflation: Array
     effective: float
     samples: int
-    untold: tuple[Direction, ...]
+    unidentifiable: tuple[Direction, ...]
 
     @property
     def deviations(self) -> Array:
@@ -82,8 +82,8 @@ def statistics(fit: Fit) -> Statistics:
             white += float(np.mean(weighted**2)) * np.einsum("kwp,kwq->pq", jacobian, jacobian)
             samples += rows
     names = [parameter.name for parameter in fit.parameters]
-    told = np.array([parameter.told_deviation for parameter in fit.parameters])
-    return covariance(bread, scores, white, names, told, samples, fit.remaining)
+    max_deviation = np.array([parameter.max_deviation for parameter in fit.parameters])
+    return covariance(bread, scores, white, names, max_deviation, samples, fit.remaining)
 
 
 def covariance(
@@ -91,7 +91,7 @@ def covariance(
     scores: Sequence[Array],
     white: Array,
     names: Sequence[str],
-    told: Array,
+    max_deviation: Array,
     samples: int,
     remaining: Array | None = None,
 ) -> Statistics:
@@ -102,26 +102,26 @@ def covariance(
         scores: of each stretch of data, a row for each instant, in the order of time, shape (k, p).
         white: J'W^2 J with the residuals' variance, as if they were white, shape (p, p).
         names: of the parameters.
-        told: standard error of each that still counts as told.
+        max_deviation: of each parameter, above which it is not identifiable.
         samples: instants in all.
         remaining: deviation that no noise explains, of each coordinate, shape (p,); none: zeros.
     """
     filling = long_run(scores)
-    scaled = bread * np.outer(told, told)
+    scaled = bread * np.outer(max_deviation, max_deviation)
     size = np.sqrt(np.maximum(np.diag(scaled), 1e-300))
     values, vectors = np.linalg.eigh(scaled / np.outer(size, size))
     seen = values > SINGULAR**2 * values[-1]
     seen &= values > 0.0
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(size, size)
-    z = inverse @ (filling * np.outer(told, told)) @ inverse
-    z_white = inverse @ (white * np.outer(told, told)) @ inverse
+    z = inverse @ (filling * np.outer(max_deviation, max_deviation)) @ inverse
+    z_white = inverse @ (white * np.outer(max_deviation, max_deviation)) @ inverse
     z = 0.5 * (z + z.T)
     noise = np.sqrt(np.maximum(np.diag(z), 0.0))
     safe = np.where(noise > 0.0, noise, 1.0)
     correlation = np.clip(z / np.outer(safe, safe), -1.0, 1.0)
     np.fill_diagonal(correlation, 1.0)
     if remaining is not None:
-        z += np.outer(remaining / told, remaining / told)
+        z += np.outer(remaining / max_deviation, remaining / max_deviation)
     unseen = [vectors[:, k] / size for k in np.flatnonzero(~seen)]
     directions = []
     lost = np.zeros(len(names), dtype=bool)
@@ -133,7 +133,7 @@ def covariance(
     for k in np.argsort(spread)[::-1]:
         if spread[k] > 1.0:
             directions.append(Direction(_involved(axes[:, k], names), math.sqrt(spread[k])))
-    found = z * np.outer(told, told)
+    found = z * np.outer(max_deviation, max_deviation)
     found[lost, lost] = np.inf
     white_deviation = np.sqrt(np.maximum(np.diag(z_white), 1e-300))
     inflation = np.where(noise > 0.0, noise / white_deviation, 1.0)

@@ -1,4 +1,4 @@
-"""The paper's figures: courses of tip, tendon and error. Import this module only to draw."""
+"""The paper's figures: tip, tendon and error over time. Import this module only to draw."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -20,7 +20,7 @@ FALLEN = 1e-4
 CAUSES = {
     "limit": "a limit held the command back",
     "rank": "along the rod's axis at the tip, where b_c does not reach (rank 1)",
-    "sampled": "within reach of b_c: a command is held for a whole cycle, and what the law is told may be wrong",
+    "sampled": "within reach of b_c: a command is held for a whole cycle, and the inputs of the law may be wrong",
     "rest": f"at rest: V below {AT_REST:.0e} of its greatest value",
 }
 

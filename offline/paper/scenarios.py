@@ -106,7 +106,7 @@ RIG: Tables = {
         "mocap": {"latency": 0.01, "noise": 1e-4},
     },
 }
-"""A rig-like plant: elastic tendons wound by lagging servos, late and noisy poses, a rod that is not the model's."""
+"""A rig-like plant: elastic tendons pulled by lagging servos, late and noisy poses, a rod that is not the model's."""
 
 
 @dataclass(frozen=True)

@@ -63,19 +63,19 @@ def overlay(runs: Sequence[Compared]) -> Figure:
     """The paper's four panels with a curve for each run, over time."""
     with style():
         figure = Figure((12.8, 8.0), layout="constrained")
-        bend, along, wound, error = figure.subplots(2, 2).flat
+        bend, along, displacement, error = figure.subplots(2, 2).flat
         for i, one in enumerate(runs):
             run, colour = one.run, COLOURS[i % len(COLOURS)]
             tip, reference = 1000.0 * run.tip, 1000.0 * run.reference
             bend.plot(run.time, reference[:, run.axis], color=REFERENCE, lw=1.0, ls="--")
             bend.plot(run.time, tip[:, run.axis], color=colour, label=one.name)
             along.plot(run.time, tip[:, 2], color=colour)
-            wound.plot(run.time, 1000.0 * run.displacement[:, run.agonist], color=colour)
+            displacement.plot(run.time, 1000.0 * run.displacement[:, run.agonist], color=colour)
             error.plot(run.time, np.linalg.norm(reference - tip, axis=1), color=colour)
         letters = "/".join(sorted({"xyz"[one.run.axis] for one in runs}))
         bend.set(title=f"{letters} of the tip, and its reference", ylabel=f"tip {letters} [mm]")
         along.set(title="z of the tip", ylabel="tip z [mm]")
-        wound.set(title="Tendon displacement", ylabel="displacement [mm]", xlabel="time [s]")
+        displacement.set(title="Tendon displacement", ylabel="displacement [mm]", xlabel="time [s]")
         error.set(title="Position error", ylabel="|reference - tip| [mm]", xlabel="time [s]")
         bend.legend(fontsize=9)
     return figure

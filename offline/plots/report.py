@@ -83,7 +83,7 @@ def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Publish
     if log.timings:
         figures.append(("Loop timing", _untitled(loop_timing(log))))
     title = f"{log.name}: {log.config.control.law.replace('_', ' ')} on rig '{log.config.rig.name}'"
-    course = [event for event in found if event.kind in (REQUEST, MODE, FAULT)]
+    shown = [event for event in found if event.kind in (REQUEST, MODE, FAULT)]
     parts = [
         f"<header><h1>{escape(title)}</h1><p>{escape(_subtitle(log, facts))}</p></header>",
         cards,
@@ -92,7 +92,7 @@ def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Publish
         "<h2>Numbers</h2>",
         table,
         "<h2>Requests, modes, faults</h2>",
-        _events(course),
+        _events(shown),
         "<h2>Other events</h2>",
         _tallies(found),
         "<h2>Configuration</h2>",

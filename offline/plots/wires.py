@@ -1,4 +1,4 @@
-"""What a run on wires shows of the wires: what the servos were told and what they did, and who sets the pace."""
+"""What a run on wires shows of the wires: commanded and reported displacements, and what limits the speed."""
 
 from dataclasses import dataclass
 
@@ -108,7 +108,7 @@ def pace(log: Log, tendons: list[Wires]) -> str:
 
 def wires_table(tendons: list[Wires], health: ServoHealth | None) -> Table:
     """For people."""
-    table = Table(title="Wires: what the servos were told, and what they did")
+    table = Table(title="Wires: commanded and reported displacements")
     for heading in (
         "tendon",
         "travel",

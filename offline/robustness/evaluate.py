@@ -113,8 +113,8 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
         rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})
         rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
         limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
-    told_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.told, 0)
-    told_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.told, 0.0)
+    configured_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.configured, 0)
+    configured_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
     feedback = "direct" if point.feedback == "direct" else "observer"
     kind = "offset" if point.feedback == "offset" else "force"
     plant = rod.model_copy(
@@ -135,7 +135,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
     values = base.model_dump()
     values["rod"], values["limits"] = (model or rod).model_dump(), limits.model_dump()
     values["control"].update(law=point.law, feedback=feedback)
-    values["observer"].update(kind=kind, delay=told_delay * period, lag=time_constant(told_lag, period))
+    values["observer"].update(kind=kind, delay=configured_delay * period, lag=time_constant(configured_lag, period))
     values["simulator"] = {
         "period": period,
         "rod": plant.model_dump(),

@@ -63,14 +63,14 @@ def draw(rows: Rows, path: Path) -> Path:
     that was run on more than these, with the worst of all points. Lags between the axis's values count with the
     next larger one.
     """
-    rows = [(point, result) for point, result in rows if point.told == "exact"]
+    rows = [(point, result) for point, result in rows if point.configured == "exact"]
     laws = list(dict.fromkeys(point.law for point, _ in rows))
     columns: list[tuple[str, str, bool]] = []
     for feedback in FEEDBACKS:
         own = [point for point, _ in rows if point.feedback == feedback]
         if any(_alone(point) for point in own):
             columns.append((NAMES[feedback], feedback, True))
-        if any(point.part not in ("axes", "told") for point in own):
+        if any(point.part not in ("axes", "misconfigured") for point in own):
             columns.append((f"{NAMES[feedback]}\nworst of all {len(own) // len(laws)} plants", feedback, False))
     with rc_context({"font.size": 9, "axes.titlesize": 9, "savefig.dpi": 150}):
         figure = Figure((2.4 * len(columns) + 1.6, 1.9 * len(laws) * len(MEASURES) + 1.0), layout="constrained")

@@ -10,7 +10,7 @@ FEEDBACKS = ("force", "offset", "direct")
 """The observer's two kinds, the first the default, and no observer."""
 
 DIRECTIONS = ("+x", "-x", "+z", "-z")
-TOLD = ("exact", "delay+1", "delay-1", "lag+0.1", "lag-0.1")
+CONFIGURED = ("exact", "delay+1", "delay-1", "lag+0.1", "lag-0.1")
 """What the controller believes of delay [cycles] and lag [-]."""
 
 
@@ -26,10 +26,10 @@ class Point:
         noise_mm: of each measured coordinate of the tip, standard deviation.
         youngs_factor, bending_damping_factor, drag_factor: E, Bbt, C of the plant against the model's [-].
         load_g: mass on the tip, from the start.
-        drive: 'tension', ideal; or 'displacement', elastic tendons wound by servos with a rate limit.
+        drive: 'tension', ideal; or 'displacement', elastic tendons pulled by servos with a rate limit.
         impact_n: size of a push on the tip, once it has settled; 0: none. impact_direction: of `DIRECTIONS`.
         impact_ms: how long it lasts.
-        told: of `TOLD`; 'exact': the controller knows delay and lag.
+        configured: delay and lag in the controller's configuration, of `CONFIGURED`.
     """
 
     part: str
@@ -46,7 +46,7 @@ class Point:
     impact_n: float = 0.0
     impact_direction: str = "+x"
     impact_ms: float = 0.0
-    told: str = "exact"
+    configured: str = "exact"
 
     @property
     def key(self) -> str:
@@ -64,8 +64,8 @@ class Point:
             given.append("servos")
         if self.impact_n:
             given.append(f"impact {self.impact_n:g} N {self.impact_direction} {self.impact_ms:g} ms")
-        if self.told != "exact":
-            given.append(f"told {self.told}")
+        if self.configured != "exact":
+            given.append(f"configured {self.configured}")
         return ", ".join(given) or "nominal"
 
 
@@ -96,7 +96,7 @@ IMPACTS: tuple[tuple[float, str, float], ...] = tuple(itertools.product((1.0, 3.
 """Size [N], direction, duration [ms]."""
 
 SAMPLE_SIZE = 50
-"""Points per law of the seeded sample, unless told otherwise."""
+"""Points per law of the seeded sample, by default."""
 
 
 def nominal_and_axes(law: str, feedback: str) -> list[Point]:
@@ -113,13 +113,13 @@ def nominal_and_axes(law: str, feedback: str) -> list[Point]:
     return points
 
 
-def misinformed(law: str, feedback: str) -> list[Point]:
+def misconfigured(law: str, feedback: str) -> list[Point]:
     """The controller's delay off by a cycle, or its lag by 0.1, over all delays and lags that allow it."""
     points = []
-    for delay, lag, told in itertools.product((0, 2, 4), (0.0, 0.5, 0.8), TOLD[1:]):
-        if (delay == 0 and told == "delay-1") or (lag == 0.0 and told == "lag-0.1"):
+    for delay, lag, configured in itertools.product((0, 2, 4), (0.0, 0.5, 0.8), CONFIGURED[1:]):
+        if (delay == 0 and configured == "delay-1") or (lag == 0.0 and configured == "lag-0.1"):
             continue
-        points.append(Point("told", law, feedback, delay_cycles=delay, lag_part=lag, told=told))
+        points.append(Point("misconfigured", law, feedback, delay_cycles=delay, lag_part=lag, configured=configured))
     return points
 
 
@@ -185,12 +185,14 @@ def points_of(
     default = FEEDBACKS[:1]
     makers: dict[str, tuple[Sequence[str], Callable[[str, str], list[Point]]]] = {
         "axes": (FEEDBACKS, nominal_and_axes),
-        "told": (default, misinformed),
+        "misconfigured": (default, misconfigured),
         "corners": (default, corners),
         "grid": (default, grid),
         "sample": (default, lambda law, feedback: sample(law, feedback, count, seed)),
     }
-    wanted = {"default": ("axes", "told", "corners", "sample"), "axes": ("axes", "told")}.get(name, (name,))
+    wanted = {"default": ("axes", "misconfigured", "corners", "sample"), "axes": ("axes", "misconfigured")}.get(
+        name, (name,)
+    )
     points = [
         point
         for part in wanted

@@ -35,7 +35,7 @@ SHOWN = 30
 def report(rows: Rows, settings: dict[str, Any]) -> str:
     """Write the page: how many points meet the goal, one axis at a time for every feedback, the worst, and what "
     "misses."""
-    known, told = groups(rows), groups(rows, told=True)
+    known, misconfigured = groups(rows), groups(rows, misconfigured=True)
     parts = [
         "# Robustness",
         f"{len(rows)} runs of the closed loop in lockstep with a simulated plant; set `{settings['points']}`, seed "
@@ -59,9 +59,9 @@ def report(rows: Rows, settings: dict[str, Any]) -> str:
         ]
     parts.append("## Worst of each measure")
     parts += [_worst(law, feedback, part) for (law, feedback), part in known.items()]
-    if told:
-        parts += ["## Delay or lag configured wrongly", "Delay wrong by one cycle, lag by 0.1.", _counts(told)]
-        parts += [_misinformed(told)]
+    if misconfigured:
+        parts += ["## Delay or lag configured wrongly", "Delay wrong by one cycle, lag by 0.1.", _counts(misconfigured)]
+        parts += [_misconfigured(misconfigured)]
     parts.append("## Points that miss the goal")
     parts += [_missed(law, feedback, part) for (law, feedback), part in known.items()]
     return "\n\n".join(parts) + "\n"
@@ -107,7 +107,7 @@ def _worst(law: str, feedback: str, rows: Rows) -> str:
     return f"### {_words(law)}, {feedback}\n\n" + _markdown(("measure", "worst", "at"), lines)
 
 
-def _misinformed(parts: dict[tuple[str, str], Rows]) -> str:
+def _misconfigured(parts: dict[tuple[str, str], Rows]) -> str:
     lines = [
         (
             _words(law),

@@ -12,16 +12,16 @@ from tendond.daemon.errors import UsageError
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, Result
 from tendond.offline.robustness.points import Point
 
-NAME = "journal.jsonl"
+NAME = "results.jsonl"
 
 
-class Journal:
-    """The journal of a folder; its first line has the settings, each other one a result.
+class ResultsFile:
+    """Results of a folder, kept as they come; the first line has the settings, each other one a result.
 
     Args:
         folder: of the results; made if it is not there.
         settings: of the run.
-        fresh: leave aside what the journal holds.
+        fresh: ignore existing results.
 
     Raises:
         UsageError: another run writes to it, or it holds results of other settings, or something else.
@@ -45,7 +45,7 @@ class Journal:
             self._stream.close()
             raise
 
-    def __enter__(self) -> "Journal":
+    def __enter__(self) -> "ResultsFile":
         return self
 
     def __exit__(
@@ -79,7 +79,7 @@ class Journal:
                 values = json.loads(line)
                 self.results[values["point"]] = Result(**{name: values[name] for name in RESULT_COLUMNS})
         except (ValueError, KeyError, TypeError):
-            raise UsageError(f"{self.path}: is no journal of this program; start anew with --fresh") from None
+            raise UsageError(f"{self.path}: is not a results file of this program; start again with --fresh") from None
 
     def _compare(self, theirs: dict[str, Any], ours: dict[str, Any]) -> None:
         differences = _differences(theirs, ours)

@@ -12,7 +12,7 @@ from tendond.offline.files import write_whole
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, Result, rig_of
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
 from tendond.offline.robustness.points import AXES, Point, points_of
-from tendond.offline.robustness.results import Journal
+from tendond.offline.robustness.results import ResultsFile
 from tendond.offline.robustness.settings import Settings
 
 POINT_COLUMNS = tuple(field.name for field in fields(Point))
@@ -20,17 +20,17 @@ POINT_COLUMNS = tuple(field.name for field in fields(Point))
 Rows = list[tuple[Point, Result]]
 Executor = Callable[[Sequence[Chunk]], Generator[Done, None, None]]
 Report = Callable[[int, int, int], None]
-"""Told how many points are done, of how many, and how many of them miss the goal."""
+"""Called with the points done, their total number, and how many miss the goal."""
 
 
 def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, fresh: bool = False) -> Rows:
-    """Run the points that the folder's journal does not have, and write results.csv; all of them are returned.
+    """Run the points that the folder's results file does not have, and write results.csv; all of them are returned.
 
     Args:
         settings: of the run.
         folder: of the results.
         execute: runs chunks of points, in any order.
-        report: told of progress.
+        report: called with the progress.
         fresh: leave aside what the folder has.
 
     Raises:
@@ -41,19 +41,19 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
     for law in settings.laws:  # what is wrong with the configuration is said before anything is run
         for drive in AXES["drive"]:
             CycleSetup.from_config(rig_of(settings.config, Point("", law, "force", drive=str(drive)), settings.seed))
-    with Journal(folder, settings.as_json(), fresh=fresh) as journal:
-        left = [(index, point) for index, point in enumerate(points) if point.key not in journal.results]
-        missed = sum(not journal.results[point.key].meets for point in points if point.key in journal.results)
+    with ResultsFile(folder, settings.as_json(), fresh=fresh) as kept:
+        left = [(index, point) for index, point in enumerate(points) if point.key not in kept.results]
+        missed = sum(not kept.results[point.key].meets for point in points if point.key in kept.results)
         done = len(points) - len(left)
         report(done, len(points), missed)
         if left:
             with closing(execute(chunks_of(settings.config, settings.seed, left))) as results:
                 for chunk in results:
                     for index, result in chunk:
-                        journal.add(points[index], result)
+                        kept.add(points[index], result)
                         done, missed = done + 1, missed + (not result.meets)
                     report(done, len(points), missed)
-        rows = [(point, journal.results[point.key]) for point in points]
+        rows = [(point, kept.results[point.key]) for point in points]
     write_whole(folder / "results.csv", csv_text(rows))
     return rows
 

@@ -33,7 +33,7 @@ class Settings:
     config: RigConfig
 
     def as_json(self) -> dict[str, Any]:
-        """As it stands in journal and summary, with version and hash of the code."""
+        """Return the settings as in results file and summary, with version and hash of the code."""
         values = {
             "points": self.points,
             "count": self.count,

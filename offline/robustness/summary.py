@@ -36,11 +36,11 @@ GOAL = (
 Groups = dict[tuple[str, str], Rows]
 
 
-def groups(rows: Rows, *, told: bool = False) -> Groups:
-    """By law and feedback; only the points whose controller knows delay and lag, or (`told`) only the others."""
+def groups(rows: Rows, *, misconfigured: bool = False) -> Groups:
+    """Group by law and feedback: points with correctly configured delay and lag, or (`misconfigured`) the others."""
     found: Groups = {}
     for point, result in rows:
-        if (point.told != "exact") == told:
+        if (point.configured != "exact") == misconfigured:
             found.setdefault((point.law, point.feedback), []).append((point, result))
     return found
 
@@ -52,7 +52,7 @@ def summary(rows: Rows, settings: dict[str, Any]) -> dict[str, Any]:
         "goal": GOAL,
         "points": len(rows),
         "known": [_group(key, part) for key, part in groups(rows).items()],
-        "misinformed": [_group(key, part) for key, part in groups(rows, told=True).items()],
+        "misinformed": [_group(key, part) for key, part in groups(rows, misconfigured=True).items()],
     }
 
 

@@ -30,7 +30,7 @@ def draw(trial: Trial, outcome: Outcome, path: Path, plant: str = "") -> Path:
         error.plot(outcome.time, distance, color=OURS)
         error.axvline(outcome.approach_time, color=REFERENCE, lw=0.8)
         error.set(xlabel="time since tracking began [s]", ylabel="tip to reference [mm]", ylim=(0.0, None))
-        error.set_title(f"RMS {outcome.rms_mm:.2f} mm from the course's beginning on", fontsize=9)
+        error.set_title(f"RMS {outcome.rms_mm:.2f} mm from the trajectory's beginning on", fontsize=9)
         tensions = figure.add_subplot(grid[1, 3:])
         for index, column in enumerate(outcome.tension.T):
             tensions.plot(outcome.time, column, lw=1.2, label=str(index))

@@ -26,18 +26,18 @@ PLANAR_CYCLES = 250
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a trial; the error is the distance of tip and reference from the course's beginning on.
+    """Of a trial; the error is the distance of tip and reference from the trajectory's beginning on.
 
     Attributes:
         rms_mm, worst_mm: of the error [mm].
-        largest_change_n: of a tendon's commanded tension from one cycle to the next, on the course [N].
+        largest_change_n: of a tendon's commanded tension from one cycle to the next, on the trajectory [N].
         least_tension_n, peak_tension_n: commanded while tracking [N].
         limited: cycles in which the command met a limit.
         mode, reason: at the end.
-        notes: what was changed of the course.
+        notes: what was changed of the trajectory.
         meets: no fault, and the RMS within the goal.
         time: since tracking began [s], shape (k,). tip, reference: [m], shape (k, 3). tension: [N], shape (k, n).
-        approach_time: time at which the course begins [s].
+        approach_time: time at which the trajectory begins [s].
     """
 
     rms_mm: float
@@ -66,19 +66,19 @@ class Outcome:
 
 
 def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
-    """Run a trial to the end of its course.
+    """Run a trial to the end of its trajectory.
 
     Args:
         base, trial, seed: as `config_of`.
 
     Raises:
-        TendondError: the course cannot be followed, or the plant has no solution.
+        TendondError: the trajectory cannot be followed, or the plant has no solution.
     """
     config = config_of(base, trial, seed)
-    course = CycleSetup.from_config(config).selection.reference
-    assert isinstance(course, SpatialReference)
+    trajectory = CycleSetup.from_config(config).selection.reference
+    assert isinstance(trajectory, SpatialReference)
     period = config.loop.period
-    cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + course.arrival) / period) + 1
+    cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + trajectory.arrival) / period) + 1
     seen = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
     part = [watched for watched in seen if watched.record.mode is Mode.TRACKING]
     time: Array = period * np.arange(len(part), dtype=np.float64)
@@ -92,7 +92,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
         reference=reference,
         tension=tension,
         limited=sum(bool(watched.record.limited) for watched in part),
-        course=course,
+        trajectory=trajectory,
         mode=last.mode.value,
         reason=last.reason,
         goal_mm=trial.goal_mm,
@@ -101,29 +101,29 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
 
 def outcome_of(
     *, time: Array, tip: Array, reference: Array, tension: Array, limited: int,
-    course: SpatialReference, mode: str, reason: str,
+    trajectory: SpatialReference, mode: str, reason: str,
     goal_mm: float,
 ) -> Outcome:  # fmt: skip
     """The numbers of what was seen; arguments as the attributes of `Outcome`, and the largest RMS that is wanted."""
-    on_course = time >= course.approach_time
-    error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_course]
+    on_trajectory = time >= trajectory.approach_time
+    error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_trajectory]
     rms = float(np.sqrt(np.mean(error**2)))
     return Outcome(
         rms_mm=rms,
         worst_mm=float(error.max()),
-        largest_change_n=float(np.abs(np.diff(tension[on_course], axis=0)).max()),
+        largest_change_n=float(np.abs(np.diff(tension[on_trajectory], axis=0)).max()),
         least_tension_n=float(tension.min()),
         peak_tension_n=float(tension.max()),
         limited=limited,
         mode=mode,
         reason=reason,
-        notes=course.notes,
+        notes=trajectory.notes,
         meets=rms <= goal_mm and mode == Mode.TRACKING.value,
         time=time,
         tip=tip,
         reference=reference,
         tension=tension,
-        approach_time=course.approach_time,
+        approach_time=trajectory.approach_time,
     )
 
 

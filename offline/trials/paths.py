@@ -1,4 +1,4 @@
-"""Which courses are run, and on which plants."""
+"""Which trajectories are run, and on which plants."""
 
 import math
 from dataclasses import dataclass, field
@@ -15,10 +15,10 @@ MATCHED = "the model itself"
 
 @dataclass(frozen=True)
 class Trial:
-    """A course on a plant.
+    """A trajectory on a plant.
 
     Attributes:
-        name: of the course.
+        name: of the trajectory.
         reference: its [reference].
         unlike: the plant is not the model: `UNLIKE`.
         rod: keys of [rod] beside the configuration's.
@@ -55,8 +55,8 @@ def trials() -> list[Trial]:
     for unlike in (False, True):
         for radius in (0.1, 0.25, 0.32):
             for period in (2.0, 4.0):
-                course = {"kind": "circle", "radius": radius, "period": period}
-                found.append(Trial(f"circle {radius * 1e3:.0f} mm, {period:g} s", course, unlike))
+                trajectory = {"kind": "circle", "radius": radius, "period": period}
+                found.append(Trial(f"circle {radius * 1e3:.0f} mm, {period:g} s", trajectory, unlike))
         eight = {"kind": "figure_eight", "radius": 0.3, "period": 4.0}
         helix = {"kind": "helix", "radius": 0.3, "radius_end": 0.08, "period": 3.0, "laps": 3}
         line = {"kind": "line", "start": (-0.25, -0.1), "end": (0.25, 0.1), "period": 3.0}

@@ -25,28 +25,28 @@ def write(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any], ou
     """
     with (out / "results.csv").open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("course", "plant", *COLUMNS, "notes", "meets"))
+        writer.writerow(("trajectory", "plant", *COLUMNS, "notes", "meets"))
         for trial, outcome in zip(some, outcomes, strict=True):
             cells = (getattr(outcome, name) for name in COLUMNS)
             writer.writerow((trial.name, trial.plant, *cells, "; ".join(outcome.notes), str(outcome.meets).lower()))
-    courses = [
-        {"course": trial.name, "plant": trial.plant, "goal_mm": trial.goal_mm, "meets": outcome.meets}
+    trajectories = [
+        {"trajectory": trial.name, "plant": trial.plant, "goal_mm": trial.goal_mm, "meets": outcome.meets}
         | {name: getattr(outcome, name) for name in COLUMNS}
         for trial, outcome in zip(some, outcomes, strict=True)
     ]
-    values = {"courses": courses, "planar": planar}
+    values = {"trajectories": trajectories, "planar": planar}
     (out / "summary.json").write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
     (out / "report.md").write_text(_report(some, outcomes, planar), encoding="utf-8")
 
 
 def _report(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any]) -> str:
     lines = [
-        "# Courses in space, with the law 'sensitivity'",
+        "# Trajectories in space, with the law 'sensitivity'",
         "",
         f"Goal: RMS of tip to reference below {MATCHED_RMS_MM:g} mm where the plant is the model, below "
-        f"{UNLIKE_RMS_MM:g} mm where it is not. The tip is the simulated one, from the course's beginning on.",
+        f"{UNLIKE_RMS_MM:g} mm where it is not. The tip is the simulated one, from the trajectory's beginning on.",
         "",
-        "| course | plant | RMS mm | worst mm | change of tension N/cycle | tensions N | meets |",
+        "| trajectory | plant | RMS mm | worst mm | change of tension N/cycle | tensions N | meets |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [

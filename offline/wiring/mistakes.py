@@ -196,7 +196,7 @@ def _transpositions(count: int) -> Iterator[tuple[int, ...]]:
 
 
 def _connected(order: tuple[int, ...], factors: tuple[float, ...]) -> Callable[[], Wires]:
-    """Servo i winds tendon order[i], with factors[i] of what it is told; it reports what it believes."""
+    """Servo i pulls tendon order[i] by factors[i] of its command; it reports the command as done."""
 
     def command(command: TendonCommand) -> TendonCommand:
         displacement, tension = [0.0] * len(order), [0.0] * len(order)

@@ -19,7 +19,7 @@ from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 
 CHAINS = {"ideal": "", "wired": RIG}
-"""The plant: tensions as commanded; or servos of the real rig that wind elastic tendons, seen with noise and delay."""
+"""The plant: tensions as commanded; or servos of the real rig that pull elastic tendons, seen with noise and delay."""
 
 ARM_SECONDS, TRACK_SECONDS, RELEASE_SECONDS = 0.8, 6.0, 0.5
 """Until it is armed; for which it then may track; that are still watched once it has let go."""

@@ -43,7 +43,7 @@ def pooled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
         "summary.json",
         "report.md",
         "heatmap.png",
-        "journal.jsonl",
+        "results.jsonl",
     }
     return (out / "results.csv").read_bytes()
 
@@ -94,11 +94,11 @@ def test_a_run_that_is_ended_twice_goes_on_to_the_same_bytes(tmp_path: Path, poo
 
 
 def ended(out: Path, number: int, after: int) -> tuple[str, int]:
-    """Start a run, end it once its journal has so many points; what it said, and how many are kept."""
-    journal = out / "journal.jsonl"
+    """Start a run, end it once its results file has so many points; what it said, and how many are kept."""
+    results = out / "results.jsonl"
     process = robustness(out, "--jobs", "1")
     deadline = time.monotonic() + PATIENCE_SECONDS
-    while not journal.exists() or journal.read_bytes().count(b"\n") < 1 + after:
+    while not results.exists() or results.read_bytes().count(b"\n") < 1 + after:
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.005)
@@ -110,7 +110,7 @@ def ended(out: Path, number: int, after: int) -> tuple[str, int]:
     while any(is_alive(worker) for worker in workers):  # they do not outlive it
         assert time.monotonic() < deadline
         time.sleep(0.02)
-    return said, journal.read_bytes().count(b"\n") - 1
+    return said, results.read_bytes().count(b"\n") - 1
 
 
 def children(pid: int) -> list[int]:

@@ -100,8 +100,8 @@ def test_servos_that_report_nothing_and_logs_that_are_too_short() -> None:
 
 
 def test_faults_and_missed_deadlines_are_told(good: Recording) -> None:
-    told = named(replace(good, fault="pose stale", missed=good.cycles // 2), level="warning")
-    assert {"fault", "missed deadlines"} <= told
+    warned = named(replace(good, fault="pose stale", missed=good.cycles // 2), level="warning")
+    assert {"fault", "missed deadlines"} <= warned
 
 
 def test_parameters_that_are_no_start_are_said_so(good: Recording) -> None:

@@ -71,9 +71,9 @@ def test_on_a_log_that_was_not_used_the_identified_model_is_nearer(found: Identi
 
 def test_without_a_known_force_only_ratios_are_reported(free: Recording) -> None:
     result = identify([free], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay")))
-    told = {one.parameter.name: one for one in result.parameters}
-    assert [name for name, one in told.items() if one.found] == ["delay"]
-    assert "without a known force" in told["rho"].why
+    found = {one.parameter.name: one for one in result.parameters}
+    assert [name for name, one in found.items() if one.found] == ["delay"]
+    assert "without a known force" in found["rho"].why
     assert set(result.values) == {"delay"}
     ratios = {one.name: one for one in result.ratios}
     assert set(ratios) == {"rho/E", "Bbt/E", "tendon_stiffness/E"}
@@ -93,8 +93,8 @@ def test_a_known_weight_is_a_body_with_the_inertia_of_a_ball(free: Recording) ->
 def test_a_body_on_the_tip_is_found_beside_a_known_weight(tool: Recording) -> None:
     weighted = recording(TOOL, seed=1, weight=0.04, levels=SMALL)
     result = identify([tool, weighted], [], Options((*NAMES, "tip_mass")))
-    told = {one.parameter.name: one for one in result.parameters}
-    one = told["tip_mass"]
+    found = {one.parameter.name: one for one in result.parameters}
+    one = found["tip_mass"]
     assert one.found
     assert abs(one.value - 0.03) <= 2.0 * one.error
     assert one.value == pytest.approx(0.03, rel=0.03)
@@ -110,11 +110,11 @@ def test_a_body_on_the_tip_is_found_beside_a_known_weight(tool: Recording) -> No
 
 def test_a_bare_tip_is_found_to_be_bare(free: Recording, weighted: Recording) -> None:
     result = identify([free, weighted], [], Options((*NAMES, "tip_mass")))
-    told = {one.parameter.name: one for one in result.parameters}
-    assert told["tip_mass"].found
-    assert told["tip_mass"].value <= 2.0 * told["tip_mass"].error < 2e-4
+    found = {one.parameter.name: one for one in result.parameters}
+    assert found["tip_mass"].found
+    assert found["tip_mass"].value <= 2.0 * found["tip_mass"].error < 2e-4
     for name in ("E", "rho", "tendon_stiffness"):
-        assert abs(told[name].value - TRUE[name]) <= 4.0 * told[name].error
+        assert abs(found[name].value - TRUE[name]) <= 4.0 * found[name].error
     assert result.rms == pytest.approx(1e-4, rel=0.03), "a bound keeps the others from their best values"
 
 
@@ -136,11 +136,11 @@ def test_a_ratio_of_nothing_is_reported_as_such(free: Recording) -> None:
 
 def test_one_and_the_same_weight_in_every_log_hides_a_body_on_the_tip(weighted: Recording) -> None:
     result = identify([weighted], [], Options(FORCES))
-    told = {one.parameter.name: one for one in result.parameters}
-    assert "add a log without it" in told["tip_mass"].why
+    found = {one.parameter.name: one for one in result.parameters}
+    assert "add a log without it" in found["tip_mass"].why
     assert result.fit.values["tip_mass"] == 0.0, "the configuration's value, not where a fit would start"
     assert "which these logs cannot check" in result.scale
-    assert told["E"].value == pytest.approx(TRUE["E"], rel=0.01)
+    assert found["E"].value == pytest.approx(TRUE["E"], rel=0.01)
 
 
 def test_a_body_on_the_tip_that_is_not_fitted_fixes_the_scale(tool: Recording) -> None:
@@ -180,10 +180,10 @@ def test_what_the_data_cannot_tell_is_named_and_left_at_the_configurations_value
     # Slow motion with a weight: the drag, a hundredth of the noise, is not seen.
     blind = replace(weighted, config=with_values(CONFIG, {"C": 1e-4}))
     result = identify([blind], [], Options(("E", "C", "delay")))
-    told = {one.parameter.name: one for one in result.parameters}
-    assert not told["C"].found
-    assert told["C"].why
-    assert told["E"].found
+    found = {one.parameter.name: one for one in result.parameters}
+    assert not found["C"].found
+    assert found["C"].why
+    assert found["E"].found
     assert result.fit.values["C"] == 1e-4
     assert {parameter.name for parameter in result.fit.parameters} == {"E", "delay"}
 

@@ -26,22 +26,22 @@ def line(seed: int, rho: float) -> tuple[np.ndarray, np.ndarray, Statistics]:
 
 
 def test_with_white_errors_they_are_the_textbooks() -> None:
-    estimate, _, told = line(1, 0.0)
+    estimate, _, found = line(1, 0.0)
     x = np.column_stack([np.ones(COUNT), np.sin(0.01 * np.arange(COUNT))])
     textbook = np.sqrt(np.diag(np.linalg.inv(x.T @ x)))
-    assert told.deviations == pytest.approx(textbook, rel=0.15)
-    assert told.inflation == pytest.approx(np.ones(2), abs=0.15)
-    assert told.untold == ()
+    assert found.deviations == pytest.approx(textbook, rel=0.15)
+    assert found.inflation == pytest.approx(np.ones(2), abs=0.15)
+    assert found.unidentifiable == ()
     assert estimate.shape == (2,)
 
 
 def test_with_coloured_errors_the_truth_is_within_two_of_them_as_often_as_it_should_be() -> None:
     hits, naive, count = 0, 0, 0
     for seed in range(150):
-        estimate, truth, told = line(seed, 0.8)
+        estimate, truth, found = line(seed, 0.8)
         off = np.abs(estimate - truth)
-        hits += int(np.sum(off <= 2.0 * told.deviations))
-        naive += int(np.sum(off <= 2.0 * told.deviations / told.inflation))
+        hits += int(np.sum(off <= 2.0 * found.deviations))
+        naive += int(np.sum(off <= 2.0 * found.deviations / found.inflation))
         count += 2
     assert 0.90 <= hits / count <= 0.99
     assert naive / count < 0.6
@@ -63,10 +63,10 @@ def test_two_parameters_that_do_the_same_are_not_told_apart() -> None:
     column = random.standard_normal(500)
     x = np.column_stack([column, column, random.standard_normal(500)])
     residual = random.standard_normal(500)
-    told = covariance(x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "same", "free"], np.full(3, 10.0), 500)
-    assert np.isinf(told.deviations[:2]).all()
-    assert np.isfinite(told.deviations[2])
-    assert set(told.untold[0].names) == {"one", "same"}
+    found = covariance(x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "same", "free"], np.full(3, 10.0), 500)
+    assert np.isinf(found.deviations[:2]).all()
+    assert np.isfinite(found.deviations[2])
+    assert set(found.unidentifiable[0].names) == {"one", "same"}
 
 
 def test_a_parameter_that_is_told_too_poorly_is_named_with_the_one_that_hides_it() -> None:
@@ -74,19 +74,19 @@ def test_a_parameter_that_is_told_too_poorly_is_named_with_the_one_that_hides_it
     column = random.standard_normal(2000)
     x = np.column_stack([column, column + 1e-3 * random.standard_normal(2000)])
     residual = random.standard_normal(2000)
-    told = covariance(x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "other"], np.full(2, 0.5), 2000)
-    assert set(told.untold[0].names) == {"one", "other"}
-    assert told.untold[0].deviation > 1.0
-    assert abs(told.correlation[0, 1]) > 0.99
+    found = covariance(x.T @ x, [x * residual[:, None]], x.T @ x, ["one", "other"], np.full(2, 0.5), 2000)
+    assert set(found.unidentifiable[0].names) == {"one", "other"}
+    assert found.unidentifiable[0].deviation > 1.0
+    assert abs(found.correlation[0, 1]) > 0.99
 
 
 def test_what_the_time_step_may_be_found_as_is_one_more_deviation_in_one_direction() -> None:
     random = np.random.default_rng(3)
     x, residual = random.standard_normal((COUNT, 2)), random.standard_normal(COUNT)
-    scores, names, told = [x * residual[:, None]], ["a", "b"], np.array([0.5, 2.0])
-    plain = covariance(x.T @ x, scores, x.T @ x, names, told, COUNT)
+    scores, names, max_deviation = [x * residual[:, None]], ["a", "b"], np.array([0.5, 2.0])
+    plain = covariance(x.T @ x, scores, x.T @ x, names, max_deviation, COUNT)
     remaining = np.array([0.1, -0.2])
-    more = covariance(x.T @ x, scores, x.T @ x, names, told, COUNT, remaining)
+    more = covariance(x.T @ x, scores, x.T @ x, names, max_deviation, COUNT, remaining)
     assert more.covariance == pytest.approx(plain.covariance + np.outer(remaining, remaining))
     assert more.correlation == pytest.approx(plain.correlation)  # of noise alone
     assert more.inflation == pytest.approx(plain.inflation)

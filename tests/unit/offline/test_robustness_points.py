@@ -70,15 +70,15 @@ def test_both_laws_meet_the_same_random_plants() -> None:
     assert [str(point) for point in first] == [str(point) for point in second]
 
 
-def test_a_controller_is_told_delay_and_lag_unless_the_point_says_otherwise() -> None:
+def test_a_controller_is_configured_delay_and_lag_unless_the_point_says_otherwise() -> None:
     point = Point("axes", "backstepping", "force", delay_cycles=3, lag_part=0.8)
     config = rig_of(BASE, point, 0)
     assert config.simulator.mocap.latency == config.observer.delay == pytest.approx(0.03)
     assert config.simulator.servo.lag == config.observer.lag
     assert lag_share(config.observer.lag, config.loop.period) == pytest.approx(0.8)
-    for told, delay, lag in (("delay+1", 4, 0.8), ("delay-1", 2, 0.8), ("lag+0.1", 3, 0.9), ("lag-0.1", 3, 0.7)):
-        told_point = Point("told", "backstepping", "force", delay_cycles=3, lag_part=0.8, told=told)
-        wrong = rig_of(BASE, told_point, 0)
+    for configured, delay, lag in (("delay+1", 4, 0.8), ("delay-1", 2, 0.8), ("lag+0.1", 3, 0.9), ("lag-0.1", 3, 0.7)):
+        point = Point("misconfigured", "backstepping", "force", delay_cycles=3, lag_part=0.8, configured=configured)
+        wrong = rig_of(BASE, point, 0)
         assert wrong.simulator.mocap.latency == pytest.approx(0.03)
         assert lag_share(wrong.simulator.servo.lag, 0.01) == pytest.approx(0.8)
         assert wrong.observer.delay == pytest.approx(0.01 * delay)

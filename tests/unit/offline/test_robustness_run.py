@@ -103,8 +103,8 @@ def test_an_interrupted_run_goes_on_with_what_is_left(tmp_path: Path, whole: tup
     with pytest.raises(KeyboardInterrupt):
         run(SETTINGS, tmp_path, broken_off, quiet)
     assert not (tmp_path / "results.csv").exists()
-    with (tmp_path / NAME).open("ab") as journal:
-        journal.write(b'{"point": "backstepping/for')  # killed while it wrote
+    with (tmp_path / NAME).open("ab") as results:
+        results.write(b'{"point": "backstepping/for')  # killed while it wrote
     ran: list[int] = []
 
     def counted(chunks: Sequence[Chunk]) -> Generator[Done, None, None]:
@@ -144,9 +144,9 @@ def test_a_folder_that_another_run_writes_to_is_refused(tmp_path: Path) -> None:
     assert len(run(one, tmp_path, second, quiet)) == 1
 
 
-def test_a_journal_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_a_foreign_results_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / NAME).write_text("not json\n")
-    with pytest.raises(UsageError, match="is no journal of this program; start anew with --fresh"):
+    with pytest.raises(UsageError, match="is not a results file of this program; start again with --fresh"):
         run(SETTINGS, tmp_path, here, quiet)
 
 

@@ -70,7 +70,7 @@ def test_both_laws_meet_the_same_random_plants() -> None:
     assert [str(point) for point in first] == [str(point) for point in second]
 
 
-def test_a_controller_is_configured_delay_and_lag_unless_the_point_says_otherwise() -> None:
+def test_delay_and_lag_are_configured_correctly_unless_the_point_says_otherwise() -> None:
     point = Point("axes", "backstepping", "force", delay_cycles=3, lag_part=0.8)
     config = rig_of(BASE, point, 0)
     assert config.simulator.mocap.latency == config.observer.delay == pytest.approx(0.03)

@@ -1,4 +1,4 @@
-"""What the daemon raises."""
+"""Errors of the daemon."""
 
 from tendond import TendondError
 from tendond.schemas.config.rig import ConfigError
@@ -13,7 +13,7 @@ class BusConfigError(DaemonError, ConfigError):
 
 
 class UsageError(DaemonError):
-    """What the user asked for cannot be done as it was asked; the exit status is that of a wrong option."""
+    """A request of the user that cannot be carried out; the exit status is that of a wrong option."""
 
 
 class LawError(DaemonError):

@@ -1,4 +1,4 @@
-"""What a log has for a notebook: arrays with names and units, a row per cycle.
+"""Read a log into a notebook: arrays with names and units, a row per cycle.
 
 python examples/analyse_log.py run.mcap
 """

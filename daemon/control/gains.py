@@ -55,7 +55,7 @@ def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:
 
 
 def law_rates(config: RigConfig) -> LawRates:
-    """How fast the laws make the model's tip converge, by their parameters."""
+    """Return the rates at which the laws make the model's tip converge, by their parameters."""
     tables = config.control.laws
     step = backstepping.Parameters(**tables.get("backstepping", {}))
     slide = sliding_mode.Parameters(**tables.get("sliding_mode", {}))
@@ -66,7 +66,7 @@ def law_rates(config: RigConfig) -> LawRates:
 
 
 def lowered(config: RigConfig, rod: RodParameters) -> str:
-    """Which gains are lower than the configuration itself asks for, and why; empty where none is."""
+    """Describe the gains that are lower than the configuration asks for; empty where none is."""
     section, gains = config.observer, observer_gains(config, rod)
     if gains.kind != "force":
         return ""

@@ -40,7 +40,7 @@ class Rebuilt(Protocol):
     """A part of the state that is more than data."""
 
     def to_snapshot(self) -> Any:
-        """What of it is data, as JSON has it."""
+        """Return the data of it, as JSON has it."""
 
     @classmethod
     def from_snapshot(cls, data: Any, setup: Any) -> Self:
@@ -154,7 +154,7 @@ def _dataclass(kind: Any, value: dict[str, Any], setup: Any) -> Any:
 
 @cache
 def _has_default(kind: Any, name: str) -> bool:
-    """Whether a field may be missing: it was added to the state after the snapshot was written."""
+    """True if a field may be missing: it was added to the state after the snapshot was written."""
     (field,) = (one for one in dataclasses.fields(kind) if one.name == name)
     return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
 

@@ -1,4 +1,4 @@
-"""Who is listened to: one source of poses, one of tendon states, and no other controller. Pure.
+"""Sources in use: one of poses, one of tendon states, and no other controller. Pure.
 
 The first source of a topic is followed as long as it is alive; another one is refused, named, and remembered for a
 while. Another one is followed only after the first has fallen silent, and never while tendons are pulled: what is seen
@@ -34,7 +34,7 @@ class Sources:
     others: dict[str, Source]
 
     def in_words(self) -> str:
-        """Which topics have two publishers, and who they are; empty where all have one."""
+        """Describe the topics with two publishers; empty where all have one."""
         lines = []
         for topic, other in self.others.items():
             if topic == ALIVE:

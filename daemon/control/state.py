@@ -1,4 +1,4 @@
-"""What the cycle knows: its setup, which never changes, and its state, which each cycle replaces."""
+"""Setup of the cycle, which never changes, and its state, which each cycle replaces."""
 
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 
 def changed(old: T, **changes: Any) -> T:
-    """As `dataclasses.replace`, for dataclasses without initialiser of their own, in a tenth of its time.
+    """Return a changed copy as `dataclasses.replace` does, in a tenth of its time; for classes without own initialiser.
 
     A cycle makes a dozen of these copies, of twenty fields each.
     """
@@ -56,7 +56,7 @@ def rod_from_section(section: RodSection, time_step: float) -> Rod:
 
 @dataclass(frozen=True)
 class CycleSetup:
-    """What `cycle.step` is given beside state and inputs: the configuration, and what follows from it.
+    """Constant input of `cycle.step`: the configuration, and what follows from it.
 
     Attributes:
         config: of the rig, with the robot's own rates where it names none.

@@ -23,7 +23,7 @@ class Channel(Generic[M]):
 
     @property
     def schema_name(self) -> str:
-        """By which viewers know what to draw: `foxglove.Log`, `tendond.CycleRecord`."""
+        """Name by which viewers know what to draw: `foxglove.Log`, `tendond.CycleRecord`."""
         namespace = "foxglove" if issubclass(self.model, foxglove.WellKnown) else "tendond"
         return f"{namespace}.{self.model.__name__}"
 
@@ -58,7 +58,7 @@ CHANNELS: tuple[Channel[Any], ...] = (
 
 
 BEGINNING = next((channel for channel in CHANNELS if channel.topic == "state"), CYCLE)
-"""What stands first in each file of a run that is split: never half of a cycle, and a state where there is one."""
+"""First message in each file of a split run: never half of a cycle, and a state where there is one."""
 
 
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:

@@ -24,7 +24,7 @@ TRAIL = "trail"
 """Identifier of the entity that shows where the tip has been."""
 
 TRAIL_POINTS = 60
-"""Of the trail, one for each shape: three seconds with the default configuration."""
+"""Points of the trail, one for each shape: three seconds with the default configuration."""
 
 TICK = "tick"
 """Key of the cycle's index in the metadata of the rod's scene entity."""
@@ -105,7 +105,7 @@ class PoseInFrame(WellKnown):
 
 
 class FrameTransform(WellKnown):
-    """Where a frame is in another: position [m] and orientation."""
+    """Pose of a frame in another one: position [m] and orientation."""
 
     timestamp: Time
     parent_frame_id: str = FRAME
@@ -121,7 +121,7 @@ class FrameTransforms(WellKnown):
 
 
 class LogLevel(IntEnum):
-    """Of a log line."""
+    """Level of a log line."""
 
     UNKNOWN = 0
     DEBUG = 1
@@ -152,7 +152,7 @@ class Color(WellKnown):
 
 
 class KeyValuePair(WellKnown):
-    """Of an entity's metadata."""
+    """Key and value in an entity's metadata."""
 
     key: str
     value: str
@@ -167,7 +167,7 @@ class SpherePrimitive(WellKnown):
 
 
 class LineType(IntEnum):
-    """How points are joined."""
+    """Manner in which points are joined."""
 
     LINE_STRIP = 0
     LINE_LOOP = 1

@@ -38,16 +38,16 @@ PART = "part"
 
 CHUNK_BYTES = 128 * 1024
 FLUSH_SECONDS = 0.5
-"""That an entry waits for its way to the disk at most."""
+"""Longest wait of an entry before it is flushed to the disk [s]."""
 
 LOOK_SECONDS = 0.25
-"""That one waits in the queue at most, where the thread is not woken; both together stay below the promised second."""
+"""Longest wait in the queue where the thread is not woken [s]; both together stay below the promised second."""
 
 WAKE_AT = 4
 """Calls of `put_all` in the queue, at which the thread is woken."""
 
 REST_SECONDS = 0.05
-"""That the thread rests at most for a caller who wants the interpreter to itself: a hung one must not end the log."""
+"""Longest rest of the thread for a caller who wants the interpreter [s]: a hung one must not end the log."""
 
 FAR_BEHIND = 40
 """Calls of `put_all` in the queue, from which on it does not rest: the log must not fall behind by a second."""
@@ -56,7 +56,7 @@ CLOSE_SECONDS = 5.0
 
 
 def part_path(path: Path, part: int) -> Path:
-    """Of a further file of the run whose first is `path`."""
+    """Return the path of a further file of the run whose first is `path`."""
     return path.with_name(f"{path.stem}-{part:03d}{path.suffix}")
 
 
@@ -65,7 +65,7 @@ class RecorderError(DaemonError):
 
 
 Message = tuple[Channel[Any], BaseModel | Callable[[], BaseModel], int]
-"""On which channel; what, or what makes it, called in the recorder's thread; log time [ns]."""
+"""Channel; message, or what makes it, called in the recorder's thread; log time [ns]."""
 
 
 _Batch = tuple[int, int, Callable[..., list[Message]], tuple[Any, ...]]
@@ -73,7 +73,7 @@ _Batch = tuple[int, int, Callable[..., list[Message]], tuple[Any, ...]]
 
 
 class Counts(NamedTuple):
-    """What became of the messages: put = written + dropped."""
+    """Counts of messages: put = written + dropped."""
 
     put: int
     written: int
@@ -120,7 +120,7 @@ class Recorder:
         self._error = ""
         self._resting, self._rested = False, math.inf
         self.rest_from = math.inf
-        """From when on the thread leaves the interpreter to the caller, who sets it [s, monotonic clock]."""
+        """Time from which on the thread leaves the interpreter to the caller, who sets it [s, monotonic clock]."""
 
     def __enter__(self) -> Self:
         self.open()
@@ -194,7 +194,7 @@ class Recorder:
 
     @property
     def error(self) -> str:
-        """What ended the file before its time, in one line; empty while all is well."""
+        """Reason that ended the file early, in one line; empty without one."""
         return self._error
 
     def close(self, timeout: float = CLOSE_SECONDS) -> Counts:
@@ -338,7 +338,7 @@ class _File:
 
     @property
     def size(self) -> int:
-        """On the disk [bytes]: without the chunk in progress."""
+        """Size on the disk, without the chunk in progress [bytes]."""
         return self._stream.tell()
 
     @property

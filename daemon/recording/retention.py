@@ -1,4 +1,4 @@
-"""How long logs are kept, and how long there is room for more: a service must not fill a disk in silence."""
+"""Retention of logs, and the room left for more: a service must not fill a disk silently."""
 
 import re
 import shutil
@@ -13,24 +13,24 @@ from tendond.schemas.config.machine import LogSection
 
 GIGABYTE, MEGABYTE, DAY = 1e9, 1e6, 86400.0
 DEFAULT_BYTES, DEFAULT_SHARE = 20.0 * GIGABYTE, 0.1
-"""Of a service's logs: so much, or this part of the disk where that is less."""
+"""Default size of a service's logs [bytes], or this fraction of the disk where that is less."""
 
 DEFAULT_DAYS = 90.0
 RATE_DAYS = 7.0
-"""Over which the growth is taken."""
+"""Days over which the growth is measured."""
 
 RATE_SECONDS = 600.0
-"""Less than this of a log says nothing about its growth."""
+"""Shortest log that says something about its growth [s]."""
 
 FILES = 10.0
-"""Into which the room is divided at least: only whole files can be removed."""
+"""Smallest number of files into which the room is divided: only whole files can be removed."""
 
 _NAME = r"-(\d{8}T\d{6}Z)(?:-\d{3,})?\.mcap"
 
 
 @dataclass(frozen=True)
 class Retention:
-    """What of a rig's logs in a folder is kept.
+    """Logs of a rig in a folder, and the bounds of what is kept.
 
     Attributes:
         folder: of the logs.
@@ -45,7 +45,7 @@ class Retention:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether anything is ever removed."""
+        """True if anything is ever removed."""
         return self.size is not None or self.age is not None
 
     def split_bytes(self, configured: float) -> float:
@@ -85,7 +85,7 @@ class Retention:
         yield from sorted(found, key=lambda one: (one[2], one[0]))
 
     def room(self) -> "Room":
-        """How much room there is, and for how long."""
+        """Return the room there is, and for how long."""
         now = time.time()
         files = list(self.files())
         used = float(sum(size for _, size, _ in files))
@@ -134,7 +134,7 @@ def retention(section: LogSection, folder: Path, rig: str, *, service: bool) -> 
 
 
 def existing(folder: Path) -> Path:
-    """It, or the nearest folder above it that is there."""
+    """Return the folder, or the nearest one above it that exists."""
     folder = folder.absolute()
     while not folder.exists():
         folder = folder.parent
@@ -142,7 +142,7 @@ def existing(folder: Path) -> Path:
 
 
 def _begun(path: Path, rig: str, changed: float) -> float:
-    """When the run began that a file is of, by its name [s, wall clock]."""
+    """Return the time at which the run of a file began, by its name [s, wall clock]."""
     match = re.fullmatch(re.escape(rig) + _NAME, path.name)
     with suppress(ValueError):
         if match is not None:

@@ -1,4 +1,4 @@
-"""What goes into the log, and when: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
+"""The log of a run: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
 
 import platform
 import subprocess
@@ -43,14 +43,14 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
 
 SNAPSHOT_SECONDS = 1.0
-"""Between two states in the log, each of which a replay can start from."""
+"""Time between two states in the log, each of which a replay can start from [s]."""
 
 LOOK_SECONDS = 60.0
-"""Between two looks at the room that is left for logs."""
+"""Time between two checks of the room left for logs [s]."""
 
 
 class _Cycle(NamedTuple):
-    """What the run_log has of a cycle beside its record: log time [ns], states before and after it, and the rest.
+    """Data of a cycle beside its record: log time [ns], states before and after it, and the rest.
 
     Attributes:
         begun: the state before it is in the log already.
@@ -145,7 +145,7 @@ class RunLog:
 
     @property
     def error(self) -> str:
-        """What ended the file before its time; empty while all is well."""
+        """Reason that ended the file early; empty without one."""
         return self._recorder.error
 
     def rest_from(self, moment: float) -> None:
@@ -154,7 +154,7 @@ class RunLog:
 
     @property
     def summary(self) -> str:
-        """After the end: what was written, and what was not."""
+        """Return a summary after the end: entries written and dropped."""
         put, written, dropped = self._counts
         lost = f", {dropped} dropped" if dropped else ""
         return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
@@ -187,7 +187,7 @@ class RunLog:
         return [entry for kept in self._thinning.flush() for entry in self._entries(kept)]
 
     def _entries(self, kept: Kept[_Cycle]) -> Iterator[Message]:
-        """Of a cycle."""
+        """Yield the entries of a cycle."""
         record, (now, before, begun, timing, state, truth) = kept.record, kept.more
         due = before is not None and before.tick % self._snapshot_period == 0 and not begun
         if before is not None and (due or kept.left_out):
@@ -295,7 +295,7 @@ def run_metadata(config: RigConfig) -> dict[str, str]:
 
 
 def _revision() -> str:
-    """Of the working copy that runs, if it is one."""
+    """Return the revision of the working copy, if it is one."""
     try:
         result = subprocess.run(
             ["git", "describe", "--always", "--dirty", "--abbrev=12"],

@@ -1,4 +1,4 @@
-"""What of an idle stretch goes into the log: a tenth of a second each minute, and all that surrounds an event.
+"""Thinning of an idle stretch in the log: a tenth of a second each minute, and all that surrounds an event.
 
 Replay needs every cycle's inputs from a state on, so cycles are left out between two samples, and each sample begins
 with a state, which takes as much room as thirty cycles. The last two seconds are held back, and written in full when
@@ -14,10 +14,10 @@ from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleRecord
 
 QUIET_SECONDS = 10.0
-"""Without an event for so long, an idle stretch is thinned."""
+"""Time without an event after which an idle stretch is thinned [s]."""
 
 HELD_SECONDS = 2.0
-"""Of cycles that are held back, for what led to an event; of a process that is killed they are lost."""
+"""Time of cycles that are held back, to log what led to an event [s]; a killed process loses them."""
 
 SAMPLE_SECONDS = 0.1
 QUIET_MODES = (Mode.STARTING, Mode.IDLE, Mode.FAULT)
@@ -64,7 +64,7 @@ class Thinning(Generic[T]):
 
     @property
     def asleep(self) -> bool:
-        """Whether cycles are held back."""
+        """True if cycles are held back."""
         return bool(self._held)
 
     def take(self, record: CycleRecord, more: T) -> Iterator[Kept[T]]:
@@ -93,7 +93,7 @@ class Thinning(Generic[T]):
         return Kept(record, more, left_out, held)
 
     def _is_event(self, record: CycleRecord) -> bool:
-        """Whether there is more to this cycle than that time passes."""
+        """True if there is more to this cycle than that time passes."""
         state = record.inputs.tendon_state
         now = (record.mode, record.reason, record.law, record.reference.target)
         fault = self._last[-1] if state is None and self._last else "" if state is None else state.fault

@@ -36,7 +36,7 @@ Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 @dataclass
 class Arrivals:
-    """What has come in since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
+    """Arrivals since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
 
     Attributes:
         pose_lag: by which the pose arrived after its capture, by the clock of this host [s]; none in lockstep.
@@ -56,7 +56,7 @@ class Arrivals:
     truth: zenoh.Sample | None = None
 
     def decoded_truth(self) -> SimulatorTruth | None:
-        """For the log; none where there is none, or none that can be read."""
+        """Return the truth for the log; none where there is none, or none that can be read."""
         if self.truth is None:
             return None
         try:
@@ -123,7 +123,7 @@ class Hub:
         return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(queue))
 
     def receive(self, arrivals: Arrivals | None = None, *, repeating: bool = False) -> Arrivals:
-        """Everything that has come in since the last call, added to `arrivals`; never blocks.
+        """Add all that has come in since the last call to `arrivals`; never block.
 
         Args:
             arrivals: of this cycle so far.
@@ -193,7 +193,7 @@ class Hub:
         return list(self._others)
 
     def publish_command(self, command: TendonCommand) -> None:
-        """To the servos or the simulator."""
+        """Publish a command to the servos or the simulator."""
         command = command.named(self.source)
         self.last_command = command
         self._commands.put(encode(command))
@@ -214,12 +214,12 @@ class Hub:
         )
 
     def publish_status(self, status: Status) -> None:
-        """To whoever watches."""
+        """Publish the status."""
         self._status.put(encode(status.named(self.source)))
 
 
 def hub_settings(config: RigConfig) -> zenoh.Config:
-    """What the file that ZENOH_CONFIG names says of users, certificates and access; defaults without it.
+    """Return the settings of the file that ZENOH_CONFIG names: users, certificates, access; defaults without it.
 
     Raises:
         ConfigError: the file cannot be used. BusConfigError: the bus would be open to a network.
@@ -229,9 +229,9 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
     guarded = json.loads(settings.get_json("access_control"))["enabled"]
     connects = bool(json.loads(settings.get_json("connect/endpoints")))
     if not (guarded or config.bus.unguarded or (config.bus.is_loopback and not connects)):
-        way = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
+        bus = f"what {path} connects to" if connects else f"bus.endpoint = {config.bus.endpoint}"
         raise BusConfigError(
-            f"{way} is open to the network and has no access list: name a Zenoh configuration with one in "
+            f"{bus} is open to the network and has no access list: name a Zenoh configuration with one in "
             "ZENOH_CONFIG (examples in deploy/bus), or set bus.unguarded = true"
         )
     return settings

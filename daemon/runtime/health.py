@@ -1,4 +1,4 @@
-"""How the loop is doing: cycles, missed deadlines, cycle times of the last seconds."""
+"""Health of the loop: cycles, missed deadlines, cycle times of the last seconds."""
 
 from collections import deque
 
@@ -23,7 +23,7 @@ class Health:
         self._work_ms.append(work_us / 1000.0)
 
     def report(self, log_dropped: int, log_error: str, log_days_left: float | None = None) -> LoopHealth:
-        """As it goes into the status."""
+        """Return the health for the status."""
         work = sorted(self._work_ms) or [0.0]
         return LoopHealth(
             cycles=self.cycles,

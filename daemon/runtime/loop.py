@@ -29,7 +29,7 @@ from tendond.schemas.wire import decode, encode
 
 STATUS_SECONDS = 1.0
 RELEASE_SECONDS = 4.0
-"""For the release after SIGTERM, before the loop ends all the same."""
+"""Longest release after SIGTERM, before the loop ends all the same [s]."""
 
 COLLECT_EVERY = 100
 """Cycles between two collections of the youngest garbage."""
@@ -44,7 +44,7 @@ class Loop:
         run_log: where the records go.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
         planner: of references; without one they are planned in the cycle.
-        supervisor: is told of changes of mode, of the end, and by each cycle done in time that the loop is alive.
+        supervisor: is notified of changes of mode, of the end, and by each cycle done in time that the loop is alive.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Loop:
         self._health = Health()
         self._status_seq = 0
         self._malformed_said = False
-        self._crowded = False  # two publishers of a key, or two controllers
+        self._second_source = False  # two publishers of a key, or two controllers
         self._speculated: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
@@ -97,7 +97,7 @@ class Loop:
             self._supervisor.stopping()
             self._run_log.crash(traceback.format_exc())
             self._let_go()
-            raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; its log tells where") from error
+            raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; see its log") from error
         finally:
             gc.enable()
             self._supervisor.stopping()
@@ -151,7 +151,7 @@ class Loop:
             time.sleep(config.loop.period)
 
     def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
-        seen: object = None  # by whoever watches the status
+        published: object = None  # the last status, for its changes
         next_status = 0.0
         give_up: float | None = None
         self._request_queue.open(time.monotonic())
@@ -200,18 +200,20 @@ class Loop:
             if self._state.unreadable and not self._malformed_said:
                 self._malformed_said = True
                 self._run_log.warning(f"malformed: {self._state.unreadable}")
-            crowded = self._state.sources.in_words()
-            if crowded and not self._crowded:
-                self._run_log.warning(crowded)
-            self._crowded = bool(crowded)
-            now = (record.mode, record.law, record.reference.target, self._run_log.error, crowded)
-            if now != seen or time.monotonic() >= next_status:
+            second_source = self._state.sources.in_words()
+            if second_source and not self._second_source:
+                self._run_log.warning(second_source)
+            self._second_source = bool(second_source)
+            now = (record.mode, record.law, record.reference.target, self._run_log.error, second_source)
+            if now != published or time.monotonic() >= next_status:
                 status = self._status(record)
                 self._hub.publish_status(status)
-                self._run_log.status(status, changed=now != seen)
-                if now != seen:
-                    self._supervisor.status("; ".join(filter(None, (_in_words(record), crowded, self._run_log.error))))
-                seen, next_status = now, time.monotonic() + STATUS_SECONDS
+                self._run_log.status(status, changed=now != published)
+                if now != published:
+                    self._supervisor.status(
+                        "; ".join(filter(None, (_in_words(record), second_source, self._run_log.error)))
+                    )
+                published, next_status = now, time.monotonic() + STATUS_SECONDS
             if record.tick % COLLECT_EVERY == 0:
                 gc.collect(0)
 
@@ -261,7 +263,7 @@ class Loop:
 def _inputs(
     arrivals: Arrivals, action: ControlAction | None = None, request: ControlRequest | None = None, missed: int = 0
 ) -> CycleInputs:
-    """Of a cycle: what has arrived, and a request, with whose words if it is an operator's."""
+    """Return the inputs of a cycle: what has arrived, and a request, in the operator's words if it is one's."""
     return CycleInputs(
         pose=arrivals.pose,
         tendon_state=arrivals.tendon_state,
@@ -290,7 +292,7 @@ def _in_words(record: CycleRecord) -> str:
 
 
 def _holding(state: CycleState) -> bool:
-    """Whether any tendon may still be taut."""
+    """True if any tendon may still be taut."""
     return state.mode in (*ACTIVE, Mode.RELEASING) or is_taut(state)
 
 

@@ -1,4 +1,4 @@
-"""What a cycle waits for: the clock, or in lockstep the next pose."""
+"""Pacing of the cycles: by the clock, or in lockstep by the next pose."""
 
 import time
 from collections.abc import Callable
@@ -9,20 +9,20 @@ from tendond.daemon.runtime.bus import Arrivals, Hub
 
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 5.0
-"""That a simulator may take for a step before it counts as gone."""
+"""Longest step of a simulator before it counts as gone [s]."""
 
 
 SPECULATION_SHARE = 0.3
-"""Of the period, that a speculation may take: one that ends after the deadline does harm."""
+"""Longest speculation, of the period: one that ends after the deadline does harm."""
 
 AHEAD_SECONDS = 1000e-6
-"""Before it begins to speculate, or wakes, from which on the loop wants the interpreter to itself."""
+"""Time before the loop speculates, or wakes, from which on it wants the interpreter to itself [s]."""
 
 REMEMBERED = 0.998
-"""Of the longest speculation, from one cycle to the next."""
+"""Fraction of the longest speculation that is remembered from one cycle to the next."""
 
 SPIN_SECONDS = 300e-6
-"""Before each deadline, awake: a processor that sleeps loses what the speculation has fetched, and wakes up late."""
+"""Time awake before each deadline [s]: a sleeping processor loses the caches' content, and wakes up late."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Clock:
         hub: of the controller.
         period: of the cycle [s].
         speculate: called shortly before each deadline, where there is time for it, with what has arrived by then.
-        announce: told when the loop will next want the interpreter to itself [s], before it sleeps.
+        announce: called with the time when the loop will next want the interpreter to itself [s], before it sleeps.
     """
 
     def __init__(

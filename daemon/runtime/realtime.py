@@ -1,4 +1,4 @@
-"""What the operating system can do for the loop's punctuality, each where it is permitted; a line where it is not."""
+"""Operating system settings for the loop's punctuality, each where it is permitted; a line where it is not."""
 
 import ctypes
 import gc
@@ -16,13 +16,13 @@ CAP_IPC_LOCK = 14
 PR_SET_TIMERSLACK = 29
 
 SWITCH_SECONDS = 0.5e-3
-"""That the recorder's thread may keep the interpreter from the loop; Python's default is 5 ms."""
+"""Longest time for which the recorder's thread keeps the interpreter from the loop [s]; Python's default is 5 ms."""
 
 
 def become_punctual(section: LoopSection) -> list[str]:
-    """For the calling thread, or the process: memory locked, first-in-first-out priority, one CPU, no garbage hunts.
+    """Lock memory, take FIFO priority and one CPU, and freeze the garbage collector.
 
-    Python's other threads that exist already (the recorder's) get the least such priority, Zenoh's keep theirs: the
+    Python's other threads that exist already (the recorder's) get the lowest such priority, Zenoh's keep theirs: the
     loop goes before them.
 
     Args:

@@ -13,7 +13,7 @@ PLANNING = "a reference is being planned: wait for it, or stop to give it up"
 
 
 class RequestQueue:
-    """Requests on their way into the cycle and back.
+    """Requests waiting for the cycle, and their answers.
 
     A stop is heard first, whatever else waits; every stop that waits is answered at once, a request to arm that came
     with it is refused. A reference is planned by another process, and goes into a cycle when the plan is there.
@@ -32,7 +32,7 @@ class RequestQueue:
         self._asked: list[Question] = []  # of this cycle
 
     def open(self, now: float) -> None:
-        """Refuse what has waited since before the loop runs: its senders may have been told that nobody answers."""
+        """Refuse what has waited since before the loop runs: its senders may have concluded that nobody answers."""
         self._requests.refuse_all(STARTING, now)
 
     def take(

@@ -1,7 +1,7 @@
 """Operators' requests as they come in: a ring for each action, those that change the mode first, questions bounded.
 
 A flood of questions fills the ring of the questions only, so a stop is always heard. A request that has waited so long
-that its sender may have been told that it failed is refused, and never carried out; a stop is carried out all the same.
+that its sender may have given up is refused and never carried out; a stop is carried out all the same.
 """
 
 from collections import deque
@@ -16,13 +16,13 @@ from tendond.schemas.messages import ENCODING, ControlAction, ControlReply, Cont
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 QUEUE = 64
-"""Requests of an action that are kept between two cycles; older ones are dropped, and their senders told nothing."""
+"""Requests of an action that are kept between two cycles; older ones are dropped without notice."""
 
 PER_CYCLE = 16
 """Requests of an action that are read in a cycle."""
 
 QUESTIONS_PER_SECOND = 1000.0
-"""Of the status, that are answered at most: 50 us each, a twentieth of the loop's time."""
+"""Largest rate of answered status queries [1/s]: 50 us each, a twentieth of the loop's time."""
 
 WAITING = 16
 """Requests that may wait for a cycle of their own; further ones are refused."""
@@ -31,7 +31,7 @@ PATIENCE_SECONDS = 0.5
 """Age from which on a request without a deadline counts as one that its sender has given up."""
 
 CATCH_UP_SECONDS = 1.0
-"""After a standstill, for the bus to bring what has waited in its sockets."""
+"""Time after a standstill for the bus to deliver what has waited in its sockets [s]."""
 
 ORDER = (
     ControlAction.RESET,
@@ -40,7 +40,7 @@ ORDER = (
     ControlAction.LAW,
     ControlAction.REFERENCE,
 )
-"""Of requests that wait for a cycle each, by rank; a stop comes before all of them."""
+"""Order of the requests that wait for a cycle each; a stop comes before all of them."""
 
 Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 
@@ -126,7 +126,7 @@ class Requests:
                 question.refuse(reason)
 
     def next(self, now: float, refusal: Callable[[ControlRequest], str] = lambda request: "") -> Question | None:
-        """The next request for a cycle, by rank; those that came too late are refused on the way.
+        """The next request for a cycle, by rank; those that came too late are refused.
 
         Args:
             now: monotonic time [s].

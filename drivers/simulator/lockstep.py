@@ -34,7 +34,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Wires:
-    """What lies between plant and controller, where that is not as it should be.
+    """Faults between plant and controller.
 
     Attributes:
         pose: of a tick, from the plant's; none where none arrives.
@@ -74,7 +74,7 @@ def watched_loop(
     probe: bool = False,
     wires: Wires = STRAIGHT,
 ) -> Iterator[Watched]:
-    """As `closed_loop`, with the plant beside each record; `points` of its shape, none without.
+    """Run the closed loop as `closed_loop` does, and yield the plant beside each record; `points` of its shape.
 
     A request may be given as the inputs of a recorded cycle, with all that the operator said.
 
@@ -96,9 +96,9 @@ def watched_loop(
         asked = requests.get(tick)
         if not isinstance(asked, CycleInputs):
             asked = CycleInputs(request=asked)
-        seen: dict[str, Any] = {"pose": pose, "tendon_state": tendon_state, "unreadable": {}, "missed_ticks": 0}
-        seen["pose_lag"] = None if pose is None else tick * config.loop.period - pose.stamp_ns * 1e-9
-        inputs = asked.model_copy(update=seen)
+        arrived: dict[str, Any] = {"pose": pose, "tendon_state": tendon_state, "unreadable": {}, "missed_ticks": 0}
+        arrived["pose_lag"] = None if pose is None else tick * config.loop.period - pose.stamp_ns * 1e-9
+        inputs = asked.model_copy(update=arrived)
         state, command, record = step(setup, state, inputs)
         if see_state is not None:
             see_state(state)

@@ -36,7 +36,7 @@ TENDON_STIFFNESS = 2e4
 """[N/m] Of the plant and the model where displacement drives."""
 
 SLACK = 0.002
-"""[m] By which slack tendons are let out where displacement drives."""
+"""Release of slack tendons where displacement drives [m]."""
 
 SETTLING_GOAL = 45
 """Iterations, and what a rate limit costs."""

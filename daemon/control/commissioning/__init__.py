@@ -1,1 +1,1 @@
-"""Whether the rig is the one that the configuration describes: its rest, its tendons, its tracking."""
+"""True if the rig is the one that the configuration describes: its rest, its tendons, its tracking."""

@@ -16,7 +16,7 @@ ENOUGH = 5
 """Poses of a block that is preferred to the one before it."""
 
 STILL = 0.01
-"""Of the rod's length, by which the means of two blocks of a resting tip differ at most, and half its spread."""
+"""Largest difference of the means of two blocks of a resting tip, and of half its spread, of the rod's length."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class RestWatch:
         return self.before
 
     def moved(self, length: float) -> float:
-        """By how much a tip that does not rest has moved [m]; zero while it rests.
+        """Return the distance that a tip that does not rest has moved [m]; zero while it rests.
 
         Args:
             length: of the rod [m].
@@ -110,8 +110,8 @@ class RestWatch:
         blocks = [one for one in (self.before, self.now) if one is not None and one.count]
         spread = max((one.spread for one in blocks), default=0.0)
         drift = float(np.linalg.norm(blocks[0].mean - blocks[1].mean)) if len(blocks) == 2 else 0.0
-        most = max(drift, 0.5 * spread)
-        return most if most > STILL * length else 0.0
+        motion = max(drift, 0.5 * spread)
+        return motion if motion > STILL * length else 0.0
 
 
 RESTLESS = RestWatch()

@@ -18,16 +18,16 @@ SCALES = {1e3: "in mm", 1e2: "in cm", 1e-3: "in km: is it divided by 1000 twice?
 
 AXES = "xyz"
 NAMED = 2
-"""Mistakes that a refusal names at most."""
+"""Largest number of mistakes that a refusal names."""
 
 TURNS = 5
 """Repetitions of the fit of a large turn; three give ten digits at 30 degrees."""
 
 FARTHEST = 0.6
-"""Of the rod's length, by which a base may be thought to be off."""
+"""Largest offset of the base that is considered, of the rod's length."""
 
 NEAR = 0.02
-"""Of the rod's length: so close to the straight rod's tip a loaded one is held."""
+"""Distance from the straight rod's tip below which a tip counts as held there, of the rod's length."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def _frames() -> tuple[Signed, ...]:
 
 
 def _frame_name(order: tuple[int, ...], signs: tuple[float, ...], matrix: Array) -> str:
-    """In words: a swap, a mirror, a quarter or half turn; else the measured axes in terms of the true ones."""
+    """Name a frame: a swap, a mirror, a quarter or half turn; else the measured axes in terms of the true ones."""
     moved = [axis for axis in range(3) if order[axis] != axis]
     negative = [axis for axis in range(3) if signs[axis] < 0.0]
     if not moved and len(negative) == 1:
@@ -71,19 +71,19 @@ def _frame_name(order: tuple[int, ...], signs: tuple[float, ...], matrix: Array)
         if len(axis) == 1:
             sign = "-" if turn[axis[0]] < 0.0 and degrees < 180 else ""
             return f"rotated by {sign}{degrees} degrees about {AXES[axis[0]]}"
-    seen = ", ".join(f"{'-' if sign < 0 else ''}{AXES[axis]}" for axis, sign in zip(order, signs, strict=True))
-    return f"with axes (x, y, z) that are the model's ({seen})"
+    axes = ", ".join(f"{'-' if sign < 0 else ''}{AXES[axis]}" for axis, sign in zip(order, signs, strict=True))
+    return f"with axes (x, y, z) that are the model's ({axes})"
 
 
 FRAMES = _frames()
 ORDERS = {
     "with its quaternion in the order x y z w": (3, 0, 1, 2),
 }
-"""Where w, x, y, z stand in what was taken for w, x, y, z."""
+"""Indices of w, x, y, z in a quaternion of another order."""
 
 
 def likely_mistakes(rests: RestFamily, position: Array, quaternion: Quaternion) -> list[str]:
-    """What a measured rest looks like, the likeliest first; never empty.
+    """Return the mistakes that a measured rest looks like, the likeliest first; never empty.
 
     Args:
         rests: of right rigs. position: measured [m], shape (3,). quaternion: measured, w, x, y, z.
@@ -121,7 +121,7 @@ def _exact(rests: RestFamily, position: Array, quaternion: Quaternion, rotation:
 
 def _measured(rests: RestFamily, position: Array, rotation: Array) -> Iterator[str]:
     """Mistakes with a number, which is estimated."""
-    borne = rests.tolerances
+    tolerances = rests.tolerances
     for factor in _scales(rests, position):
         if _fits(rests, position / factor, rotation):
             yield f"lengths are {factor:.3g} of the model's: is rod.length right?"
@@ -129,31 +129,31 @@ def _measured(rests: RestFamily, position: Array, rotation: Array) -> Iterator[s
     turn = _base_turn(rests, position, rotation)
     if turn is not None:
         yield f"{_turn(turn)}: is the base's frame turned?"
-    fit = rests.fit(position, rotation, replace(borne, offset=FREE * borne.offset))
-    if fit.is_borne and float(np.linalg.norm(fit.offset)) < FARTHEST * rests.length:
+    fit = rests.fit(position, rotation, replace(tolerances, offset=FREE * tolerances.offset))
+    if fit.is_tolerated and float(np.linalg.norm(fit.offset)) < FARTHEST * rests.length:
         yield f"base {_displacement(fit.offset)} off"
-    fit = rests.fit(position, rotation, replace(borne, orientation=FREE * borne.orientation))
-    if fit.is_borne:
+    fit = rests.fit(position, rotation, replace(tolerances, orientation=FREE * tolerances.orientation))
+    if fit.is_tolerated:
         left = rotation_vectors(rotation @ _nearest_rotation(rests, fit).T)
         yield f"only its orientation is off, {_turn(left)}: do the markers' axes lie along the tip's?"
 
 
 def _fits(rests: RestFamily, position: Array, rotation: Array) -> bool:
-    return rests.may_fit(position) and rests.fit(position, rotation).is_borne
+    return rests.may_fit(position) and rests.fit(position, rotation).is_tolerated
 
 
 def _base_turn(rests: RestFamily, position: Array, rotation: Array) -> Array | None:
-    """By how much the base is turned [rad], shape (3,), if that alone explains the rest.
+    """Return the turn of the base [rad], shape (3,), if that alone explains the rest.
 
     The fit holds for small turns: it is repeated on the pose turned back.
     """
-    borne = replace(rests.tolerances, tilt=FREE * rests.tolerances.tilt)
+    tolerances = replace(rests.tolerances, tilt=FREE * rests.tolerances.tilt)
     turned = np.eye(3)
     for _ in range(TURNS):
-        fit = rests.fit(turned.T @ position, turned.T @ rotation, borne)
+        fit = rests.fit(turned.T @ position, turned.T @ rotation, tolerances)
         turned = turned @ turn_by(fit.tilt)
-    fit = rests.fit(turned.T @ position, turned.T @ rotation, borne)
-    return rotation_vectors(turned) if fit.is_borne else None
+    fit = rests.fit(turned.T @ position, turned.T @ rotation, tolerances)
+    return rotation_vectors(turned) if fit.is_tolerated else None
 
 
 def _scales(rests: RestFamily, position: Array) -> Iterator[float]:
@@ -189,7 +189,7 @@ def _displacement(vector: Array) -> str:
 
 
 def _is_straight(rests: RestFamily, position: Array, rotation: Array) -> bool:
-    """Whether the tip is that of a straight rod, which no rest is."""
+    """True if the tip is that of a straight rod, which no rest is."""
     straight = np.array([0.0, 0.0, rests.length])
     if float(np.min(np.linalg.norm(rests.positions - straight, axis=1))) < NEAR * rests.length:
         return False
@@ -198,7 +198,7 @@ def _is_straight(rests: RestFamily, position: Array, rotation: Array) -> bool:
 
 
 def _unexplained(rests: RestFamily, position: Array, rotation: Array) -> str:
-    """What is left to say where no single mistake explains it."""
+    """Describe a rest that no single mistake explains."""
     if float(np.linalg.norm(position)) < NEAR * rests.length:
         return "the tip is at the base: are the units right, or is it the base's own pose?"
     fit = rests.fit(position, rotation)

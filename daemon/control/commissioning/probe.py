@@ -29,25 +29,25 @@ from tendond.schemas.messages import TendonState, TipPose
 Array = NDArray[np.float64]
 
 BLOCK_SECONDS = 0.1
-"""Over which a mean position of the settled tip is taken."""
+"""Duration of the mean of the settled tip's position."""
 
 REST_SECONDS = 0.5
-"""For which tip and model rest before the first pull, at least."""
+"""Shortest rest of tip and model before the first pull."""
 
 DOWN_SECONDS, START_SECONDS = 0.12, 0.16
-"""In which a tendon is let go, and after which, it being slack, the next one is pulled."""
+"""Duration of the release of a tendon, and time after which, it being slack, the next one is pulled."""
 
 TOGETHER = 0.004
-"""Of the rod's length, by which the resting model is off the measured rest at most; one that is not held to it is."""
+"""Largest distance of the resting model from the measured rest, of the rod's length."""
 
 MOVED_AT_REST = 0.02
-"""Of the rod's length, that a resting tip moves at most while the tendons are let out."""
+"""Largest motion of a resting tip while the tendons are released, of the rod's length."""
 
 AT_REST = 0.002
-"""Of the rod's length, by which the model's tip moves in a block at most when it rests."""
+"""Largest motion of the model's tip in a block at rest, of the rod's length."""
 
 MORE = 1.5
-"""Times the tension for a second look, at a tendon that moves the tip too much or too little."""
+"""Factor on the tension of a second pull, of a tendon that moves the tip too much or too little."""
 
 CLOSE = 0.85, 1.2
 """Gains that pass without a second look."""
@@ -56,29 +56,29 @@ STEADY_BLOCKS = 4
 """Blocks in a row with the same mean, of a tip that has settled elsewhere than expected; a weight swings slower."""
 
 STEADY = 0.15
-"""Of the expected motion, by which a settled tip moves in a block at most."""
+"""Largest motion of a settled tip in a block, of the expected motion."""
 
 STOP_AT = 2.6
-"""Of the motion asked for, beyond which the probe is ended at once."""
+"""Motion that ends the probe at once, of the motion asked for."""
 
-SLACK_WAYS = 2.0
+SLACK_FACTOR = 2.0
 """Slack of the tendons that are not pulled, in displacements that the motion asks for: 2 r motion / L each."""
 
 LET_OUT_SECONDS = 0.4
-"""For which the tendons are let out at first: slowly, for one that is reversed is wound by it."""
+"""Duration of the first release: slow, for a tendon that is reversed is pulled by it."""
 
 TAKE_UP = 4.0
-"""Times that rate, with which a tendon's slack is taken up."""
+"""Factor on that rate for taking up a tendon's slack."""
 
 REST_LOAD_PART = 0.6
-"""Of the probe's largest tension, beyond which a tendon that is let out is wound instead."""
+"""Reported tension that shows that a release pulls a tendon instead, of the probe's largest tension."""
 
 LOAD_PART = 1.0
-"""Of the probe's largest tension, beyond which a reported one ends it at once."""
+"""Reported tension that ends the probe at once, of the probe's largest tension."""
 
 
 class Phase(StrEnum):
-    """Of a probe."""
+    """Phase of a probe."""
 
     REST = "rest"
     PULL = "pull"
@@ -88,15 +88,15 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class ProbePlan:
-    """What the probe does; computed once.
+    """Plan of a probe; computed once.
 
     Attributes:
         tensions: of each tendon [N], shape (n,).
         motion: of the tip that is asked for [m].
         stop_at: motion that ends the probe [m]. load_max: reported tension that ends it [N].
-        rate: of the displacement while tendons are let out at first [m/s].
-        slack: by which tendons that are not pulled are let out beyond the model's length [m]: whatever the wrong
-            tendon is that is wound, it must not find one that holds against it.
+        rate: of the displacement while tendons are released at first [m/s].
+        slack: by which tendons that are not pulled are released beyond the model's length [m]: whatever the wrong
+            tendon is that is pulled, it must not find one that holds against it.
         down: for which a tendon is let go; start: after which the next one is pulled; ramp: of its pull; block, rest,
             settling: all in cycles.
         bounds: of what passes. arms: of the tendons in the cross-section [m], shape (3,) each.
@@ -127,7 +127,7 @@ class ProbePlan:
         motion = section.motion * parameters.length
         arms = np.hypot(*np.array(parameters.tendon_positions).T)
         wanted = 2.0 * parameters.bending_stiffness * motion / (np.maximum(arms, 1e-6) * parameters.length**2)
-        slack = SLACK_WAYS * 2.0 * motion * float(np.max(arms)) / parameters.length
+        slack = SLACK_FACTOR * 2.0 * motion * float(np.max(arms)) / parameters.length
         largest = section.tension_fraction * config.limits.tension_max
         return ProbePlan(
             tensions=np.minimum(wanted, largest / MORE),
@@ -166,7 +166,7 @@ class Probe:
         start: where the tip was when the probe began [m]. held: displacement that the tendons reported then [m]; none
             without a report.
         tilt: of the base against the camera's frame, by the rest, axis times angle [rad]; offset: of it [m]. A tendon
-            that is wound feels where the tip is in the base's frame: there the model rests.
+            that is pulled feels where the tip is in the base's frame: there the model rests.
         only: the operator has asked for the probe alone.
         verdict: what is wrong; empty if nothing is, or not yet.
     """
@@ -235,7 +235,7 @@ def probe_tension(plan: ProbePlan, probe: Probe) -> Array:
 
 
 def _half_cosine(part: float) -> float:
-    """From 0 to 1 with the part of a ramp that is done."""
+    """Return a half cosine from 0 to 1 with the fraction of a ramp that is done."""
     return 0.5 - 0.5 * math.cos(math.pi * min(1.0, max(0.0, part)))
 
 
@@ -298,7 +298,7 @@ class _Block:
 def _rested(
     plan: ProbePlan, probe: Probe, block: _Block, watch: RestWatch, tendons: TendonState | None, displacement: Array
 ) -> Probe:
-    """After a block of the phase `rest`: on to the first tendon, or wait, or give up."""
+    """Go on after a block of the phase `rest`: to the first tendon, or wait, or give up."""
     still = watch.before is not None and not watch.moved(plan.length) and block.model_spread < AT_REST * plan.length
     apart = math.dist(probe.in_base(block.measured), block.model)
     still = still and (apart < TOGETHER * plan.length or probe.since >= plan.rest + plan.settling)
@@ -319,7 +319,7 @@ def _rested(
 
 
 def _pulled(plan: ProbePlan, probe: Probe, block: _Block, tendons: TendonState | None, displacement: Array) -> Probe:
-    """After a block of the phase `pull`: on to the next tendon if the tip has moved as it should, or has settled."""
+    """Go on after a block of the phase `pull`: to the next tendon if the tip has moved as it should, or has settled."""
     assert probe.base is not None
     assert probe.model_base is not None
     base = probe.base
@@ -354,7 +354,7 @@ def _pulled(plan: ProbePlan, probe: Probe, block: _Block, tendons: TendonState |
             )
         if probe.first is None and only_gain(
             motion, plan.bounds
-        ):  # what was slack, or taut, before is told from a spool
+        ):  # what was slack, or taut, before is distinguished from a spool
             return _second_look(plan, probe, motion)
     level = 1.0 if probe.first is None else MORE
     probe = replace(probe, motions=(*probe.motions, motion), since=0, late=EMPTY, last=None, steady=0)
@@ -381,13 +381,13 @@ def _followed(probe: Probe, tendons: TendonState | None, displacement: Array) ->
 
 
 def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: TendonState | None) -> str:
-    """What ends the probe at once; empty if nothing does."""
+    """Return the reason that ends the probe at once; empty if none does."""
     if tendons is not None:
         load = max(tendons.tension)
         if load > (REST_LOAD_PART if probe.phase is Phase.REST else 1.0) * plan.load_max:
             index = tendons.tension.index(load)
             if probe.phase is Phase.REST:
-                return f"tendon {index} reports {load:.1f} N while all are let out: is it wound the wrong way round?"
+                return f"tendon {index} reports {load:.1f} N while all are released: is it wound the wrong way round?"
             return (
                 f"tendon {index} reports {load:.1f} N while tendon {probe.tendon} is pulled with "
                 f"{plan.tensions[probe.tendon]:.1f} N: is the servo's calibration right?"
@@ -396,8 +396,8 @@ def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: Ten
         moved = math.dist(pose.position, probe.start)
         if moved > MOVED_AT_REST * plan.length:
             return (
-                f"the tip moves {moved * 1e3:.0f} mm while all tendons are let out: is one of them wound the wrong way "
-                "round?"
+                f"the tip moves {moved * 1e3:.0f} mm while all tendons are released: is one of them wound the wrong "
+                "way round?"
             )
     if pose is not None and probe.base is not None:
         moved = math.dist(pose.position, probe.base)
@@ -410,7 +410,7 @@ def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: Ten
 
 
 def _so_far(probe: Probe, model_tip: Array, pose: TipPose | None) -> tuple[Motion, ...]:
-    """The motions with the one that is under way, where it can be told from rest."""
+    """The motions with the one that is under way, where it can be distinguished from rest."""
     if pose is None or probe.base is None or probe.model_base is None:
         return probe.motions
     measured, expected = np.subtract(pose.position, probe.base), model_tip - np.array(probe.model_base)

@@ -19,7 +19,7 @@ def rest_objection(rests: RestFamily, watch: RestWatch) -> str:
     position, orientation = best.mean, best.mean_orientation
     rotation = rotation_matrix(orientation)
     fit = rests.fit(position, rotation)
-    if fit.is_borne:
+    if fit.is_tolerated:
         return ""
     if moved := watch.moved(rests.length):
         return f"the tip is moving (by {moved * 1e3:.0f} mm in a quarter of a second): wait until it rests"

@@ -8,7 +8,7 @@ in closed form: with the base turned by q and displaced by o, a rest (p, R) is s
 
     J = min over q of  |q|^2 / tilt^2 + |a|^2 / orientation^2 + |o|^2 / (offset L)^2
 
-is a sum of squares in units of what is borne: a right rig with its base turned and displaced by as much has J = 2.
+is a sum of squares in units of the tolerances: a right rig with its base turned and displaced by as much has J = 2.
 """
 
 from dataclasses import dataclass, replace
@@ -25,24 +25,24 @@ from tendond.schemas.config.rig import RigConfig
 Array = NDArray[np.float64]
 
 BORNE = 2.0
-"""Misfit up to which a rest is right: base turned and displaced by what is borne, both at once."""
+"""Misfit up to which a rest is right: base turned and displaced by its tolerance, both at once."""
 
 FREE = 1e6
 """Factor by which a tolerance is widened that is not asked about."""
 
 WEIGHTS, STIFFNESSES = 16, 4
-"""Equilibria between the least and the largest of each; linear between them."""
+"""Equilibria over the range of each; linear between them."""
 
 WEIGHT_STEPS, STIFFNESS_STEPS = 6, 3
-"""Parts of an interval between two of them: the grid's rests are then 0.3 % of the paper's rod apart at most."""
+"""Parts of an interval between two of them: the grid's rests are then within 0.3 % of the paper's rod of each other."""
 
 OWN_WEIGHTS = 1.2
-"""Of the rod's mass and EI/(L^2 g) together: the default of the largest weight, 105 g for the paper's robot."""
+"""Default of the largest weight, of the rod's mass and EI/(L^2 g) together: 105 g for the paper's robot."""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What is borne: `tilt` and `offset` of the base [rad, m], `orientation` of the markers on the tip [rad]."""
+    """Tolerances: `tilt` and `offset` of the base [rad, m], `orientation` of the markers on the tip [rad]."""
 
     tilt: float
     offset: float
@@ -69,8 +69,8 @@ class Fit:
     offset: Array
 
     @property
-    def is_borne(self) -> bool:
-        """Whether a right rig may rest so."""
+    def is_tolerated(self) -> bool:
+        """True if a right rig may rest so."""
         return self.misfit <= BORNE
 
 
@@ -93,10 +93,10 @@ class RestFamily:
     rotations: Array
 
     def may_fit(self, position: Array) -> bool:
-        """Whether a tip there [m], shape (3,), can be one of a right rig: `fit` in a fraction of its time, too kind."""
-        borne = BORNE**0.5 * (self.tolerances.tilt * self.length + self.tolerances.offset)
+        """True if a tip there [m], shape (3,), can be one of a right rig: `fit` in a fraction of its time, too kind."""
+        tolerances = BORNE**0.5 * (self.tolerances.tilt * self.length + self.tolerances.offset)
         apart = self.positions - position
-        return bool(np.min(np.einsum("mi,mi->m", apart, apart)) <= (2.0 * borne) ** 2)
+        return bool(np.min(np.einsum("mi,mi->m", apart, apart)) <= (2.0 * tolerances) ** 2)
 
     def fit(self, position: Array, rotation: Array, tolerances: Tolerances | None = None) -> Fit:
         """Fit the family to a measured rest.
@@ -105,11 +105,11 @@ class RestFamily:
             position: of the tip [m], shape (3,). rotation: of it, shape (3, 3).
             tolerances: in place of the family's own.
         """
-        borne = tolerances or self.tolerances
+        tolerances = tolerances or self.tolerances
         p = self.positions
         turn = rotation_vectors(rotation @ self.rotations.transpose(0, 2, 1))
         apart = position - p
-        stiff_t, stiff_o, stiff_p = borne.tilt**-2, borne.orientation**-2, borne.offset**-2
+        stiff_t, stiff_o, stiff_p = tolerances.tilt**-2, tolerances.orientation**-2, tolerances.offset**-2
         square = np.einsum("mi,mi->m", p, p)
         matrix = stiff_p * (square[:, None, None] * np.eye(3) - np.einsum("mi,mj->mij", p, p))
         matrix += (stiff_t + stiff_o) * np.eye(3)
@@ -174,14 +174,19 @@ def configured_rests(config: RigConfig, parameters: RodParameters) -> RestFamily
     section = config.commissioning
     if not section.rest:
         return None
-    borne = Tolerances(section.tilt, section.offset * parameters.length, section.orientation)
+    tolerances = Tolerances(section.tilt, section.offset * parameters.length, section.orientation)
     weight = largest_weight(parameters) if section.weight_max is None else section.weight_max
-    return rest_family(parameters, config.rod.space, config.rod.nodes, section.stiffness, weight, borne)
+    return rest_family(parameters, config.rod.space, config.rod.nodes, section.stiffness, weight, tolerances)
 
 
 @lru_cache(maxsize=64)
 def rest_family(
-    parameters: RodParameters, space: str, nodes: int | None, stiffness: float, weight_max: float, borne: Tolerances
+    parameters: RodParameters,
+    space: str,
+    nodes: int | None,
+    stiffness: float,
+    weight_max: float,
+    tolerances: Tolerances,
 ) -> RestFamily:
     """Compute the family of a rod.
 
@@ -189,7 +194,7 @@ def rest_family(
         parameters: of the model. space, nodes: of its discretisation.
         stiffness: by which Young's modulus may differ [-].
         weight_max: the largest weight on the tip [kg].
-        borne: of the rest.
+        tolerances: of the rest.
 
     Raises:
         ConvergenceError: the rod has no rest without a weight.
@@ -203,7 +208,7 @@ def rest_family(
     for compliance in compliances:
         rod = Rod(replace(parameters, youngs_modulus=parameters.youngs_modulus / float(compliance)), space, nodes)
         rows.append(_hung(rod, weights, gravity))
-    reached = min(len(positions) for positions, _ in rows)  # a rod that buckles bears no more
+    reached = min(len(positions) for positions, _ in rows)  # a rod buckles beyond
     positions = np.stack([one[:reached] for one, _ in rows])
     rotations = np.stack([one[:reached] for _, one in rows])
     for axis, steps, count in ((0, STIFFNESS_STEPS, len(compliances)), (1, WEIGHT_STEPS, reached)):
@@ -212,13 +217,13 @@ def rest_family(
     compliances = np.interp(np.linspace(0, 1, positions.shape[0]), np.linspace(0, 1, len(compliances)), compliances)
     grid_c, grid_w = np.meshgrid(compliances, np.linspace(0.0, weights[reached - 1], positions.shape[1]), indexing="ij")
     return RestFamily(
-        parameters.length, borne, grid_w.ravel(), 1.0 / grid_c.ravel(), positions.reshape(-1, 3),
+        parameters.length, tolerances, grid_w.ravel(), 1.0 / grid_c.ravel(), positions.reshape(-1, 3),
         _orthonormal(rotations.reshape(-1, 3, 3)),
     )  # fmt: skip
 
 
 def _hung(rod: Rod, weights: Array, gravity: Array) -> tuple[Array, Array]:
-    """Tips and rotations of one rod under rising weights, as far as it bears them."""
+    """Tips and rotations of one rod under rising weights, up to buckling."""
     slack = np.zeros(rod.parameters.tendon_count)
     state, tips = None, []
     for weight in weights:

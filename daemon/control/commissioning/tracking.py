@@ -1,4 +1,4 @@
-"""What is watched while tracking: that the tip arrives, that nothing swings for ever, that pose and model still agree.
+"""Watches during tracking: the tip arrives, nothing keeps swinging, pose and model agree.
 
 The observer pulls the model's tip onto whatever is measured, so their distance shows little. What it cannot pull away
 is kept here: the distance of the tip from its reference, swings of tip and command that do not die down, an orientation
@@ -16,27 +16,27 @@ SWINGS = 12
 """Half periods of a swing that count as sustained."""
 
 DYING = 0.6
-"""Of the largest of them: a smaller last one is of a swing that dies down; damping ratio 0.014 over twelve."""
+"""Size of the last half period, of the largest, below which a swing dies down: damping ratio 0.014 over twelve."""
 
 EVEN = 3.0
-"""Times their mean that one half period may last: a longer one is a rest between two swings, as a transient and a push
+"""Longest half period, of their mean: a longer one is a rest between two swings, as a transient and a push
 leave it. Two that alternate, however unequal, last at most twice their mean."""
 
 SLOWEST = 0.4
-"""[Hz] Of a swing that is watched for."""
+"""Lowest frequency of a swing that is watched for [Hz]."""
 
 REST_SPEED = 0.01
-"""Of the rod's length per second, below which a reference rests."""
+"""Speed below which a reference rests, of the rod's length per second."""
 
 MOVING = 2.5
-"""Times as far from its target a tip may be while that moves, and times as large a swing may be."""
+"""Factor on the tolerated distance and swing while the reference moves."""
 
 BEFORE_AND_AFTER = 0.3
-"""Of a jump, by which a tip that cannot have jumped moves in the poses before and after."""
+"""Motion in the poses before and after a jump, of the jump, that shows a tip that really moved."""
 
 POSES_AFTER = 3
-"""In a row, in which a tip that has jumped moves no further. One that was hit springs back: stiff tendons, noise and
-the turning point of a push of a single cycle leave one small step, not three."""
+"""Number of poses in a row in which a tip that has jumped moves no further. One that was hit springs back: stiff
+tendons, noise and the turning point of a push of a single cycle leave one small step, not three."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Swing:
 
 @dataclass(frozen=True)
 class TrackingBounds:
-    """Of what is borne while tracking; times in cycles.
+    """Tolerances during tracking; times in cycles.
 
     Attributes:
         period: of the cycle [s]. length: of the rod [m].
@@ -141,7 +141,7 @@ class TrackingBounds:
 
 @dataclass(frozen=True)
 class TrackingWatch:
-    """What has been seen since tracking began.
+    """Observations since tracking began.
 
     Attributes:
         error_run: cycles at more than the allowed distance; error: that distance now [m].
@@ -174,7 +174,7 @@ def watch_tracking(
     """Return the watch after a cycle with a fresh pose; pure.
 
     Args:
-        bounds: of what is borne. watch: so far. tick: of the cycle. interval: cycles since the pose before.
+        bounds: of what is tolerated. watch: so far. tick: of the cycle. interval: cycles since the pose before.
         measured: tip [m]. reference: [m]. reference_velocity: [m/s].
         commanded: tensions [N].
         angle: between the measured tip and the model's there [rad]; none where the model is not held to it.
@@ -209,10 +209,10 @@ def watch_tracking(
 
 
 def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool) -> str:
-    """What must end tracking, in words; empty if nothing.
+    """Return the reason to end tracking; empty if there is none.
 
     Args:
-        bounds: of what is borne. watch: so far.
+        bounds: of what is tolerated. watch: so far.
         saturated: the command stands at a limit.
     """
     if watch.error_cycles >= bounds.error_time:
@@ -231,13 +231,13 @@ def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool
         if (found := swing.sustained(bounds.period)) is not None:
             return (
                 f"limit cycle: the tip swings by {found[0] * 1e3:.0f} mm in {axis} at {found[1]:.1f} Hz and does not "
-                "settle; lower observer.integral, or tell the delay and the weight on the tip"
+                "settle; lower observer.integral, or set observer.delay and rod.tip_mass"
             )
     for index, swing in enumerate(watch.tension_swings):
         if (found := swing.sustained(bounds.period)) is not None:
             return (
                 f"limit cycle: the command of tendon {index} swings by {found[0]:.1f} N at {found[1]:.1f} Hz and does "
-                "not settle; lower observer.integral, or tell the delay and the weight on the tip"
+                "not settle; lower observer.integral, or set observer.delay and rod.tip_mass"
             )
     return ""
 
@@ -253,7 +253,7 @@ class JumpWatch:
         lasting: a tip has jumped and rests where it jumped to.
         over: the pose before the newest one was not believed: a difference of the two is no speed.
         rested: poses since such a step, in which the tip stayed where it had gone to.
-        gap: cycles over which the way to the newest pose may be spread: poses that were held up come in quick
+        gap: cycles over which the distance to the newest pose may be spread: poses that were held up come in quick
             succession afterwards, and each of them then goes further than its own interval says.
     """
 
@@ -267,12 +267,12 @@ class JumpWatch:
 
     @property
     def withheld(self) -> bool:
-        """Whether the newest pose is not to be believed yet."""
+        """True if the newest pose is not to be believed yet."""
         return self.origin is not None
 
 
 def watch_jump(
-    bounds: TrackingBounds, watch: JumpWatch, interval: int, way: float, change: float, before: Vector3
+    bounds: TrackingBounds, watch: JumpWatch, interval: int, distance: float, change: float, before: Vector3
 ) -> JumpWatch:
     """Return the watch after a fresh pose.
 
@@ -280,14 +280,14 @@ def watch_jump(
     hit; one that is back was seen wrongly once.
 
     Args:
-        bounds: of what is borne. watch: so far.
+        bounds: of what is tolerated. watch: so far.
         interval: cycles since the pose before.
-        way: of the measured tip since then [m].
+        distance: travelled by the measured tip since then [m].
         change: of measured against model tip since then [m].
         before: measured tip before the step [m].
     """
     gap = max(interval, watch.gap_cycles - 1)
-    step = way / gap
+    step = distance / gap
     if watch.origin is not None:
         if step >= BEFORE_AND_AFTER * watch.step_size:
             return JumpWatch(step, step_size=watch.step_size, pose_distrusted=True, gap_cycles=gap)
@@ -297,7 +297,7 @@ def watch_jump(
         return JumpWatch(
             step, persistent=True, step_size=watch.step_size, pose_distrusted=True, rested=rested, gap_cycles=gap
         )
-    sudden = min(way, change) > bounds.jump * gap and watch.last_step < BEFORE_AND_AFTER * step
+    sudden = min(distance, change) > bounds.jump * gap and watch.last_step < BEFORE_AND_AFTER * step
     return JumpWatch(step, origin=before if sudden else None, step_size=step, gap_cycles=gap)
 
 

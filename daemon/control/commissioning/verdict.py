@@ -1,4 +1,4 @@
-"""What the motions of the tip under each tendon say: all is right, or which tendons are swapped, dead, too strong."""
+"""Verdict on the motions of the tip under each tendon: right, or tendons swapped, dead, or too strong."""
 
 import itertools
 import math
@@ -13,18 +13,18 @@ from tendond.schemas.base import Vector3
 Array = NDArray[np.float64]
 
 DEAD = 0.25
-"""Of the expected motion, below which a tendon counts as one that does not move the tip."""
+"""Motion below which a tendon counts as not moving the tip, of the expected motion."""
 
 FOLLOWING = 0.5, 0.001
 """Part of a commanded displacement, and length [m], by which the reported one may differ from it."""
 
-TOLD = 3
-"""Tendons that a verdict names at most."""
+NAMED = 3
+"""Largest number of tendons that a verdict names."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Of a motion that passes: angle to the expected one [rad], size against it [-]."""
+    """Bounds of a motion that passes: angle to the expected one [rad], size relative to it [-]."""
 
     angle: float
     gain_min: float
@@ -33,7 +33,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Motion:
-    """Of the tip under one tendon.
+    """Motion of the tip under one tendon.
 
     Attributes:
         measured, expected: from the rest [m].
@@ -62,28 +62,28 @@ class Motion:
 
     @property
     def angle(self) -> float:
-        """Between measured and expected motion [rad]."""
+        """Angle between measured and expected motion [rad]."""
         return _angle(self.measured, self.expected)
 
     @property
     def follows(self) -> bool:
-        """Whether the servo reports about the displacement that it is told."""
+        """True if the servo reports about the displacement commanded."""
         part, length = FOLLOWING
         return self.reported is None or abs(self.reported - self.commanded) <= part * abs(self.commanded) + length
 
 
 def agrees(motion: Motion, bounds: Bounds) -> bool:
-    """Whether a tendon moves the tip as the model says."""
+    """True if a tendon moves the tip as the model says."""
     return bounds.gain_min <= motion.gain <= bounds.gain_max and motion.gain > 0.0 and motion.angle <= bounds.angle
 
 
 def only_gain(motion: Motion, bounds: Bounds) -> bool:
-    """Whether nothing but the size of a motion is wrong."""
+    """True if nothing but the size of a motion is wrong."""
     return motion.angle <= bounds.angle or motion.size < DEAD
 
 
 def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (), *, finished: bool = True) -> str:
-    """What is wrong, in words for people; empty if nothing is.
+    """Return what is wrong, for people; empty if nothing is.
 
     Args:
         motions: of the tendons, in order. bounds: of what passes.
@@ -98,9 +98,9 @@ def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (),
     moves = {index: _moves_as(index, motions, expected, bounds) for index in wrong}
     if not finished and all(moves[index] is None for index in wrong):
         return ""
-    lines = [_describe(index, motions, moves[index]) for index in wrong[:TOLD]]
-    if len(wrong) > TOLD:
-        lines.append(f"and {len(wrong) - TOLD} more tendons")
+    lines = [_describe(index, motions, moves[index]) for index in wrong[:NAMED]]
+    if len(wrong) > NAMED:
+        lines.append(f"and {len(wrong) - NAMED} more tendons")
     return "; ".join([*lines, *_hints(motions, wrong, moves, bounds)])
 
 
@@ -142,7 +142,7 @@ def _describe(index: int, motions: Sequence[Motion], moves_as: int | None) -> st
 
 
 def _hints(motions: Sequence[Motion], wrong: Sequence[int], moves: dict[int, int | None], bounds: Bounds) -> list[str]:
-    """Which single mistake would explain it all."""
+    """Return the single mistakes that would explain it all."""
     hints = []
     taken = {i: moves[i] if motions[i].gain >= DEAD else None for i in wrong}
     pairs = [
@@ -180,5 +180,5 @@ def _frames(motions: Sequence[Motion], bounds: Bounds) -> list[str]:
 
 
 def _angle(one: Sequence[float] | Array, other: Sequence[float] | Array) -> float:
-    """Between two vectors [rad]."""
+    """Return the angle between two vectors [rad]."""
     return math.atan2(float(np.linalg.norm(np.cross(one, other))), float(np.dot(one, other)))

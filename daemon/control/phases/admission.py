@@ -1,4 +1,4 @@
-"""Which inputs a cycle uses: each one that it does not use is named with its reason."""
+"""Admit: select the inputs that a cycle uses, and name each other one with its reason."""
 
 import math
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ REMARKS = {
     "bad quaternion": " (a unit quaternion w, x, y, z is expected)",
     "wrong version": " (is the same version of tendond running everywhere?)",
 }
-"""What a reason for refusal usually comes from."""
+"""Usual causes of a reason for refusal."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
             counts[name] = counts.get(name, 0) + 1
 
     age, interval = state.pose_age, state.pose_interval
-    earlier, way, equal = state.previous_position, state.path_length, runs.equal_poses
+    previous, path_length, equal = state.previous_position, state.path_length, runs.equal_poses
     if fresh and pose is not None:
         same = state.pose is not None and state.pose.position == pose.position
-        equal, way = (lengthened(equal, 1 + missed + (age or 0)), way) if same else (0, 0.0)
-        earlier = None if state.pose is None else np.array(state.pose.position)
+        equal, path_length = (lengthened(equal, 1 + missed + (age or 0)), path_length) if same else (0, 0.0)
+        previous = None if state.pose is None else np.array(state.pose.position)
         interval, age = 1 + missed + (age or 0), 0
     elif age is not None:
         age += 1 + missed
@@ -102,9 +102,9 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         state,
         pose=pose if fresh else state.pose,
         pose_age=age,
-        previous_position=earlier,
+        previous_position=previous,
         pose_interval=interval,
-        path_length=way,
+        path_length=path_length,
         tendon_state=tendon_state,
         tendon_age=tendon_age,
         tendon_interval=tendon_interval,
@@ -118,7 +118,7 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
 
 
 def _renewed(state: CycleState, sources: Sources, pose: TipPose | None, tendons: TendonState | None) -> bool:
-    """Whether camera or servo driver are others than before, or have started anew: what was probed may have changed."""
+    """True if camera or servo driver are others than before, or have started anew: what was probed may have changed."""
     before = state.sources.followed
     if any(topic in before and before[topic].name != one.name for topic, one in sources.followed.items()):
         return True
@@ -129,7 +129,7 @@ def _renewed(state: CycleState, sources: Sources, pose: TipPose | None, tendons:
 def _disorder(
     setup: CycleSetup, state: CycleState, inputs: CycleInputs, objection: str | None, fresh: TipPose | None
 ) -> tuple[int, int]:
-    """For how many cycles poses have come out of order again and again, and how long ago the last one did.
+    """Count the cycles for which poses have repeatedly come out of order, and those since the last one.
 
     One publisher's poses do not: where others are used meanwhile, two publishers without names count each for itself.
     """
@@ -148,7 +148,7 @@ def lengthened(run: int, cycles: int) -> int:
 
 
 def describe_refusals(state: CycleState) -> str:
-    """What has arrived and was refused so far, and what that looks like; empty where a pose is in use and all is read.
+    """Describe what was refused so far, and its likely cause; empty where a pose is in use and all is readable.
 
     "304 poses arrived, all refused: 304 out of reach (are they in mm?)"
     """
@@ -160,8 +160,8 @@ def describe_refusals(state: CycleState) -> str:
         return ""
     total = sum(counts.values())
     reasons = ", ".join(f"{count} {name}{REMARKS.get(name, '')}" for name, count in counts.items())
-    told = f"{total} {'pose' if total == 1 else 'poses'} arrived, all refused: {reasons}"
-    return f"{told}; {malformed}" if malformed else told
+    text = f"{total} {'pose' if total == 1 else 'poses'} arrived, all refused: {reasons}"
+    return f"{text}; {malformed}" if malformed else text
 
 
 def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | None:
@@ -172,7 +172,7 @@ def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | N
 
 
 def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
-    """As it came, or with a fault where the driver has another number of tendons than the configuration."""
+    """Return the report, with a fault where the driver has another number of tendons than the configuration."""
     count = setup.rod.parameters.tendon_count
     if len(tendons.tension) == count == len(tendons.displacement):
         return tendons

@@ -33,7 +33,7 @@ def estimate(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleSt
 
 
 def _observe(setup: CycleSetup, state: CycleState, measured: Array | None) -> CycleState:
-    """Run the observer, and count what tells a frozen pose or another robot than the model from a sound rig."""
+    """Run the observer, and count the signs of a frozen pose and of another robot than the model."""
     probing = state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is not Phase.REST
     if probing:  # the model runs freely, to be compared with
         measured = None

@@ -33,7 +33,7 @@ ARMED, PROBING = "armed by the operator", "probing the tendons"
 
 @dataclass(frozen=True)
 class Answer:
-    """To an operator's request: whether it was carried out, and what was done or why not."""
+    """Answer to an operator's request: whether it was carried out, and what was done or why not."""
 
     accepted: bool
     text: str
@@ -45,12 +45,12 @@ def enter(state: CycleState, mode: Mode, reason: str) -> CycleState:
 
 
 def pulls(state: CycleState) -> bool:
-    """Whether a tendon has tension."""
+    """True if a tendon has tension."""
     return bool(np.any(state.tension_command > 0.0)) or bool(np.any(state.tension_estimate > 0.0))
 
 
 def is_taut(state: CycleState) -> bool:
-    """Whether a tendon may still pull: it has tension, or its displacement is not let out yet."""
+    """True if a tendon may still pull: it has tension, or its displacement is not released yet."""
     return pulls(state) or state.release_pending
 
 
@@ -89,7 +89,7 @@ def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
 
 
 def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
-    """With the model solved anew, slack and at rest, where it had no solution any more."""
+    """Return the state with the model solved anew, slack and at rest."""
     rod = setup.rod.solve_static(np.zeros_like(state.tension_estimate))
     tip = setup.rod.tip(rod)
     return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
@@ -145,7 +145,7 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
 
 
 def _end_probe(state: CycleState, probe: Probe) -> CycleState:
-    """On to pretension if all tendons passed; let go where only the probe was asked for; else a fault."""
+    """Enter pretension if all tendons passed, release where only the probe was asked for, else enter a fault."""
     if probe.verdict:
         return enter(changed(state, commissioned=False), Mode.FAULT, f"wiring: {probe.verdict}")
     state = changed(state, commissioned=True)
@@ -181,8 +181,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"in fault ({state.reason}); reset first"
     if state.mode is not Mode.IDLE:
         return f"already {state.mode.value}"
-    if crowded := state.sources.in_words():
-        return crowded
+    if second_source := state.sources.in_words():
+        return second_source
     if state.pose_age is None:
         return describe_refusals(state) or "no pose of the tip has arrived yet"
     if state.pose_age > setup.thresholds.pose_timeout:
@@ -201,46 +201,46 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 
 
 def find_fault(setup: CycleSetup, state: CycleState) -> str:
-    """What must end pretension or tracking now, in words; empty if nothing."""
-    limits, runs, allowed = setup.config.faults, state.bad_cycles, setup.thresholds
-    if crowded := state.sources.in_words():
-        return crowded
-    if runs.missed_ticks >= allowed.overrun_time:
-        return f"overrun: {runs.missed_ticks} deadlines missed in a row"
+    """Return the reason to end pretension or tracking now; empty if there is none."""
+    limits, bad, allowed = setup.config.faults, state.bad_cycles, setup.thresholds
+    if second_source := state.sources.in_words():
+        return second_source
+    if bad.missed_ticks >= allowed.overrun_time:
+        return f"overrun: {bad.missed_ticks} deadlines missed in a row"
     if state.pose_age is None or state.pose_age > allowed.pose_timeout:
         if state.pose_age is None:
             return "no pose"
-        cause = "occluded: the tip was not seen" if runs.occluded else "pose stale: none accepted"
+        cause = "occluded: the tip was not seen" if bad.occluded else "pose stale: none accepted"
         return f"{cause} for {_seconds(setup, state.pose_age)}"
-    if runs.teleports >= allowed.teleport_time:
-        return f"teleport: poses beyond what the tip can do for {_seconds(setup, runs.teleports)}"
-    if runs.rejected >= allowed.rejected_time:
-        return f"bad poses: {runs.objection or 'unreadable'} for {_seconds(setup, runs.rejected)}"
-    if runs.solver_failures > allowed.solver_timeout:
-        return f"model: no solution for {_seconds(setup, runs.solver_failures)}"
-    if runs.limited >= allowed.limit_time:
-        return f"limits: the command stood at one for {_seconds(setup, runs.limited)}"
+    if bad.teleports >= allowed.teleport_time:
+        return f"teleport: poses beyond what the tip can do for {_seconds(setup, bad.teleports)}"
+    if bad.rejected >= allowed.rejected_time:
+        return f"bad poses: {bad.objection or 'unreadable'} for {_seconds(setup, bad.rejected)}"
+    if bad.solver_failures > allowed.solver_timeout:
+        return f"model: no solution for {_seconds(setup, bad.solver_failures)}"
+    if bad.limited >= allowed.limit_time:
+        return f"limits: the command stood at one for {_seconds(setup, bad.limited)}"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"tendons: {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
         return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
     if (
         state.mode is not Mode.PROBE
-        and runs.equal_poses >= allowed.frozen_time
+        and bad.equal_poses >= allowed.frozen_time
         and state.path_length > limits.frozen_distance
     ):
-        seen = _seconds(setup, runs.equal_poses)
-        return f"pose frozen: equal ones for {seen} while the model's tip went {state.path_length * 1e3:.0f} mm"
-    if runs.mismatches >= allowed.mismatch_time:
+        duration = _seconds(setup, bad.equal_poses)
+        return f"pose frozen: equal ones for {duration} while the model's tip went {state.path_length * 1e3:.0f} mm"
+    if bad.mismatches >= allowed.mismatch_time:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
-        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, runs.mismatches)}"
+        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, bad.mismatches)}"
     if monitored := monitored_fault(setup, state):
         return monitored
-    if runs.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
+    if bad.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
         assert state.tendon_state is not None
         return (
             f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
-            f"{state.tension_estimate[tendon]:.1f} N, for {_seconds(setup, runs.slack)}; is it cut, or off its spool?"
+            f"{state.tension_estimate[tendon]:.1f} N, for {_seconds(setup, bad.slack)}; is it cut, or off its spool?"
         )
     return ""
 
@@ -255,8 +255,10 @@ def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
     limits, reported = setup.config.faults, state.tendon_state
     if reported is None or len(reported.tension) != len(state.tension_estimate):
         return None
-    for index, (told, expected) in enumerate(zip(reported.tension, state.tension_estimate.tolist(), strict=True)):
-        if expected > limits.slack_tension and abs(told) < limits.slack_fraction * expected:
+    for index, (reported_tension, expected) in enumerate(
+        zip(reported.tension, state.tension_estimate.tolist(), strict=True)
+    ):
+        if expected > limits.slack_tension and abs(reported_tension) < limits.slack_fraction * expected:
             return index
     return None
 

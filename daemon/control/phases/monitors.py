@@ -1,6 +1,6 @@
-"""What watches a rig that is active: reports of the tendons, age and jumps of the poses, the tip against its reference.
+"""Watches of an active rig: reports of the tendons, age and jumps of the poses, the tip against its reference.
 
-What is looked for and how much of it is borne stands in `commissioning/tracking.py`; here it is fed from the state.
+The tolerances and the watches themselves are in `commissioning/tracking.py`; here they are fed from the state.
 """
 
 import math
@@ -22,10 +22,10 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, ReferencePoint
 
 ONE_CLOCK = 10.0
-"""[s] A stamp further from the receiver's clock is of another clock: only the growth of its age can be seen."""
+"""Difference from the receiver's clock [s] beyond which a stamp is of another clock: only its age's growth counts."""
 
 CLOCK_DRIFT = 1e-4
-"""Of time, by which two clocks drift apart at most."""
+"""Largest relative drift of two clocks."""
 
 WATCHED = (Mode.PRETENSION, Mode.TRACKING)
 
@@ -50,7 +50,7 @@ def pose_age_objection(setup: CycleSetup, state: CycleState, run: int) -> str:
         return ""
     return (
         f"poses are {state.stamp_age.seconds * 1e3:.0f} ms old, where observer.delay and faults.pose_age allow "
-        f"{bounds.pose_age_max * 1e3:.0f} ms: find what delays them, or tell the delay"
+        f"{bounds.pose_age_max * 1e3:.0f} ms: find what delays them, or set observer.delay"
     )
 
 
@@ -66,14 +66,14 @@ def watch_reports(setup: CycleSetup, state: CycleState) -> CycleState:
 
 
 def _odd_report(setup: CycleSetup, state: CycleState) -> str:
-    """Which report cannot be right, or must not be; empty if none."""
+    """Describe the report that cannot be right, or must not be; empty if there is none."""
     bounds, report = setup.tracking_bounds, state.tendon_state
     if report is None or len(report.tension) != len(state.tension_estimate):
         return ""
     for index, (load, model) in enumerate(zip(report.tension, state.tension_estimate.tolist(), strict=True)):
         if load > bounds.load_max:
-            most = setup.config.limits.tension_max
-            return f"tendon {index} reports {load:.0f} N, where limits.tension_max is {most:g} N"
+            tension_max = setup.config.limits.tension_max
+            return f"tendon {index} reports {load:.0f} N, where limits.tension_max is {tension_max:g} N"
         if load > 2.0 * model + bounds.load_excess:
             return f"tendon {index} reports {load:.0f} N, where the model has {model:.0f} N"
     for index, displacement in enumerate(report.displacement):
@@ -91,9 +91,9 @@ def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: Obs
     if state.bad_cycles.missed_ticks:  # the model stood still while the arm went on: that is no jump of the pose
         return JumpWatch(gap_cycles=state.pose_interval)
     x, y, z = state.previous_position.tolist()
-    way = math.dist(state.pose.position, (x, y, z))
+    distance = math.dist(state.pose.position, (x, y, z))
     change = float(np.linalg.norm(observer.innovation - state.observer.innovation))
-    return watch_jump(setup.tracking_bounds, state.jump_watch, state.pose_interval, way, change, (x, y, z))
+    return watch_jump(setup.tracking_bounds, state.jump_watch, state.pose_interval, distance, change, (x, y, z))
 
 
 def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: ReferencePoint) -> CycleState:
@@ -114,7 +114,7 @@ def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: Refe
 
 
 def monitored_fault(setup: CycleSetup, state: CycleState) -> str:
-    """What these watch must end pretension or tracking, in words; empty if nothing."""
+    """Return the reason of these watches to end pretension or tracking; empty if there is none."""
     bounds = setup.tracking_bounds
     if old := pose_age_objection(setup, state, bounds.pose_age_time):
         return f"pose age: {old}"

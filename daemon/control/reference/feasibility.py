@@ -12,7 +12,7 @@ from tendond.model.rod.static_curve import Pair, StaticCurve
 from tendond.schemas.config.control import LimitsSection
 
 SAMPLES = 100
-"""Of a trajectory; finer ones would resolve the knots of the curve of resting tips."""
+"""Samples of a trajectory; more would resolve the knots of the curve of resting tips."""
 
 
 def displacement_rate_max(curve: StaticCurve, trajectory: Trajectory, arrival: float) -> float:

@@ -105,7 +105,7 @@ class CurvePath:
 
 
 class SampledPath:
-    """Through samples against time, and at rest after the last one."""
+    """A spline through samples against time, at rest after the last one."""
 
     def __init__(self, spline: CubicSpline, end: float, last: Pair) -> None:
         self._made_of = (spline, end, last)

@@ -88,7 +88,7 @@ class BendingPlane:
     """Laws that move the tip in the bending plane."""
 
     def follows(self, section: ReferenceSection) -> bool:
-        """Whether the reference lies in the bending plane."""
+        """True if the reference lies in the bending plane."""
         return not section.in_space
 
     def tip_mass_max(self, config: RigConfig) -> float:

@@ -82,7 +82,7 @@ class Space:
     """Laws that move the tip in space; they follow references in the bending plane as well."""
 
     def follows(self, section: ReferenceSection) -> bool:
-        """Whether the reference can be followed: any."""
+        """True if the reference can be followed: any."""
         return True
 
     def tip_mass_max(self, config: RigConfig) -> float:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class Situation(NamedTuple):
-    """Everything known at the moment of a law's decision; vectors in the world frame.
+    """State of knowledge at the moment of a law's decision; vectors in the world frame.
 
     Attributes:
         rod: the model; model: its state; tip: its tip.
@@ -73,7 +73,7 @@ class TaskSpace(Protocol):
     """The kind of task that a law is made for."""
 
     def follows(self, section: ReferenceSection) -> bool:
-        """Whether references of that kind can be followed in it."""
+        """True if references of that kind can be followed in it."""
 
     def tip_mass_max(self, config: RigConfig) -> float:
         """Largest rod.tip_mass that the loop of such a law bears [kg]."""

@@ -42,7 +42,7 @@ def test_a_run_in_which_all_is_well_has_no_fault() -> None:
         ("limited", ALLOWED.limit_time - 1, {}, "limits: the command stood at one for {t}"),
     ],
 )
-def test_a_run_of_bad_cycles_is_a_fault_one_cycle_after_the_longest_that_is_borne(
+def test_a_run_of_bad_cycles_is_a_fault_one_cycle_after_the_longest_that_is_tolerated(
     name: str, allowed: int, more: dict[str, Any], words: str
 ) -> None:
     assert find_fault(SETUP, with_runs(**{name: allowed}, **more)) == ""

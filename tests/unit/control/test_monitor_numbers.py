@@ -194,7 +194,7 @@ def test_what_ends_tracking_is_said_with_its_size_its_time_and_what_to_do() -> N
         "have markers or camera moved?"
     )
     assert not tracking_fault(BOUNDS, replace(turned, orientation_cycles=BOUNDS.orientation_time - 1), saturated=False)
-    remedy = "and does not settle; lower observer.integral, or tell the delay and the weight on the tip"
+    remedy = "and does not settle; lower observer.integral, or set observer.delay and rod.tip_mass"
     swinging = swing([0.02] * SWINGS, 25)
     for axis, name in enumerate("xyz"):
         tip = tuple(swinging if k == axis else Swing() for k in range(3))
@@ -279,10 +279,10 @@ def test_the_age_of_a_pose_is_its_lag_on_one_clock_and_its_growth_on_another() -
 def test_old_poses_object_after_their_time_and_say_how_old_they_may_be() -> None:
     state = aged(changed(START, pose_interval=3), 0.08, 5)
     words = "poses are 80 ms old, where observer.delay and faults.pose_age allow 50 ms: find what delays them, or "
-    assert pose_age_objection(SETUP, state, 3) == words + "tell the delay"
+    assert pose_age_objection(SETUP, state, 3) == words + "set observer.delay"
     assert pose_age_objection(SETUP, state, 4) == ""
     old = changed(state, stamp_age=changed(state.stamp_age, too_old=BOUNDS.pose_age_time))
-    assert monitored_fault(SETUP, old) == f"pose age: {words}tell the delay"
+    assert monitored_fault(SETUP, old) == f"pose age: {words}set observer.delay"
     assert monitored_fault(SETUP, state) == ""
 
 
@@ -385,7 +385,7 @@ def test_a_displacement_that_cannot_be_is_said_in_millimetres() -> None:
     )
 
 
-def test_a_load_as_large_as_the_largest_is_borne_where_the_model_has_as_much() -> None:
+def test_a_load_as_large_as_the_largest_is_tolerated_where_the_model_has_as_much() -> None:
     for load, odd in ((BOUNDS.load_max, 0), (BOUNDS.load_max + 1e-9, 2)):
         told = TendonState(seq=1, stamp_ns=0, tension=(0.0, load, 0.0, 0.0), displacement=(0.0,) * 4)
         state = changed(

@@ -87,16 +87,16 @@ def test_nothing_can_be_wound_of_a_step_that_is_not_finite(value: float, argumen
 pairs = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
 
 
-@given(gain=pairs, missing=pairs, response=pairs, gain_min=st.floats(0.5, 3.0), rate=st.floats(0.0, 1000.0))
-def test_the_net_tension_is_the_inverse_paced_by_the_response(
+@given(gain=pairs, missing=pairs, jacobian=pairs, gain_min=st.floats(0.5, 3.0), rate=st.floats(0.0, 1000.0))
+def test_the_net_tension_is_the_inverse_paced_by_the_jacobian(
     gain: tuple[float, float],
     missing: tuple[float, float],
-    response: tuple[float, float],
+    jacobian: tuple[float, float],
     gain_min: float,
     rate: float,
 ) -> None:
     """b'm / max(b'b, kd b'D) where b'D > min |D|, else D'm / max(b'D, kd D'D); without D: b'm / max(b'b, min^2)."""
-    b, m, d = np.array(gain), np.array(missing), np.array(response) / 50.0
+    b, m, d = np.array(gain), np.array(missing), np.array(jacobian) / 50.0
     plain = 3.0 + b @ m / max(b @ b, gain_min**2)
     assert net_tension(b, m, 3.0, gain_min) == pytest.approx(plain, rel=1e-9, abs=1e-9)
     assert net_tension(b, m, 3.0, gain_min, rate, np.zeros(2)) == pytest.approx(plain, rel=1e-9, abs=1e-9)
@@ -105,7 +105,7 @@ def test_the_net_tension_is_the_inverse_paced_by_the_response(
         return
     if along > gain_min * size:
         paced = 3.0 + b @ m / max(b @ b, rate * along)
-        assert net_tension(b, m, 3.0, gain_min, 0.0, d) == net_tension(b, m, 3.0, gain_min, response=d)
+        assert net_tension(b, m, 3.0, gain_min, 0.0, d) == net_tension(b, m, 3.0, gain_min, jacobian=d)
     elif rate * size > 1e-6:
         paced = 3.0 + d @ m / max(along, rate * size * size)
     else:

@@ -5,7 +5,7 @@ import sys
 
 FRESH = """
 from tendond.daemon.control.cycle import step
-from tendond.daemon.runtime.warm_up import warm_up
+from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
 from tendond.daemon.control.state import CycleSetup
 from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
@@ -36,10 +36,10 @@ def test_setting_up_runs_every_kernel() -> None:
     assert set(run_fresh(code).split()) <= BROUGHT
 
 
-def test_after_practice_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
+def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
     code = """
 setup = CycleSetup.from_config(RigConfig())
-state = warm_up(setup)
+state = warm_up_cycle(setup)
 before = loaded()
 for seq in range(300):
     tip = setup.rod.tip(state.rod)

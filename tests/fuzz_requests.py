@@ -52,7 +52,7 @@ def reference(draw: random.Random) -> dict[str, Any]:
     kind = draw.choice(KINDS)
     keys: dict[str, Any] = {"kind": kind}
     choices: dict[str, Any] = {
-        "branch": lambda: draw.choice(("far", "near", None)),
+        "branch": lambda: draw.choice(("above_135", "below_135", None)),
         "unreachable": lambda: draw.choice(("refuse", "track")),
         "path": lambda: draw.choice(("curve", "direct")),
         "rate": lambda: abs(value(draw)) * 50.0,
@@ -102,7 +102,7 @@ def run(count: int, seed: int) -> dict[str, int]:
     """
     draw = random.Random(seed)
     config = without_probe(
-        check_config({"reference": {"across": 0.2, "branch": "near"}, "commissioning": {"rest": False}}, "fuzz")
+        check_config({"reference": {"across": 0.2, "branch": "below_135"}, "commissioning": {"rest": False}}, "fuzz")
     )
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)

@@ -1,9 +1,9 @@
 """[reference]: target or trajectory of the tip."""
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.spatial import SPACE_KINDS, SpaceKeys
@@ -13,6 +13,14 @@ TARGETS = ("position", "across", "angle", "direction")
 
 SAMPLE_SPACING_MIN = 1e-4
 """Smallest time between two samples [s]: a tenth of the shortest cycle."""
+
+BRANCHES = {"far": "above_135", "near": "below_135"}
+"""Old names of the branches, which logs and operators may still have, with the present ones."""
+
+
+def _present_branch(value: Any) -> Any:
+    return BRANCHES.get(value, value) if isinstance(value, str) else value
+
 
 Time = Annotated[float, Field(ge=0.0, description="time of the sample [s]")]
 Sample = tuple[Time, float, float] | tuple[Time, float, float, float]
@@ -29,10 +37,10 @@ class ReferenceSection(SpaceKeys):
         None, description="target bending angle, of the tip's direction against the straight rod's [rad]"
     )
     direction: Vector3 | None = Field(None, description="target direction of the tip, in the plane [-]")
-    branch: Literal["far", "near"] | None = Field(
+    branch: Annotated[Literal["above_135", "below_135"] | None, BeforeValidator(_present_branch)] = Field(
         None,
-        description="of two shapes with the same x (or y, or both): the one bent further, or the other; "
-        "left out: far in the plane, near in space",
+        description="of two resting shapes with the same x (or y, or both), the one bent by more or by less than about"
+        " 135 degrees, where the tip turns back; default: above_135 in the plane, below_135 in space",
     )
     unreachable: Literal["refuse", "track"] = Field(
         "refuse",

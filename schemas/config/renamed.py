@@ -30,6 +30,9 @@ IN_SECONDS = {
 }
 """New name [s] by section and old name, of thresholds that were counted in cycles."""
 
+RENAMED_VALUES = {("reference", "branch"): {"far": "above_135", "near": "below_135"}}
+"""New value by section, key and old value."""
+
 REMOVED = {
     ("observer", "delay_scale"): "the gains follow from the loop's margin at the configured delay",
 }
@@ -79,6 +82,12 @@ def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], l
                 f"{source}: {section}.{old} = {cycles} (cycles) is read as {section}.{name} = {seconds:g} [s]: "
                 "use that key"
             )
+    for (section, key), values in RENAMED_VALUES.items():
+        table = new.get(section)
+        given = table.get(key) if isinstance(table, Mapping) else None
+        if isinstance(table, Mapping) and isinstance(given, str) and given in values:
+            new[section] = {**table, key: values[given]}
+            _warn(f"{source}: {section}.{key} = '{given}' was renamed to '{values[given]}': use that value")
     for (section, old), why in REMOVED.items():
         table = new.get(section)
         if isinstance(table, Mapping) and old in table:

@@ -187,7 +187,7 @@ def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, floa
         values, unit = curve.angle, "rad"
         asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
     if found.size:
-        arc = float(found[-1] if section.branch != "near" else found[0])
+        arc = float(found[-1] if section.branch != "below_135" else found[0])
         return curve.at(arc)[0], arc
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])

@@ -167,8 +167,9 @@ def _moved(section: ReferenceSection, surface: Surface, wanted: Sequence[Array])
     """Return the equilibria nearest to the wanted places, and the largest distance."""
     rests: list[Rest] = []
     furthest, aim = 0.0, "direction" if section.direction is not None else section.aim
+    above_135 = section.branch == "above_135"
     for place in wanted:
-        rest, missing = surface.find(place, aim, far=section.branch == "far", start=rests[-1] if rests else None)
+        rest, missing = surface.find(place, aim, above_135=above_135, start=rests[-1] if rests else None)
         apart = math.hypot(*missing.tolist())
         if apart > section.moved_max:
             there = rest.compared(aim, len(place))[0]

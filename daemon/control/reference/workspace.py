@@ -96,20 +96,23 @@ class Surface:
             columns.append((self._solve(moved, state)[0] - place) / (moved[axis] - moment[axis]))
         return Rest(moment, state, place, np.column_stack(columns))
 
-    def find(self, wanted: Array, aim: str, *, far: bool = False, start: Rest | None = None) -> tuple[Rest, Array]:
+    def find(
+        self, wanted: Array, aim: str, *, above_135: bool = False, start: Rest | None = None
+    ) -> tuple[Rest, Array]:
         """Find the equilibrium whose tip is nearest to a wanted place, and what is missing to it, shape (count,).
 
         Args:
             wanted: see `Rest.compared`, shape (count,).
             aim: likewise.
-            far: of two shapes with the same x and y, the one that is bent further.
+            above_135: of two shapes with the same x and y, the one bent by more than about 135 degrees, where the tip
+                turns back.
             start: a neighbouring one; without it, the nearest constant curvature.
 
         Raises:
             ConvergenceError: the search leaves the rod's equilibria.
         """
         count = len(wanted)
-        rest = self.rest(self._nearest_arc(wanted, aim, far)) if start is None else start
+        rest = self.rest(self._nearest_arc(wanted, aim, above_135)) if start is None else start
         place, jacobian = rest.compared(aim, count)
         missing, ridge = wanted - place, 0.0
         for _ in range(STEPS):
@@ -155,7 +158,7 @@ class Surface:
         cost = 0.5 * np.einsum("ki,ij,kj->k", ends, square, ends) - ends @ right
         return np.asarray(ends[int(np.argmin(cost))])
 
-    def _nearest_arc(self, wanted: Array, aim: str, far: bool) -> Array:
+    def _nearest_arc(self, wanted: Array, aim: str, above_135: bool) -> Array:
         """Return the moment of the weightless constant curvature that comes nearest."""
         parameters = self.rod.parameters
         azimuth = math.atan2(wanted[1], wanted[0])
@@ -170,8 +173,8 @@ class Surface:
                 apart = apart + (along - wanted[2]) ** 2
             else:
                 furthest = int(np.argmax(out))
-                apart[: furthest if far else 0] = math.inf
-                apart[len(apart) if far else furthest + 1 :] = math.inf
+                apart[: furthest if above_135 else 0] = math.inf
+                apart[len(apart) if above_135 else furthest + 1 :] = math.inf
             angle = float(bend[int(np.argmin(apart))])
         size = angle * parameters.bending_stiffness / parameters.length
         return self.allocation.nearest(size * np.array([math.cos(azimuth), math.sin(azimuth)]))

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import RENAMED, RenamedKeyWarning
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
 
@@ -41,3 +42,13 @@ def test_an_old_name_beside_the_new_one_is_refused(section: str, old: str) -> No
 def test_no_default_of_the_schema_has_an_old_name() -> None:
     tables = RigConfig().model_dump()
     assert not [path for path in RENAMED if path[1] in tables[path[0]]]
+
+
+@pytest.mark.parametrize(("old", "new"), [("far", "above_135"), ("near", "below_135")])
+def test_an_old_name_of_a_branch_is_read_with_one_line_and_in_requests_and_logs_without(old: str, new: str) -> None:
+    with pytest.warns(RenamedKeyWarning) as caught:
+        config = parse_config(f'[reference]\nacross = 0.34\nbranch = "{old}"\n', "rig.toml")
+    assert config.reference.branch == new
+    said = [str(warning.message) for warning in caught]
+    assert said == [f"rig.toml: reference.branch = '{old}' was renamed to '{new}': use that value"]
+    assert ReferenceSection.model_validate({"across": 0.34, "branch": old}).branch == new

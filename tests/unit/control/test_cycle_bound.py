@@ -27,9 +27,9 @@ Measured at 100 Hz in CPU time: 0.01 in the median, 0.09 for a change of law wit
 """
 
 IN_THE_PLANE: dict[str, dict[str, Any]] = {
-    "exponential": {"across": 0.2, "branch": "near"},
-    "step": {"across": 0.2, "branch": "near"},
-    "minimum_jerk": {"across": 0.2, "branch": "near"},
+    "exponential": {"across": 0.2, "branch": "below_135"},
+    "step": {"across": 0.2, "branch": "below_135"},
+    "minimum_jerk": {"across": 0.2, "branch": "below_135"},
     "samples": {"samples": ((0.0, -0.028, 0.499), (1.0, 0.0, 0.5)), "unreachable": "track"},
 }
 IN_SPACE: dict[str, dict[str, Any]] = {
@@ -57,7 +57,7 @@ def test_every_kind_of_reference_is_tried_here() -> None:
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 8, 16])
 def test_no_cycle_takes_long(count: int) -> None:
     tendons = {"tendon_positions": ring(count)}
-    start = {"across": 0.2, "branch": "near"}
+    start = {"across": 0.2, "branch": "below_135"}
     config = without_probe(
         check_config(
             {"rod": tendons, "simulator": {"rod": tendons}, "reference": start, "commissioning": {"rest": False}},

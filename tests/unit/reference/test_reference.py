@@ -39,10 +39,10 @@ def test_the_curve_goes_through_resting_tips_within_a_hundredth_of_a_millimetre(
 
 
 def test_one_x_has_two_shapes_and_the_branch_names_the_one() -> None:
-    """x = 340 mm: z is 47.5 mm on the far branch and 266 mm on the near one (the converged rod's)."""
-    far, near = build("across = 0.34"), build('across = 0.34\nbranch = "near"')
-    assert far.target == pytest.approx((0.34, 0.0, 0.0475), abs=1e-4)
-    assert near.target == pytest.approx((0.34, 0.0, 0.266), abs=5e-4)
+    """x = 340 mm: z is 47.5 mm where the rod is bent by 165 degrees, 266 mm at 106 degrees (the converged rod's)."""
+    at_165, at_106 = build("across = 0.34"), build('across = 0.34\nbranch = "below_135"')
+    assert at_165.target == pytest.approx((0.34, 0.0, 0.0475), abs=1e-4)
+    assert at_106.target == pytest.approx((0.34, 0.0, 0.266), abs=5e-4)
 
 
 def test_an_angle_and_the_direction_that_it_gives_are_the_same_target() -> None:

@@ -53,10 +53,10 @@ def test_a_place_over_x_and_y_is_found_and_a_fresh_static_solution_agrees(wanted
 
 
 def test_one_x_and_y_has_two_shapes() -> None:
-    near = SURFACE.find(np.array([0.34, 0.0]), "position")[0]
-    far = SURFACE.find(np.array([0.34, 0.0]), "position", far=True)[0]
-    assert near.place[2] == pytest.approx(0.266, abs=2e-3)
-    assert far.place[2] == pytest.approx(0.0475, abs=2e-3)
+    at_106 = SURFACE.find(np.array([0.34, 0.0]), "position")[0]
+    at_165 = SURFACE.find(np.array([0.34, 0.0]), "position", above_135=True)[0]
+    assert at_106.place[2] == pytest.approx(0.266, abs=2e-3)
+    assert at_165.place[2] == pytest.approx(0.0475, abs=2e-3)
 
 
 def test_a_direction_is_found() -> None:

@@ -1,8 +1,8 @@
 """The command line. Nothing heavy is imported before a command needs it."""
 
-from tendond.cli.signals import leave_early
+from tendond.cli.signals import exit_early
 
-leave_early()  # Ctrl-C while the rest is imported
+exit_early()  # Ctrl-C while the rest is imported
 
 from tendond.cli.app import main  # noqa: E402
 

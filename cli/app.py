@@ -18,7 +18,7 @@ from tendond.cli.log.commands import log
 from tendond.cli.program import Program
 from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
-from tendond.cli.signals import INTERRUPTED, leave_at_the_end, leave_on_interrupt, was_interrupted
+from tendond.cli.signals import INTERRUPTED, exit_at_the_end, exit_on_interrupt, was_interrupted
 from tendond.cli.study.commands import study
 from tendond.schemas.config.renamed import RenamedKeyWarning
 
@@ -66,7 +66,7 @@ def main() -> None:
     """Run the command line; errors that a user can fix are one line each, without a traceback."""
     warnings.simplefilter("once", RenamedKeyWarning)
     warnings.showwarning = _show_renamed
-    leave_on_interrupt()
+    exit_on_interrupt()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
             stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
@@ -76,7 +76,7 @@ def main() -> None:
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None
     finally:
-        leave_at_the_end()
+        exit_at_the_end()
 
 
 def _run() -> None:

@@ -1,4 +1,4 @@
-"""What several commands need: the configuration, the signals, and lines for people."""
+"""Shared by several commands: configuration, signals, lines for people."""
 
 import csv
 import signal
@@ -19,10 +19,10 @@ Section = TypeVar("Section")
 
 
 def chosen_config(path: Path | None, profile: str | None) -> tuple[RigConfig, str]:
-    """The configuration in a file or of a profile, or the built-in one; and its name, for messages.
+    """Load the configuration of a file or a profile, or the built-in one; return it with its name, for messages.
 
     Raises:
-        ConfigError: as `load_config`; or both are given, or there is no such profile.
+        ConfigError: see `load_config`; or both are given, or there is no such profile.
     """
     if profile is None:
         return load_config(path), str(path or "built-in configuration")
@@ -32,21 +32,21 @@ def chosen_config(path: Path | None, profile: str | None) -> tuple[RigConfig, st
 
 
 def profile_text(name: str) -> str:
-    """The TOML of a profile.
+    """Return the TOML of a profile.
 
     Raises:
         ConfigError: there is no such profile.
     """
     if name not in PROFILES:
-        raise ConfigError(f"no profile is called '{name}': choose one of {', '.join(PROFILES)}")
+        raise ConfigError(f"unknown profile '{name}': choose one of {', '.join(PROFILES)}")
     return PROFILES[name]
 
 
 def load_config(path: Path | None) -> RigConfig:
-    """The configuration in a file, or the built-in one.
+    """Load the configuration of a file, or the built-in one.
 
     Raises:
-        ConfigError: the file cannot be read, or what is in it cannot be used.
+        ConfigError: the file cannot be read, or is invalid.
     """
     if path is None:
         return RigConfig()
@@ -59,7 +59,7 @@ def load_config(path: Path | None) -> RigConfig:
 
 
 def read_samples(path: Path) -> list[tuple[float, ...]]:
-    """The samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
+    """Read the samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
 
     Raises:
         ConfigError: the file cannot be read, or a line is not three or four numbers.
@@ -84,10 +84,10 @@ def read_samples(path: Path) -> list[tuple[float, ...]]:
 
 
 def present(section: Section | None, name: str, path: Path | None) -> Section:
-    """A section that may be left out of a configuration, but not for this command.
+    """Return an optional section of a configuration that this command requires.
 
     Raises:
-        ConfigError: it is not there.
+        ConfigError: it is missing.
     """
     if section is None:
         raise ConfigError(f"{path or 'built-in configuration'}: has no [{name}] section: add one, it may be empty")
@@ -95,9 +95,9 @@ def present(section: Section | None, name: str, path: Path | None) -> Section:
 
 
 def stop_on_signals() -> Callable[[], bool]:
-    """Catch SIGINT and SIGTERM, for a loop that can end by itself; the function returned is true once one has come.
+    """Catch SIGINT and SIGTERM, for a loop that stops by itself; the returned function is true after the first signal.
 
-    The exit status is 130 after the first all the same.
+    The exit status after SIGINT is still 130.
     """
     came: list[int] = []
 
@@ -111,16 +111,16 @@ def stop_on_signals() -> Callable[[], bool]:
 
 
 def say_to(supervisor: Supervisor) -> Callable[[str], None]:
-    """As `say`; the line is what `systemctl status` shows as well."""
+    """Return a `say` whose lines `systemctl status` shows as well."""
 
-    def tell(line: str) -> None:
+    def say_both(line: str) -> None:
         say(line)
         supervisor.status(line)
 
-    return tell
+    return say_both
 
 
 def say(line: str) -> None:
-    """A line for people and the journal, at once; that nobody reads it any more is no reason to end."""
+    """Print a line for people and the journal, at once; a closed stream is ignored."""
     with suppress(OSError):
         print(f"tendond: {line}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""`include` in a rig's configuration: other files, whose tables lie below the file's own."""
+"""`include` in a rig's configuration: other files, whose keys the file's own override."""
 
 import re
 import tomllib
@@ -12,7 +12,7 @@ Tables = dict[str, Any]
 
 
 def read_text(path: Path) -> str:
-    """A configuration's text.
+    """Read a configuration's text.
 
     Raises:
         ConfigError: it cannot be read.
@@ -22,17 +22,17 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: is no text in UTF-8") from error
+        raise ConfigError(f"{path}: is not text in UTF-8") from error
 
 
 def parse_with_includes(text: str, path: Path) -> RigConfig:
-    """The configuration in a file's text, over what the files that it includes say.
+    """Parse a configuration over the files that it includes.
 
-    `include = ["identified-2026-11-24.toml"]`, before the first table, names files beside this one. Of several, later
-    ones go over earlier ones, and the file's own keys over all. A list counts as one value.
+    `include = ["identified-2026-11-24.toml"]`, before the first table, names files beside this one. Later ones override
+    earlier ones, and the file's own keys override all. A list counts as one value.
 
     Raises:
-        ConfigError: as `parse_config`; or an included file cannot be used. It names the file that a wrong key is in.
+        ConfigError: see `parse_config`; or an included file is invalid. The message names the file of a wrong key.
     """
     try:
         own: Tables = tomllib.loads(text)
@@ -50,7 +50,7 @@ def parse_with_includes(text: str, path: Path) -> RigConfig:
 
 
 def sections(path: Path) -> set[str]:
-    """Names of the sections in a configuration and what it includes; their keys and values are not looked at.
+    """Return the names of the sections in a configuration and its includes; keys and values are not checked.
 
     Raises:
         ConfigError: a file cannot be read, or is not valid TOML.
@@ -64,7 +64,7 @@ def sections(path: Path) -> set[str]:
 
 
 def _included(names: Any, path: Path) -> dict[Path, Tables]:
-    """The tables of the files that a configuration includes, by their paths."""
+    """Read the tables of the included files, by path."""
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ConfigError(f'{path}: {INCLUDE}: must be a list of file names, for instance ["identified.toml"]')
     return {path.parent / name: _tables(path.parent / name) for name in names}
@@ -84,12 +84,14 @@ def _tables(path: Path) -> Tables:
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     if INCLUDE in tables:
-        raise ConfigError(f"{path}: {INCLUDE}: an included file includes no others; name them all in the first one")
+        raise ConfigError(
+            f"{path}: {INCLUDE}: an included file must not include others: name them all in the first file"
+        )
     return tables
 
 
 def _over(below: Tables, above: Tables) -> Tables:
-    """Two nested tables as one; where both have a value, the one above."""
+    """Merge two nested tables; values of `above` override those of `below`."""
     merged = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)
@@ -98,7 +100,7 @@ def _over(below: Tables, above: Tables) -> Tables:
 
 
 def _renamed(line: str, path: Path, own: Tables, files: dict[Path, Tables]) -> str:
-    """A message about `path`, or about the included file that the key in it comes from."""
+    """Name the included file in a message about a key that comes from it."""
     match = re.match(rf"{re.escape(str(path))}(?::\d+)?: ([A-Za-z_][\w.\[\]-]*)", line)
     if match is None:
         return line
@@ -112,7 +114,7 @@ def _renamed(line: str, path: Path, own: Tables, files: dict[Path, Tables]) -> s
 
 
 def _has(tables: Any, keys: list[str]) -> bool:
-    """Whether tables have a key, given by its parts; a place within a list is its list's."""
+    """Whether tables have a key, given by its parts; an index within a list counts as the list."""
     for key in keys:
         if not isinstance(tables, dict):
             return True

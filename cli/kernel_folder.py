@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept for a user who may write nowhere that numba looks: a temporary folder, and said so.
+"""Folder of compiled kernels for a user who may write nowhere that numba looks: a temporary one, with a message.
 
 numba looks for a folder that it can write to in NUMBA_CACHE_DIR, beside the sources, and in the user's cache, and does
 not even import a kernel where there is none. A service's user, or one in a container, often has none: no home, and an
@@ -20,14 +20,14 @@ import tendond
 
 VARIABLE = "NUMBA_CACHE_DIR"
 TEMPORARY = "tendond-kernels-"
-"""With what the name of a temporary folder begins."""
+"""Prefix of the temporary folder's name."""
 
 KERNELS = ("*.nbi", "*.nbc")
 NOWHERE = "no folder for compiled kernels can be written: set NUMBA_CACHE_DIR to one that can"
 
 
 class _Watch(MetaPathFinder):
-    """Prepares when numba is about to be imported: most commands need no kernel, and no folder for it."""
+    """Calls `prepare` when numba is about to be imported: most commands need no kernels."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say = say
@@ -45,10 +45,10 @@ def prepare_for_numba(say: Callable[[str], None]) -> None:
 
 
 def prepare(say: Callable[[str], None]) -> None:
-    """Have a folder that numba can write to, with the kernels that are there already.
+    """Provide a folder that numba can write to, with the existing kernels.
 
     Args:
-        say: a line for people.
+        say: prints a line for people.
     """
     folders = sorted(path.parent for path in (Path(tendond.__file__).parent / "model").rglob("__init__.py"))
     beside = folders[0] / "__pycache__"
@@ -69,24 +69,24 @@ def prepare(say: Callable[[str], None]) -> None:
 
 
 def is_writable(folder: Path) -> bool:
-    """Whether a folder can be written to, or be made."""
+    """Whether a folder can be written to, or created."""
     while not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
 
 
 def numbas_name(sources: Path) -> str:
-    """Name of the folder in NUMBA_CACHE_DIR that numba gives to the kernels of a folder of sources."""
+    """Return the name that numba gives, in NUMBA_CACHE_DIR, to the folder of a source folder's kernels."""
     return f"{sources.name}_{hashlib.sha1(str(sources).encode()).hexdigest()}"
 
 
 def _users() -> Path:
-    """The user's own cache, where numba looks last."""
+    """Return the user's own cache, where numba looks last."""
     return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
 
 
 def _temporary() -> Path | None:
-    """A folder of this user's own that later runs find again; what lies there is machine code, so nobody else's."""
+    """Create a folder that later runs find again; private to this user, since it holds machine code."""
     try:
         folder = Path(tempfile.gettempdir()) / f"{TEMPORARY}{os.getuid()}"
         with suppress(FileExistsError):

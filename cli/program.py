@@ -27,7 +27,7 @@ EVERYDAY = {
 
 
 @dataclass(frozen=True)
-class Moved:
+class Alias:
     """A command that has a new name; `values` are the options that the new spelling spells out."""
 
     now: str
@@ -35,17 +35,17 @@ class Moved:
 
 
 MOVED = {
-    "vicon": Moved("rig vicon"),
-    "inject": Moved("rig inject"),
-    "law": Moved("rig law"),
-    "reference": Moved("rig reference"),
-    "compare": Moved("log compare"),
-    "report": Moved("log report"),
-    "view": Moved("log view"),
-    "paper": Moved("study paper"),
-    "robustness": Moved("study robustness"),
-    "rig-demo": Moved("demo --scenario wired", {"scenario": "wired"}),
-    "demo-3d": Moved("demo --scenario spatial", {"scenario": "spatial"}),
+    "vicon": Alias("rig vicon"),
+    "inject": Alias("rig inject"),
+    "law": Alias("rig law"),
+    "reference": Alias("rig reference"),
+    "compare": Alias("log compare"),
+    "report": Alias("log report"),
+    "view": Alias("log view"),
+    "paper": Alias("study paper"),
+    "robustness": Alias("study robustness"),
+    "rig-demo": Alias("demo --scenario wired", {"scenario": "wired"}),
+    "demo-3d": Alias("demo --scenario spatial", {"scenario": "spatial"}),
 }
 """Old spellings at the top level."""
 
@@ -86,7 +86,7 @@ def _found(commands: Commands, words: str) -> Any:
     return found
 
 
-def _renamed(command: Any, old: str, moved: Moved) -> Any:
+def _renamed(command: Any, old: str, moved: Alias) -> Any:
     """A hidden copy of a command that names its new spelling before it runs."""
     run: Callable[..., Any] = command.callback
 

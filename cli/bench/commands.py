@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import Json
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 bench = typer.Typer(
     name="bench", help="Benchmark the solvers, the loop and replay.", no_args_is_help=True, rich_markup_mode=None
@@ -40,7 +40,7 @@ def bench_loop(
 
     Example: tendond bench loop --seconds 5
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.bench.loop import run_bench_loop
 
     run_bench_loop(seconds, as_json=json)

@@ -1,4 +1,4 @@
-"""`tendond bench`: tables of how long things take."""
+"""`tendond bench`: the tables of the benchmarks."""
 
 import json
 import math
@@ -65,7 +65,7 @@ def run_bench_replay(seconds: float) -> None:
 
 
 def _cells(rows: list[Row], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
-    """Header and lines of the table."""
+    """Format header and lines of the table."""
     header = ["one step, 10 ms", "median us", "p99 us", "max us", "passes", "tip error mm", "to euler_n200"]
     euler = next(row.median_us for row in rows if row.name == "euler_n200")
     lines = [
@@ -95,10 +95,10 @@ def _table(header: list[str], lines: list[list[str]]) -> Table:
 
 
 def _read(path: Path) -> dict[str, float]:
-    """Medians by name, of an earlier run."""
+    """Read the medians of an earlier run, by name."""
     try:
         return {str(row["name"]): float(row["median_us"]) for row in json.loads(path.read_text(encoding="utf-8"))}
     except OSError as error:
         raise DaemonError(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, TypeError, KeyError) as error:
-        raise DaemonError(f"{path}: is no result of 'tendond bench rod --json'") from error
+        raise DaemonError(f"{path}: is not a result of 'tendond bench rod --json'") from error

@@ -1,4 +1,4 @@
-"""`tendond config has`: a module of its own, since units ask it at each start, and it needs no model and no kernels."""
+"""`tendond config has`: a module of its own, since units run it at each start and it needs no model."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ from tendond.schemas.config.rig import ConfigError
 
 
 def run_has(section: str, file: Path, *, or_unreadable: bool) -> None:
-    """Tell whether a configuration has a section; see `tendond config has --help`.
+    """Test whether a configuration has a section; see `tendond config has --help`.
 
     Raises:
-        ConfigError: the file cannot be read, and that does not count as having it.
-        SystemExit: with 1, it has none.
+        ConfigError: the file cannot be read, and `or_unreadable` is not set.
+        SystemExit: with 1, it does not.
     """
     try:
         found = section in sections(file)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import scenarios
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 
 def demo(
@@ -33,7 +33,7 @@ def demo(
 
     Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.common import profile_text, say
     from tendond.model.numerics.announce import announce_compilation
     from tendond.model.warm import warm_up

@@ -4,93 +4,95 @@ import socket
 
 import numpy as np
 
-from tendond.cli.doctor.check import Result, Rig, bad, doubtful, good
+from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
 from tendond.schemas.messages import Mode
 
 SLOW_SHARE = 0.9
-"""Of the loop's rate, below which poses are slow."""
+"""Fraction of the loop's rate below which poses are slow."""
 
 OLD_SECONDS = 0.1
 ONE_CLOCK_SECONDS = 10.0
-"""Stamps further from this computer's clock than this are another's, and give no age."""
+"""Difference from this computer's clock above which a stamp is from another clock and gives no age."""
 
 
 def controller(rig: Rig) -> Result:
-    """Whether it answers, or could listen."""
-    heard, endpoint, name = rig.heard, rig.config.bus.endpoint, rig.config.rig.name
-    if heard.status is not None:
-        status = heard.status
-        finding = f"answers after {heard.answer_ms:.0f} ms: {status.mode.value} ({status.reason})"
+    """Check that the controller answers, or that its endpoint is free."""
+    activity, endpoint, name = rig.activity, rig.config.bus.endpoint, rig.config.rig.name
+    if activity.status is not None:
+        status = activity.status
+        finding = f"answers after {activity.answer_ms:.0f} ms: {status.mode.value} ({status.reason})"
         if status.loop.log_error:
-            return doubtful(f"{finding}; {status.loop.log_error}", "free or mend the disk, then start it anew")
+            return warned(f"{finding}; {status.loop.log_error}", "free or repair the disk, then restart the controller")
         if status.mode is Mode.FAULT:
-            return doubtful(finding, "mend the cause, then: tendond reset")
+            return warned(finding, "fix the cause, then: tendond reset")
         if status.loop.missed_ticks > 0.001 * max(status.loop.cycles, 1000):
-            return doubtful(
+            return warned(
                 f"{finding}; {status.loop.missed_ticks} of {status.loop.cycles} deadlines missed",
-                "see priority, governor and idle states above, and what else runs (top)",
+                "see priority, governor and idle states above, and other processes (top)",
             )
-        return good(finding)
-    if heard.connected:
-        return bad(
+        return passed(finding)
+    if activity.connected:
+        return failed(
             f"something listens on {endpoint}, but no controller of rig '{name}' answers",
-            "mend rig.name or bus.endpoint: several rigs need an endpoint each",
+            "fix rig.name or bus.endpoint: each rig needs its own endpoint",
         )
     taken = _taken(endpoint)
     if taken:
-        return bad(f"{endpoint} is taken, and not by a controller that lets us in", f"{taken}; {heard.error}")
-    return good(f"none runs; {endpoint} is free")
+        return failed(
+            f"{endpoint} is in use, but not by a controller that admits this client", f"{taken}; {activity.error}"
+        )
+    return passed(f"not running; {endpoint} is free")
 
 
 def poses(rig: Rig) -> Result:
-    """Whether tip poses come, how often, how old, and whether they are valid."""
-    heard, config = rig.heard, rig.config
-    if not heard.connected:
-        return doubtful("not listened for: no controller runs", "start it, then run this again")
+    """Check rate, age and validity of the tip poses."""
+    activity, config = rig.activity, rig.config
+    if not activity.connected:
+        return warned("not checked: the controller is not running", "start it, then run this again")
     driver = "tendond rig vicon" if config.vicon is not None else "tendond rig vicon or tendond simulate"
-    if heard.unreadable and not heard.poses:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in heard.unreadable.items())
-        return bad(f"what comes cannot be read: {reasons}", "use the same version of tendond everywhere")
-    if len(heard.poses) < 2:
-        return bad("none comes", f"start {driver}, and see that Tracker streams to this computer")
-    arrivals = np.array([arrival for arrival, _ in heard.poses]) * 1e-9
+    if activity.unreadable and not activity.poses:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in activity.unreadable.items())
+        return failed(f"unreadable messages: {reasons}", "use the same version of tendond everywhere")
+    if len(activity.poses) < 2:
+        return failed("none received", f"start {driver}, and check that Tracker streams to this computer")
+    arrivals = np.array([arrival for arrival, _ in activity.poses]) * 1e-9
     rate = (len(arrivals) - 1) / (arrivals[-1] - arrivals[0])
     gap = float(np.max(np.diff(arrivals)))
-    finding = f"{rate:.0f} a second, {gap * 1e3:.0f} ms between two at most"
-    age = float(np.median([arrival - pose.stamp_ns for arrival, pose in heard.poses])) * 1e-9
+    finding = f"{rate:.0f} Hz, largest gap {gap * 1e3:.0f} ms"
+    age = float(np.median([arrival - pose.stamp_ns for arrival, pose in activity.poses])) * 1e-9
     if abs(age) < ONE_CLOCK_SECONDS:
         finding += f", {age * 1e3:.0f} ms old"
-    unseen = sum(not pose.valid for _, pose in heard.poses)
-    if unseen == len(heard.poses):
-        return bad(
-            f"{finding}; not one is valid", "see why in the driver's journal: is the tip hidden, is the base turned?"
-        )
+    unseen = sum(not pose.valid for _, pose in activity.poses)
+    if unseen == len(activity.poses):
+        return failed(f"{finding}; none is valid", "see the driver's journal: is the tip occluded, is the base turned?")
     if gap > config.faults.pose_timeout:
-        return bad(f"{finding}: a fault while tracking (faults.pose_timeout)", "see the network and Tracker's load")
+        return failed(
+            f"{finding}: a fault while tracking (faults.pose_timeout)", "check the network and Tracker's load"
+        )
     if unseen or rate < SLOW_SHARE / config.loop.period or OLD_SECONDS < age < ONE_CLOCK_SECONDS:
         finding += f"; {unseen} not valid" if unseen else ""
-        return doubtful(
-            f"{finding}; the loop has {1.0 / config.loop.period:g} cycles a second",
-            "raise Tracker's rate, see that the tip is seen from everywhere; observer.delay should be the age",
+        return warned(
+            f"{finding}; the loop runs at {1.0 / config.loop.period:g} Hz",
+            "raise Tracker's rate, check that the tip is visible everywhere; observer.delay should be the age",
         )
-    return good(finding)
+    return passed(finding)
 
 
 def driver(rig: Rig) -> Result | None:
-    """What the servo driver says of itself."""
-    heard = rig.heard
-    if rig.config.servo is None or not heard.connected:
+    """Check the servo driver's report."""
+    activity = rig.activity
+    if rig.config.servo is None or not activity.connected:
         return None
-    if not heard.states:
-        return doubtful("no servo driver runs", "start it: tendond servo")
-    fault = heard.states[-1][1].fault
+    if not activity.states:
+        return warned("the servo driver is not running", "start it: tendond servo")
+    fault = activity.states[-1][1].fault
     if fault:
-        return bad(f"reports: {fault}", "mend the cause, then: tendond servo reset")
-    return good(f"runs without fault, {len(heard.states)} states a second")
+        return failed(f"reports: {fault}", "fix the cause, then: tendond servo reset")
+    return passed(f"running without fault, {len(activity.states)} states per second")
 
 
 def _taken(endpoint: str) -> str:
-    """Why the endpoint could not be listened on; empty if it could, or if it is another computer's."""
+    """Explain why the endpoint cannot be listened on; empty if it can, or if it is another computer's."""
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     kind = socket.SOCK_DGRAM if endpoint.startswith("quic") else socket.SOCK_STREAM
     try:

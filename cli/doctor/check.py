@@ -1,4 +1,4 @@
-"""What a check is given, and what it gives back."""
+"""Input and result of a check."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,12 +7,12 @@ from functools import cached_property
 from pathlib import Path
 
 from tendond.cli.doctor.clock import is_synchronised
-from tendond.cli.doctor.listen import Heard, listen
+from tendond.cli.doctor.listen import BusActivity, listen
 from tendond.schemas.config.rig import RigConfig
 
 
 class Outcome(StrEnum):
-    """Of a check; the worst comes last."""
+    """Verdict of a check, from best to worst."""
 
     PASS = "pass"
     WARN = "warn"
@@ -21,38 +21,38 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Result:
-    """What was found, in one line, and what to do about it."""
+    """Finding, in one line, and its remedy."""
 
     outcome: Outcome
     finding: str
     remedy: str = ""
 
 
-def good(finding: str) -> Result:
-    """Nothing is wrong."""
+def passed(finding: str) -> Result:
+    """Result of a check that passes."""
     return Result(Outcome.PASS, finding)
 
 
-def doubtful(finding: str, remedy: str) -> Result:
-    """The rig runs, but not as well as it could, or something could not be looked at."""
+def warned(finding: str, remedy: str) -> Result:
+    """Result for a rig that runs, but not at its best, or for something that could not be checked."""
     return Result(Outcome.WARN, finding, remedy)
 
 
-def bad(finding: str, remedy: str) -> Result:
-    """The rig does not run so."""
+def failed(finding: str, remedy: str) -> Result:
+    """Result for a rig that cannot run."""
     return Result(Outcome.FAIL, finding, remedy)
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Where the operating system shows itself; tests have folders of their own."""
+    """The operating system's folders; tests use their own."""
 
     proc: Path = Path("/proc")
     sys: Path = Path("/sys")
     is_synchronised: Callable[[], bool] = is_synchronised
 
     def read(self, path: Path) -> str | None:
-        """A small file's text; none where there is none, or none that may be read."""
+        """Read a small file; none if it is missing or not readable."""
         try:
             return path.read_text(encoding="utf-8", errors="replace").strip()
         except OSError:
@@ -61,34 +61,34 @@ class Machine:
 
 @dataclass
 class Rig:
-    """What is looked at.
+    """Rig to check.
 
     Attributes:
         config: valid.
-        config_file: it is from, if from a file.
-        log_folder: of its logs.
-        ask_servos: whether servos may be asked for what they are.
-        probe: whether the tendons are pulled a little, one after another.
-        machine: that it runs on.
+        config_file: of the configuration; none: the built-in one.
+        log_folder: folder of its logs.
+        query_servos: whether servos may be queried.
+        probe: whether each tendon is pulled slightly, one after another.
+        machine: the computer.
     """
 
     config: RigConfig
     config_file: Path | None
     log_folder: Path
-    ask_servos: bool = True
+    query_servos: bool = True
     probe: bool = False
     machine: Machine = field(default_factory=Machine)
 
     @property
     def folder(self) -> Path:
-        """In which paths of the configuration begin."""
+        """Folder in which the configuration's paths begin."""
         return Path() if self.config_file is None else self.config_file.parent
 
     @cached_property
-    def heard(self) -> Heard:
-        """On the bus, for a second; listened for once, by the first check that wants it."""
+    def activity(self) -> BusActivity:
+        """Activity on the bus, recorded for a second by the first check that needs it."""
         return listen(self.config)
 
 
 Check = Callable[[Rig], Result | None]
-"""None: it does not apply to this rig."""
+"""A check; none: it does not apply to this rig."""

@@ -1,4 +1,4 @@
-"""Whether the wall clock is kept by somebody: adjtimex(2)."""
+"""Synchronisation of the wall clock: adjtimex(2)."""
 
 import ctypes
 
@@ -8,7 +8,7 @@ TIMEX_BYTES = 256
 
 
 def is_synchronised() -> bool:
-    """By NTP or the like, as the kernel knows it."""
+    """Whether the kernel reports the clock as synchronised, by NTP for instance."""
     buffer = ctypes.create_string_buffer(TIMEX_BYTES)
     state = int(ctypes.CDLL(None, use_errno=True).adjtimex(buffer))
     return 0 <= state != TIME_ERROR

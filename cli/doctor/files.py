@@ -1,4 +1,4 @@
-"""Checks of what lies on the disk: logs, kernels, the calibration."""
+"""Checks of files: logs, kernels, the calibration."""
 
 import os
 import tempfile
@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tendond.cli.doctor.check import Result, Rig, bad, doubtful, good
+from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
 from tendond.cli.kernel_folder import TEMPORARY, VARIABLE
 from tendond.daemon.recording.recorder import FLUSH_SECONDS
 from tendond.daemon.recording.retention import GIGABYTE, MEGABYTE, existing, retention
@@ -15,22 +15,22 @@ from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibra
 
 TRIAL_BYTES, BLOCK_BYTES = 8_000_000, 128_000
 SLOW_BYTES = 5e6
-"""[bytes/s]; a log of every cycle at 100 Hz takes a tenth of it."""
+"""Write speed [bytes/s] below which entries may be dropped; a log at 100 Hz needs a tenth of it."""
 
 FILES_LEFT = 10
-"""Files of log.split_size, below which the disk is nearly full."""
+"""Number of files of log.split_size below which the disk is nearly full."""
 
 CALIBRATION_DAYS = 30.0
 SYSTEM_LOGS = Path("/var/log/tendond")
-"""Of services, whose logs are bounded by default."""
+"""Folder of the services' logs, which are bounded by default."""
 
 
 FEW_DAYS = 7.0
-"""Of room, from which on somebody should think about it where nothing is removed by itself."""
+"""Days of space left below which to warn, where old logs are not removed."""
 
 
 def log_space(rig: Rig) -> Result:
-    """Room for logs, and how long it lasts at the rate of the last days."""
+    """Check the space for logs, and how long it lasts at the rate of the last days."""
     folder = existing(rig.log_folder)
     name, section = rig.config.rig.name, rig.config.log
     kept = retention(section, rig.log_folder, name, service=rig.log_folder.resolve().is_relative_to(SYSTEM_LOGS))
@@ -43,16 +43,16 @@ def log_space(rig: Rig) -> Result:
         finding += f"; at {room.rate / GIGABYTE:.2f} GB a day {then} in {room.days:.1f} days"
     size = kept.split_bytes(section.split_size * MEGABYTE)
     if room.free < size:
-        return bad(f"{finding}; less than one file of log.split_size", "remove old logs, or log to another disk")
+        return failed(f"{finding}; less than one file of log.split_size", "remove old logs, or log to another disk")
     if room.free < FILES_LEFT * size:
-        return doubtful(f"{finding}; fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
+        return warned(f"{finding}; fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
     if kept.size is None and room.days is not None and room.days < FEW_DAYS:
-        return doubtful(finding, "set log.keep_size, or remove old logs soon")
-    return good(finding)
+        return warned(finding, "set log.keep_size, or remove old logs soon")
+    return passed(finding)
 
 
 def log_speed(rig: Rig) -> Result:
-    """Whether the disk keeps up with the recorder: some megabytes are written, handed to the disk, and removed."""
+    """Check that the disk keeps up with the recorder: write, sync and remove some megabytes."""
     folder = existing(rig.log_folder)
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -64,19 +64,19 @@ def log_speed(rig: Rig) -> Result:
             os.fsync(file.fileno())
             ended = time.monotonic()
     except OSError as error:
-        return doubtful(
-            f"{folder}: not tried: {error.strerror}",
+        return warned(
+            f"{folder}: not tested: {error.strerror}",
             f"run it as the user that logs: sudo -u tendond tendond doctor ({folder})",
         )
     speed, sync = TRIAL_BYTES / (ended - started), ended - before
-    finding = f"{speed / 1e6:.0f} MB/s, {sync * 1e3:.0f} ms to hand {TRIAL_BYTES / 1e6:g} MB to the disk"
+    finding = f"{speed / 1e6:.0f} MB/s, {sync * 1e3:.0f} ms to sync {TRIAL_BYTES / 1e6:g} MB"
     if speed < SLOW_BYTES or sync > 10.0 * FLUSH_SECONDS:
-        return doubtful(f"{finding}: log entries may be dropped", "log to another disk, or raise log.queue")
-    return good(finding)
+        return warned(f"{finding}: log entries may be dropped", "log to another disk, or raise log.queue")
+    return passed(finding)
 
 
 def kernels(rig: Rig) -> Result:
-    """Whether the model's kernels are compiled for this user and this processor."""
+    """Check that the kernels are compiled for this user and processor."""
     from tendond.model.numerics.compile import uncached
     from tendond.model.rod.rod import Rod
 
@@ -84,20 +84,20 @@ def kernels(rig: Rig) -> Result:
     missing = uncached()
     folder = os.environ.get(VARIABLE, "")
     if Path(folder).name.startswith(TEMPORARY):
-        return doubtful(
+        return warned(
             f"{'not compiled' if missing else 'compiled'}, in {folder}: no other folder can be written",
-            f"set {VARIABLE} to a folder of this user's, or compiling starts anew with each boot",
+            f"set {VARIABLE} to a folder of this user's, or kernels are compiled again after each boot",
         )
     if not missing:
-        return good("compiled, for this user and processor")
-    return doubtful(
+        return passed("compiled, for this user and processor")
+    return warned(
         f"not compiled for this user: {', '.join(missing)}; the first start takes a minute or two",
         "python -m tendond.model.warm, as the user that runs the controller (deploy/install does it for the service)",
     )
 
 
 def calibration(rig: Rig) -> Result | None:
-    """Of the servos: there, this rig's, whole, and not old."""
+    """Check that the calibration is complete, this rig's, and recent."""
     section = rig.config.servo
     if section is None:
         return None
@@ -108,10 +108,10 @@ def calibration(rig: Rig) -> Result | None:
         days = (datetime.now(UTC) - datetime.fromisoformat(found.date)).total_seconds() / 86400.0
     except CalibrationError as error:
         what, _, remedy = str(error).rpartition(": ")
-        return bad(what, remedy)
+        return failed(what, remedy)
     except (ValueError, TypeError):
-        return doubtful(f"{path}: its date is none: {found.date}", "calibrate anew: tendond servo calibrate")
+        return warned(f"{path}: invalid date: {found.date}", "calibrate again: tendond servo calibrate")
     finding = f"{path.name}: {len(ids)} tendons, {days:.0f} days old"
     if days > CALIBRATION_DAYS:
-        return doubtful(f"{finding}; tendons stretch with time", "tendond servo pretension --store")
-    return good(finding)
+        return warned(f"{finding}; tendons stretch with time", "tendond servo pretension --store")
+    return passed(finding)

@@ -1,4 +1,4 @@
-"""A second on the bus as a client: the controller's status, and what drivers publish."""
+"""A second on the bus as a client: the controller's status, poses and tendon states."""
 
 import time
 from dataclasses import dataclass, field
@@ -17,14 +17,14 @@ QUEUE = 4096
 
 
 @dataclass
-class Heard:
-    """Poses and tendon states with the time of their arrival [ns] on the monotonic clock.
+class BusActivity:
+    """Poses and tendon states, with the time of their arrival [ns] on the monotonic clock.
 
     Attributes:
-        connected: to something that speaks Zenoh.
-        status: the controller's answer, answered in `answer_ms`.
-        error: why there is none, in words.
-        unreadable: messages, by reason.
+        connected: whether a Zenoh session could be opened.
+        status: of the controller, received after `answer_ms`.
+        error: why there is no status.
+        unreadable: number of unreadable messages, by reason.
     """
 
     connected: bool = False
@@ -36,37 +36,37 @@ class Heard:
     unreadable: dict[str, int] = field(default_factory=dict)
 
 
-def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> Heard:
-    """Ask the controller, then listen; nothing is published.
+def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
+    """Query the controller, then listen; publish nothing.
 
     Args:
         config: of the rig.
-        seconds: to listen for.
+        seconds: time to listen.
     """
-    heard = Heard()
+    activity = BusActivity()
     name = config.rig.name
     try:
         session = open_client(config.bus.endpoint, CONNECT_SECONDS)
     except (BusError, ConfigError) as error:
-        heard.error = str(error)
-        return heard
+        activity.error = str(error)
+        return activity
     with session:
-        heard.connected = True
+        activity.connected = True
         poses = Subscription(session, key(name, TIP_POSE), TipPose, QUEUE)
         states = Subscription(session, key(name, TENDON_STATE), TendonState, QUEUE)
         started = time.monotonic()
         try:
-            heard.status = ask_status(session, name)
+            activity.status = ask_status(session, name)
         except BusError as error:
-            heard.error = str(error)
-        heard.answer_ms = (time.monotonic() - started) * 1e3
+            activity.error = str(error)
+        activity.answer_ms = (time.monotonic() - started) * 1e3
         for waiting in (poses, states):  # what has arrived meanwhile says nothing about its age
             waiting.newest()
             waiting.unreadable.clear()
         until = time.monotonic() + seconds
         while time.monotonic() < until:
-            heard.poses += [(time.monotonic_ns(), pose) for pose in poses]
-            heard.states += [(time.monotonic_ns(), state) for state in states]
+            activity.poses += [(time.monotonic_ns(), pose) for pose in poses]
+            activity.states += [(time.monotonic_ns(), state) for state in states]
             time.sleep(POLL_SECONDS)
-        heard.unreadable = dict(poses.unreadable + states.unreadable)
-    return heard
+        activity.unreadable = dict(poses.unreadable + states.unreadable)
+    return activity

@@ -1,162 +1,162 @@
-"""Checks of the computer: what a loop that has to be on time wants of it."""
+"""Checks of the computer: what a punctual loop needs."""
 
 import os
 import time
 from pathlib import Path
 
-from tendond.cli.doctor.check import Machine, Result, Rig, bad, doubtful, good
+from tendond.cli.doctor.check import Machine, Result, Rig, failed, passed, warned
 from tendond.daemon.runtime.realtime import CAP_IPC_LOCK
 
 CAP_SYS_NICE = 23
 FIFO = 1
 PRECISE_CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "xen")
 IDLE_SHARE = 0.02
-"""Of the period, that waking the processor may take."""
+"""Fraction of the period that waking the processor may take."""
 
 LATE_SHARE = 0.1
-"""Of the period, that a sleep may end late."""
+"""Fraction of the period by which a sleep may end late."""
 
 NAPS, NAP_SECONDS = 100, 0.001
 LIMITS_REMEDY = "run it as a service (deploy/install), or allow it in /etc/security/limits.d: @tendond - {} {}"
 
 
 def priority(rig: Rig) -> Result:
-    """The running controller's, or whether this user may ask for it."""
+    """Check the controller's real-time priority, or whether this user may request it."""
     wanted = rig.config.loop.priority
     if not wanted:
-        return good("not asked for (loop.priority = 0)")
+        return passed("not requested (loop.priority = 0)")
     machine, pid = rig.machine, find_controller(rig)
     if pid is not None:
         fields = (machine.read(machine.proc / str(pid) / "stat") or "").rpartition(")")[2].split()
         policy, current = (int(fields[38]), int(fields[37])) if len(fields) > 38 else (0, 0)
         if policy == FIFO and current == wanted:
-            return good(f"the controller (process {pid}) has FIFO priority {wanted}")
-        return doubtful(
+            return passed(f"the controller (process {pid}) has FIFO priority {wanted}")
+        return warned(
             f"the controller (process {pid}) has no FIFO priority {wanted}", LIMITS_REMEDY.format("rtprio", wanted)
         )
     limit = _limit(machine, "Max realtime priority")
     if limit is None or limit >= wanted or _has_capability(machine, CAP_SYS_NICE):
-        return good(f"FIFO priority {wanted} may be asked for here")
-    return doubtful(
-        f"FIFO priority {wanted} may not be asked for here (limit {limit:g})", LIMITS_REMEDY.format("rtprio", wanted)
+        return passed(f"FIFO priority {wanted} may be requested here")
+    return warned(
+        f"FIFO priority {wanted} may not be requested here (limit {limit:g})", LIMITS_REMEDY.format("rtprio", wanted)
     )
 
 
 def memory(rig: Rig) -> Result:
-    """Whether the controller's memory is locked, or may be."""
+    """Check that the controller's memory is locked, or may be."""
     if not rig.config.loop.lock_memory:
-        return good("lock not asked for (loop.lock_memory = false)")
+        return passed("lock not requested (loop.lock_memory = false)")
     machine, pid = rig.machine, find_controller(rig)
     remedy = LIMITS_REMEDY.format("memlock", "unlimited")
     if pid is not None:
         locked, resident = (int((_status(machine, str(pid), name).split() or "0")[0]) for name in ("VmLck", "VmRSS"))
         if locked >= resident > 0:
-            return good(f"the controller (process {pid}) has {locked / 1024:.0f} MiB locked")
-        return doubtful(f"the controller (process {pid}) is not locked in memory", remedy)
+            return passed(f"the controller (process {pid}) has {locked / 1024:.0f} MiB locked")
+        return warned(f"the controller (process {pid}) is not locked in memory", remedy)
     limit = _limit(machine, "Max locked memory")
     if limit is None or _has_capability(machine, CAP_IPC_LOCK):
-        return good("may be locked here")
-    return doubtful(f"may not be locked here (limit {limit / 1024:.0f} KiB)", remedy)
+        return passed("may be locked here")
+    return warned(f"may not be locked here (limit {limit / 1024:.0f} KiB)", remedy)
 
 
 def preemption(rig: Rig) -> Result:
-    """How soon the kernel lets the loop run."""
+    """Check that the kernel can be preempted."""
     machine = rig.machine
     version = machine.read(machine.proc / "version") or ""
     if machine.read(machine.sys / "kernel" / "realtime") == "1" or "PREEMPT_RT" in version:
-        return good("a real-time kernel (PREEMPT_RT)")
+        return passed("a real-time kernel (PREEMPT_RT)")
     chosen = machine.read(machine.sys / "kernel" / "debug" / "sched" / "preempt") or ""
     line = machine.read(machine.proc / "cmdline") or ""
     if "(full)" in chosen or "preempt=full" in line.split() or ("PREEMPT" in version.split()):
-        return good("a preemptible kernel")
+        return passed("a preemptible kernel")
     if "PREEMPT_DYNAMIC" in version and not chosen and "preempt=" not in line:
-        return doubtful(
-            "the kernel can be preempted, but may not be set to (PREEMPT_DYNAMIC)",
+        return warned(
+            "the kernel can be preempted, but may not be configured to be (PREEMPT_DYNAMIC)",
             "boot with preempt=full, or install a real-time kernel (Debian: linux-image-rt-amd64)",
         )
-    return doubtful(
-        "the kernel is not preemptible: it may keep the loop waiting for milliseconds",
+    return warned(
+        "the kernel is not preemptible: it may delay the loop by milliseconds",
         "boot with preempt=full, or install a real-time kernel (Debian: linux-image-rt-amd64)",
     )
 
 
 def idle_states(rig: Rig) -> Result:
-    """How long the processor takes to wake up."""
+    """Check the processor's exit latency from idle states."""
     machine = rig.machine
     states = sorted((machine.sys / "devices" / "system" / "cpu" / "cpu0" / "cpuidle").glob("state*"))
     enabled = [state for state in states if machine.read(state / "disable") != "1"]
     worst = max((int(machine.read(state / "latency") or 0) for state in enabled), default=0)
     if not enabled:
-        return good("the processor has no idle states to wake up from, as in a virtual machine")
+        return passed("the processor has no idle states, as in a virtual machine")
     if worst <= IDLE_SHARE * rig.config.loop.period * 1e6:
-        return good(f"the processor wakes up within {worst} us")
-    return doubtful(
+        return passed(f"the processor wakes up within {worst} us")
+    return warned(
         f"the processor may take {worst} us to wake up, of a period of {rig.config.loop.period * 1e6:g} us",
         "tuned-adm profile latency-performance (it holds /dev/cpu_dma_latency), or boot with processor.max_cstate=1",
     )
 
 
 def governor(rig: Rig) -> Result:
-    """Whether the processor slows down between cycles."""
+    """Check that the processor keeps its frequency between cycles."""
     machine = rig.machine
     files = sorted((machine.sys / "devices" / "system" / "cpu").glob("cpu[0-9]*/cpufreq/scaling_governor"))
     if rig.config.loop.cpu is not None:
         files = [file for file in files if file.parts[-3] == f"cpu{rig.config.loop.cpu}"]
     found = sorted({machine.read(file) or "?" for file in files})
     if not found:
-        return good("the processor's frequency is not changed from here")
+        return passed("the processor's frequency is not changed from here")
     if found == ["performance"]:
-        return good("the processor keeps its frequency (performance)")
-    return doubtful(
+        return passed("the processor keeps its frequency (performance)")
+    return warned(
         f"the processor's frequency is governed by {', '.join(found)}", "cpupower frequency-set -g performance"
     )
 
 
 def processor(rig: Rig) -> Result | None:
-    """The one that the loop is to be bound to."""
+    """Check that the processor of loop.cpu is online."""
     wanted = rig.config.loop.cpu
     if wanted is None:
         return None
     online = rig.machine.read(rig.machine.sys / "devices" / "system" / "cpu" / "online") or "0"
     if wanted in _numbers(online):
-        return good(f"processor {wanted} is there (online: {online})")
-    return bad(f"processor {wanted} is not there (online: {online})", "mend loop.cpu, or leave it out")
+        return passed(f"processor {wanted} is online (online: {online})")
+    return failed(f"processor {wanted} is not online (online: {online})", "fix loop.cpu, or remove it")
 
 
 def clock(rig: Rig) -> Result:
-    """The one that the loop goes by."""
+    """Check the monotonic clock of the loop."""
     machine = rig.machine
     folder = machine.sys / "devices" / "system" / "clocksource" / "clocksource0"
     source = machine.read(folder / "current_clocksource") or "unknown"
     resolution = time.clock_getres(time.CLOCK_MONOTONIC)
     if resolution > 1e-6:
-        return bad(f"{source}, in steps of {resolution * 1e6:g} us", "boot without nohz=off and highres=off")
+        return failed(f"{source}, in steps of {resolution * 1e6:g} us", "boot without nohz=off and highres=off")
     if source not in PRECISE_CLOCKS:
-        return doubtful(f"{source}, which takes long to read", "boot with clocksource=tsc tsc=reliable")
-    return good(f"{source}, in steps of {resolution * 1e9:g} ns")
+        return warned(f"{source}, which is slow to read", "boot with clocksource=tsc tsc=reliable")
+    return passed(f"{source}, in steps of {resolution * 1e9:g} ns")
 
 
 def wall_clock(rig: Rig) -> Result:
-    """Names of logs and their times are by it; control is not."""
+    """Check the wall clock, which dates the logs; control does not use it."""
     if rig.machine.is_synchronised():
-        return good("kept by the network")
-    return doubtful(
-        "nobody keeps it: logs of two computers do not go together", "systemctl enable --now systemd-timesyncd"
+        return passed("synchronised")
+    return warned(
+        "not synchronised: timestamps will differ between computers", "systemctl enable --now systemd-timesyncd"
     )
 
 
 def wake_up(rig: Rig) -> Result:
-    """How late sleeps end for this process, which has no priority."""
+    """Measure the wake-up delay of this process, which has no priority."""
     late = []
     for _ in range(NAPS):
         before = time.monotonic()
         time.sleep(NAP_SECONDS)
         late.append(time.monotonic() - before - NAP_SECONDS)
     late.sort()
-    finding = f"sleeps end {late[NAPS // 2] * 1e6:.0f} us late at the median, {late[-1] * 1e6:.0f} us at worst"
+    finding = f"median wake-up delay {late[NAPS // 2] * 1e6:.0f} us, maximum {late[-1] * 1e6:.0f} us"
     if late[-1] > LATE_SHARE * rig.config.loop.period:
-        return doubtful(f"{finding}, without priority", "see the lines above, and what else runs (top)")
-    return good(finding)
+        return warned(f"{finding}, without priority", "see the lines above, and other processes (top)")
+    return passed(finding)
 
 
 def find_controller(rig: Rig) -> int | None:
@@ -187,7 +187,7 @@ def _runs_controller(words: list[str]) -> bool:
 
 
 def _limit(machine: Machine, name: str) -> float | None:
-    """A soft limit of this process; none: unlimited."""
+    """Read a soft limit of this process; none: unlimited."""
     for line in (machine.read(machine.proc / "self" / "limits") or "").splitlines():
         if line.startswith(name):
             value = line[len(name) :].split()[0]
@@ -207,7 +207,7 @@ def _has_capability(machine: Machine, bit: int) -> bool:
 
 
 def _numbers(ranges: str) -> set[int]:
-    """'0-3,6' as numbers."""
+    """Parse ranges such as '0-3,6'."""
     found: set[int] = set()
     for part in ranges.split(","):
         first, _, last = part.partition("-")

@@ -1,4 +1,4 @@
-"""The table of checks, and its results for people or programs."""
+"""The table of checks, and its results as text or JSON."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 from tendond import TendondError, __version__
 from tendond.cli.common import load_config
 from tendond.cli.doctor import bus, camera, commissioning, files, machine, servos
-from tendond.cli.doctor.check import Check, Outcome, Result, Rig, bad, good
+from tendond.cli.doctor.check import Check, Outcome, Result, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
 from tendond.daemon.errors import LawError, UsageError
 from tendond.schemas.config.rig import ConfigError, RigConfig
@@ -38,73 +38,73 @@ CHECKS: dict[str, Check] = {
     "calibration": files.calibration,
     "tendons": commissioning.probe,
 }
-"""In the order in which they are made and shown; the configuration's comes before them."""
+"""Checks in the order in which they run; the configuration is checked before them."""
 
 COLOURS = {Outcome.PASS: "32", Outcome.WARN: "33", Outcome.FAIL: "1;31"}
 SYSTEM_CONFIG = Path("/etc/tendond")
 
 
-class SickError(TendondError):
-    """At least one check has failed."""
+class FailedChecksError(TendondError):
+    """Error of a rig with at least one failed check."""
 
 
 def examine(
-    config_file: Path | None, log_folder: Path | None, *, ask_servos: bool, as_json: bool, probe: bool = False
+    config_file: Path | None, log_folder: Path | None, *, query_servos: bool, as_json: bool, probe: bool = False
 ) -> None:
-    """Make every check and print the results; see `tendond doctor --help`.
+    """Run every check and print the results; see `tendond doctor --help`.
 
     Raises:
-        UsageError: the configuration cannot be used, so that nothing else was checked.
-        SickError: another check has failed.
+        UsageError: the configuration is invalid, so that nothing else was checked.
+        FailedChecksError: another check has failed.
     """
     config, result = _configuration(config_file)
     results = {"configuration": result}
     if not as_json:
         _show("configuration", result)
     if config is not None:
-        rig = Rig(config, config_file, log_folder or _logs(config_file), ask_servos, probe)
-        for name, one in made(rig):
+        rig = Rig(config, config_file, log_folder or _logs(config_file), query_servos, probe)
+        for name, one in results_of(rig):
             results[name] = one
             if not as_json:
                 _show(name, one)
-    failed = [name for name, one in results.items() if one.outcome is Outcome.FAIL]
+    failures = [name for name, one in results.items() if one.outcome is Outcome.FAIL]
     if as_json:
         print(_json(config, results))
     if config is None:
-        raise UsageError("the configuration cannot be used: nothing else was checked")
-    if failed:
-        raise SickError(f"{len(failed)} of {len(results)} checks failed: {', '.join(failed)}")
+        raise UsageError("invalid configuration: nothing else was checked")
+    if failures:
+        raise FailedChecksError(f"{len(failures)} of {len(results)} checks failed: {', '.join(failures)}")
 
 
-def made(rig: Rig) -> Iterator[tuple[str, Result]]:
-    """The checks that apply, with their results as they come."""
+def results_of(rig: Rig) -> Iterator[tuple[str, Result]]:
+    """Run the checks that apply, and yield their results."""
     for name, check in CHECKS.items():
         try:
             result = check(rig)
-        except (OSError, ValueError) as error:  # a machine unlike any that was thought of: the other checks go on
-            result = bad(f"could not be checked: {type(error).__name__}: {error}", "look by hand")
+        except (OSError, ValueError) as error:  # an unforeseen machine: the other checks go on
+            result = failed(f"check failed: {type(error).__name__}: {error}", "check it by hand")
         if result is not None:
             yield name, result
 
 
 def _configuration(file: Path | None) -> tuple[RigConfig | None, Result]:
-    """It, if it can be used, laws' parameters included."""
+    """Load and check the configuration, the laws' parameters included; none if it is invalid."""
     try:
         config = load_config(file)
         select_law(config.control.law, config.control.laws)
     except (ConfigError, LawError) as error:
-        return None, bad(
-            "; ".join(str(error).splitlines()), "mend it: nothing starts with it, nor is anything else checked"
+        return None, failed(
+            "; ".join(str(error).splitlines()), "fix it: nothing starts with it, and nothing else is checked"
         )
     servos_there = "servos" if config.servo is not None else "no servos"
     camera = "motion capture" if config.vicon is not None else "no motion capture"
-    return config, good(
+    return config, passed(
         f"{file or 'built-in'}: rig '{config.rig.name}', {camera}, {servos_there}; tendond {__version__}"
     )
 
 
 def _logs(config_file: Path | None) -> Path:
-    """Where the controller with this configuration logs."""
+    """Return the folder in which the controller with this configuration logs."""
     if config_file is not None and config_file.resolve().parent.parent == SYSTEM_CONFIG:
         return files.SYSTEM_LOGS / config_file.resolve().parent.name
     return Path(os.environ.get("LOGS_DIRECTORY", "log"))

@@ -7,7 +7,7 @@ import typer
 from typer.core import TyperGroup
 
 from tendond.cli.options import Config, Jobs, Yes
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 
 class FitByDefault(TyperGroup):
@@ -72,7 +72,7 @@ def identify_fit(
 
     Example: tendond identify fit free.mcap weighted.mcap --weight weighted.mcap=0.05 --hold-out other.mcap
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.identify.fit import run_fit
 
     run_fit(logs, parameters, weight or [], hold_out or [], out, drive, load, loss, jobs)
@@ -86,7 +86,7 @@ def identify_plan(config: Config = None, parts: Parts = PARTS, reach: Reach = 1.
 
     Example: tendond identify plan --config rig.toml
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.identify.fit import show_plan
 
     show_plan(config, parts, reach)
@@ -111,7 +111,7 @@ def identify_run(
 
     Example: tendond identify run --config rig.toml --log weighted.mcap --parts steps --reach 0.6 --weight 0.05
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.identify.run import run_plan
 
     run_plan(config, log, parts, reach, weight, yes=yes)
@@ -133,7 +133,7 @@ def identify_demo(
 
     Example: tendond identify demo --seeds 50
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.identify.demo import run_identify_demo
 
     run_identify_demo(out, seeds, jobs)

@@ -40,7 +40,7 @@ def run_fit(
     """Identify, and leave the results in `out`; see `tendond identify fit --help`.
 
     Raises:
-        TendondError: logs or options that cannot be used, a fit without result, a folder that cannot be written.
+        TendondError: invalid logs or options, a fit without result, a folder that cannot be written.
     """
     if drive not in ("auto", *get_args(Drive)):
         raise UsageError(f"--drive {drive}: choose among auto, {', '.join(get_args(Drive))}")
@@ -50,7 +50,7 @@ def run_fit(
     weights = parse_weights(weight)
     for name in weights:
         if name not in {text for path in (*logs, *hold_out) for text in (str(path), path.name)}:
-            raise UsageError(f"--weight {name}: is not one of the logs given")
+            raise UsageError(f"--weight {name}: is not one of the logs")
     options = Options(
         names,
         None if drive == "auto" else cast(Drive, drive),
@@ -70,19 +70,19 @@ def run_fit(
             task = progress.add_task("checking", total=None)
             rounds = [0]
 
-            def told(what: str, done: int, total: int) -> None:
+            def show(what: str, done: int, total: int) -> None:
                 rounds[0] += what == "derivatives" and done == 1
                 progress.update(task, description=f"round {rounds[0]}: {what}", completed=done, total=total)
 
             result = identify(
-                recordings, others, options, told, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
+                recordings, others, options, show, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
             )
         with console.status("drawing"):
             written = write_results(result, out, datetime.now(UTC))
         print_results(result, written, console)
     except (SystemExit, KeyboardInterrupt):
         if unfinished.is_dir():
-            say(f"interrupted: what is computed is kept in {unfinished}; run the same command again to go on")
+            say(f"interrupted: partial results are in {unfinished}; run the same command again to resume")
         raise
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
@@ -122,10 +122,10 @@ def _table(result: Identification) -> Table:
 
 
 def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
-    """Print a plan, what it came to on the simulator, and what to do next.
+    """Print a plan, its simulated result, and the next steps.
 
     Raises:
-        TendondError: the configuration cannot be used, or leaves no way to go.
+        TendondError: the configuration is invalid, or its limits leave no range.
     """
     config = load_config(config_file)
     announce_compilation(say)
@@ -137,15 +137,15 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     weight = proposed_weight(config)
     print(
         f"next: tendond identify run{option} --log free.mcap\n"
-        f"then fix a known weight to the tip, about {weight * 1e3:.0f} g, and when it is still:\n"
+        f"then fix a known weight to the tip, about {weight * 1e3:.0f} g, and once it is at rest:\n"
         f"      tendond identify run{option} --log weighted.mcap --parts steps --reach 0.6 --weight {weight:g}\n"
         "      tendond identify free.mcap weighted.mcap\n"
-        "without a log with a known weight only ratios can be found: rho/E, Bbt/E, C/E, tendon_stiffness/E, tip_mass/E"
+        "without a known weight only ratios are identifiable: rho/E, Bbt/E, C/E, tendon_stiffness/E, tip_mass/E"
     )
 
 
 def plan_lines(plan: Plan, dry: DryRun) -> list[str]:
-    """A plan for the eye."""
+    """Format a plan."""
     lines = [f"{time:6.1f} s  {words}" for time, words in plan.parts]
     lines.append(f"{plan.duration:6.1f} s  end")
     lines.append(
@@ -156,5 +156,5 @@ def plan_lines(plan: Plan, dry: DryRun) -> list[str]:
 
 
 def kinds(parts: str) -> tuple[str, ...]:
-    """`--parts`, as names."""
+    """Parse `--parts` into names."""
     return tuple(part.strip() for part in parts.split(",") if part.strip())

@@ -16,14 +16,14 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
     """Rehearse a plan, ask, and carry it out; see `tendond identify run --help`.
 
     Raises:
-        TendondError: a configuration that leaves no way to go, a plan that the dry run does not survive, a controller
+        TendondError: a configuration whose limits leave no range, a plan that fails in the dry run, a controller
             that cannot be started, a fault on the way.
     """
     config = load_config(config_file)
     if log is None:
         log = Path("log") / f"{config.rig.name}-identify-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
     if log.exists():
-        raise UsageError(f"{log}: is there already: a log is never overwritten; choose another --log")
+        raise UsageError(f"{log}: exists: a log is never overwritten; choose another --log")
     refuse_another_controller(config)
     announce_compilation(say)
     plan = propose(config, kinds(parts), reach)
@@ -34,6 +34,6 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
         "y",
         "Y",
     ):
-        raise DaemonError("not begun: nobody said yes")
+        raise DaemonError("not started: not confirmed")
     record_plan(config, config_file, plan, log, weight, say)
     print(f"recorded: {log}\nnext:     tendond identify {log}")

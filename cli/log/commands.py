@@ -196,7 +196,7 @@ def view(
     Examples: tendond log view --config rig.toml; tendond log view run.mcap
     """
     from tendond.cli.log.view import run_view
-    from tendond.cli.signals import leave_on_signals
+    from tendond.cli.signals import exit_on_signals
 
-    leave_on_signals()
+    exit_on_signals()
     run_view(file, config, host, port)

@@ -1,4 +1,4 @@
-"""`tendond log`, `compare`, `plot`, `report`: what can be had from logs."""
+"""`tendond log info`, `recover`, `export`, `compare`, `plot`, `report`."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ def run_info(file: Path, *, as_json: bool) -> None:
         print(f"servos   calibrated {calibration['date']}: {spools}")
     print(
         f"cycles   {found['cycles']}, ticks {found['first_tick']} to {found['last_tick']}, "
-        f"{found['left_out']} left out while idle, {found['missing_ticks']} not in the log, "
+        f"{found['left_out']} omitted while idle, {found['missing_ticks']} not in the log, "
         f"{found['missed_deadlines']} deadlines missed, "
         f"{found['snapshots']} states to replay from"
     )
@@ -42,12 +42,12 @@ def run_info(file: Path, *, as_json: bool) -> None:
 
 def _health(complete: bool, damage: list[str]) -> str:
     if complete and not damage:
-        return "whole"
+        return "complete"
     return "finished, but damaged" if complete else "not finished (writer killed, or disk full)"
 
 
 def run_recover(file: Path, out: Path | None) -> None:
-    """Save what is whole, and say what was lost.
+    """Recover the intact part, and print what was lost.
 
     Raises:
         LogError: the log cannot be used. UsageError: the new file cannot be written.
@@ -66,11 +66,11 @@ def run_recover(file: Path, out: Path | None) -> None:
     for stretch in found.missing:
         print(f"missing: {shown(stretch)}")
     if not found.damage and not found.missing:
-        print("lost: nothing" + ("" if found.complete else " but the end that was never written"))
+        print("lost: nothing" + ("" if found.complete else " but the end, which was never written"))
 
 
 def run_export(file: Path, out: Path | None) -> None:
-    """Write a table.
+    """Export a table.
 
     Raises:
         LogError: the log cannot be used. UsageError: the table cannot be written.
@@ -117,7 +117,7 @@ def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
 
 
 def run_plot(file: Path, out: Path | None, form: str) -> None:
-    """Draw a run.
+    """Plot a run.
 
     Raises:
         LogError: the log cannot be used. DaemonError: the folder cannot be written.
@@ -142,7 +142,7 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
         try:
             paths = draw(log, out, form, published_for(log)) + paths
         except LogError as error:
-            say(f"the panels of the tracking are left out: {error}")
+            say(f"the tracking panels are omitted: {error}")
     except OSError as error:
         raise _not_writable(out, error) from error
     for path in paths:
@@ -150,7 +150,7 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
 
 
 def run_report(file: Path, out: Path | None) -> None:
-    """Write the page.
+    """Write the report.
 
     Raises:
         LogError: the log cannot be used. DaemonError: the page cannot be written.
@@ -166,4 +166,4 @@ def run_report(file: Path, out: Path | None) -> None:
 
 
 def _not_writable(out: Path, error: OSError) -> DaemonError:
-    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another place with --out")
+    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another path with --out")

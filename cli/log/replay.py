@@ -1,4 +1,4 @@
-"""`tendond replay`."""
+"""`tendond log replay` and `tendond log what-if`."""
 
 import json
 from dataclasses import asdict
@@ -25,7 +25,7 @@ def run_replay(
 
     Raises:
         LogError: the log cannot be used.
-        SystemExit: with 1, a cycle came out otherwise.
+        SystemExit: with 1, a cycle differs.
     """
     run = open_run(file)
     announce_compilation(say)
@@ -45,17 +45,17 @@ def run_replay(
     cycles = f"{outcome.compared} cycles ({outcome.compared * outcome.period:.1f} s)"
     rate = f"{outcome.seconds:.2f} s, {outcome.speed:.0f} times real time"
     if outcome.first is None:
-        how = "equal to the last bit" if tolerance is None else f"equal within {tolerance:g}"
+        how = "bit-identical" if tolerance is None else f"equal within {tolerance:g}"
         print(f"{cycles} replayed: {how} ({rate})")
         return
     print(f"first differing cycle: {outcome.first.tick}")
     for field in outcome.first.fields[:SHOWN_FIELDS]:
         print(f"  {field}")
     if len(outcome.first.fields) > SHOWN_FIELDS:
-        print(f"  and {len(outcome.first.fields) - SHOWN_FIELDS} fields more")
+        print(f"  and {len(outcome.first.fields) - SHOWN_FIELDS} more fields")
     print(f"{cycles} replayed: {outcome.differing} differ ({rate})")
     if tolerance is None and any(line.startswith("processor") for line in changes):
-        print("the log is of another processor: --tolerance 1e-3 allows for its rounding")
+        print("the log is from another CPU: --tolerance 1e-3 allows for its rounding")
     raise SystemExit(1)
 
 
@@ -65,7 +65,7 @@ def run_variant(
     """Run with a change, write the new log, and print how its commands differ.
 
     Raises:
-        UsageError: a change that cannot be, or a log that cannot be used.
+        UsageError: an invalid change, or a log that cannot be used.
     """
     config = with_changes(open_run(file).config, law, changes)
     words = [*([f"control.law={law}"] if law else []), *changes]
@@ -87,11 +87,11 @@ def _print_gaps(outcome: Outcome) -> None:
     for a, b in outcome.gaps.missing:
         print(f"missing: {shown((a, b))}, not in the log")
     if outcome.gaps.left_out:
-        print(f"left out while idle: {outcome.gaps.left_out} cycles (log.idle_period)")
+        print(f"omitted while idle: {outcome.gaps.left_out} cycles (log.idle_period)")
     if outcome.gaps.passed_over:
         print(f"not compared: {outcome.gaps.passed_over} cycles before the next state in the log")
     if not outcome.complete:
-        print("not finished: the end of the log is missing (its writer was killed, or the disk was full)")
+        print("incomplete: the end of the log is missing (its writer was killed, or the disk was full)")
 
 
 def _table(found: Commanded, title: str) -> Table:

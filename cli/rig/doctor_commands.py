@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import Config
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 
 def doctor(
@@ -28,7 +28,7 @@ def doctor(
 
     Examples: tendond doctor -c rig.toml; sudo -u tendond tendond doctor -c /etc/tendond/RIG/rig.toml
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.doctor.report import examine
 
-    examine(config, log, ask_servos=servos, as_json=as_json, probe=probe)
+    examine(config, log, query_servos=servos, as_json=as_json, probe=probe)

@@ -18,7 +18,7 @@ from tendond.schemas.wire import encode
 
 
 def operate(action: str, config_file: Path | None) -> None:
-    """Put the request and print the answer.
+    """Make the request and print the answer.
 
     Raises:
         TendondError: no controller, or it refused.
@@ -27,7 +27,7 @@ def operate(action: str, config_file: Path | None) -> None:
 
 
 def select_law(name: str, config_file: Path | None) -> None:
-    """Ask for another law.
+    """Request another law.
 
     Raises:
         TendondError: no controller, or it refused.
@@ -36,14 +36,14 @@ def select_law(name: str, config_file: Path | None) -> None:
 
 
 def set_reference(settings: list[str], config_file: Path | None) -> None:
-    """Ask for another reference; see `tendond rig reference --help`.
+    """Request another reference; see `tendond rig reference --help`.
 
     Args:
         settings: keys of [reference] with their values, as KEY=VALUE.
         config_file: of the rig.
 
     Raises:
-        UsageError: settings that make no reference.
+        UsageError: the settings are not a valid reference.
         TendondError: no controller, or it refused.
     """
     table: dict[str, Any] = {}
@@ -60,12 +60,12 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
     except ValidationError as error:
         raise UsageError("\n".join(f"reference: {line}" for line in explain(error, ReferenceSection))) from error
     if len(encode(wanted)) > LARGEST_PAYLOAD:
-        raise UsageError(f"the samples are more than {LARGEST_PAYLOAD} bytes: give them to the controller in its file")
+        raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
     _request(config_file, wanted)
 
 
 def _value(text: str) -> Any:
-    """As TOML; a bare word is a text."""
+    """Parse as TOML; a bare word is a string."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -96,7 +96,7 @@ def _table(status: Status) -> Table:
     table = Table(title=f"rig {status.rig}", show_header=False)
     rows = {
         "mode": f"{status.mode.value} ({status.reason})",
-        "law": f"{status.law}, fed by {status.feedback}",
+        "law": f"{status.law}, feedback {status.feedback}",
         "tip": "no pose yet" if status.tip is None else _millimetres(status.tip),
         "target": _millimetres(status.target),
         "tension": " ".join(f"{value:.2f}" for value in status.tension) + " N",
@@ -113,7 +113,7 @@ def _table(status: Status) -> Table:
 
 
 def _days(left: float | None) -> str:
-    return "" if left is None else f", room for {left:.1f} days more"
+    return "" if left is None else f", space for {left:.1f} more days"
 
 
 def _millimetres(values: tuple[float, ...]) -> str:

@@ -94,7 +94,7 @@ def watch(
     Example: tendond watch --config rig.toml
     """
     from tendond.cli.rig.watch import run_watch
-    from tendond.cli.signals import leave_on_signals
+    from tendond.cli.signals import exit_on_signals
 
-    leave_on_signals()
+    exit_on_signals()
     run_watch(config, once=once)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import Config, Cycles, Lockstep, Profile, faults
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 
 def run(
@@ -33,7 +33,7 @@ def run(
 
     Example: tendond run --config rig.toml
     """
-    leave_on_signals()
+    exit_on_signals()
     from tendond.cli.rig.run import run_controller
 
     if arm_at is not None and not lockstep:
@@ -63,7 +63,7 @@ def simulate(
 
     Examples: tendond simulate --config rig.toml; tendond simulate --profile rig
     """
-    leave_on_signals()
+    exit_on_signals()
     from tendond.cli.rig.simulate import run_simulator, run_wired
 
     if wired:
@@ -109,7 +109,7 @@ def vicon(config: Config = None) -> None:
 
     Example: tendond rig vicon --config rig.toml
     """
-    leave_on_signals()
+    exit_on_signals()
     from tendond.cli.rig.vicon import run_vicon
 
     run_vicon(config)

@@ -33,7 +33,7 @@ def run_controller(
     arm_at: int | None,
     notes: dict[str, str] | None = None,
 ) -> None:
-    """Run until a signal comes, or for so many cycles; see `tendond run --help`.
+    """Run until a signal comes, or for a number of cycles; see `tendond run --help`.
 
     Raises:
         TendondError: the configuration cannot be used, or the endpoint is taken.
@@ -74,15 +74,15 @@ def run_controller(
         supervisor.ready(ready)
         loop.run(state, pacer, stopped, cycles)
     if run_log.error:
-        raise DaemonError(f"ended, its log is not whole: {run_log.summary}; free or mend the disk")
-    say(f"ended: {run_log.summary}")
+        raise DaemonError(f"stopped; the log is incomplete: {run_log.summary}; free or repair the disk")
+    say(f"stopped; {run_log.summary}")
 
 
 def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
-    """The calibration, for the log: the controller commands metres, and the servo driver turns them into angles.
+    """Load the calibration, for the log: the controller commands metres, which the servo driver turns into angles.
 
     Raises:
-        CalibrationError: it is of another rig, of other servos, unfinished or damaged.
+        CalibrationError: it is for another rig or other servos, unfinished or damaged.
     """
     if config.servo is None:
         return None
@@ -94,10 +94,10 @@ def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
 
 
 def log_folder() -> Path:
-    """Where logs go: the service's folder (systemd's LogsDirectory) or, by hand, `log` here."""
+    """Return the folder of logs: the service's (systemd's LogsDirectory), or `log` in the current directory."""
     return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:
-    """The error as one of the configuration, whose file it names."""
+    """Turn the error into one of the configuration that names its file."""
     return ConfigError("\n".join(f"{source}: {line}" for line in str(error).splitlines()))

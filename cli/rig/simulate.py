@@ -21,7 +21,7 @@ from tendond.schemas.faults import Fault, FaultRequest
 
 
 def run_wired(config_file: Path | None) -> None:
-    """Run the rig on wires until a signal comes; see `tendond simulate --help`.
+    """Run the wired rig until a signal comes; see `tendond simulate --help`.
 
     Raises:
         TendondError: as `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
@@ -34,7 +34,7 @@ def run_wired(config_file: Path | None) -> None:
     calibration = load_calibration(folder / servo.calibration, config.rig.name, ids)
     plant = _plant(without_servos(config), str(config_file))
     rig = WiredRig(config, servo, vicon, calibration, plant, stop_on_signals())
-    say(f"rig '{config.rig.name}' on wires: servos at {servo.port}, Tracker to UDP port {vicon.port}")
+    say(f"wired rig '{config.rig.name}': servos at {servo.port}, Tracker to UDP port {vicon.port}")
     try:
         rig.run()
     finally:
@@ -42,7 +42,7 @@ def run_wired(config_file: Path | None) -> None:
 
 
 def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, object]) -> None:
-    """Ask a running simulator for a fault; see `tendond rig inject --help`.
+    """Inject a fault into a running simulator; see `tendond rig inject --help`.
 
     Raises:
         TendondError: there is no such fault or servo, it takes no such option, or no simulator runs.
@@ -64,7 +64,7 @@ def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, obj
 
 
 def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bool, cycles: int | None) -> None:
-    """Run until a signal comes, or for so many cycles; see `tendond simulate --help`.
+    """Run until a signal comes, or for a number of cycles; see `tendond simulate --help`.
 
     Raises:
         TendondError: the configuration cannot be used, there is no controller, or the plant has no solution.
@@ -74,15 +74,15 @@ def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bo
     say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
     simulator.run(lockstep=lockstep, cycles=cycles)
     if simulator.unreadable:
-        say(f"{simulator.unreadable} commands could not be used")
+        say(f"{simulator.unreadable} commands were unreadable")
 
 
 def _plant(config: RigConfig, source: str) -> Plant:
-    """At rest."""
+    """Build the plant, at rest."""
     announce_compilation(say)
     try:
         rod = rod_from_section(config.simulator.rod, config.simulator.period)
-        Plant(config, rod).step(None)  # for practice: the kernels are loaded before the first pose
+        Plant(config, rod).step(None)  # loads the kernels before the first pose
         return Plant(config, rod)
     except ModelError as error:
         raise ConfigError(f"{source}: simulator.rod: {error}") from error

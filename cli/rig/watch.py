@@ -12,7 +12,7 @@ from rich.live import Live
 from tendond.bus.client import BusError, open_client
 from tendond.bus.subscription import Subscription
 from tendond.cli.common import load_config
-from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, Seen
+from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, BusSnapshot
 from tendond.cli.watch.plain import shown
 from tendond.cli.watch.screen import frame, line
 from tendond.schemas.config.rig import RigConfig
@@ -31,29 +31,29 @@ FRAME_SECONDS = 1.0 / FRAMES_PER_SECOND
 LINE_SECONDS = 1.0
 ONCE_SECONDS = 3.0
 AGAIN_SECONDS = 3.0
-"""Without a controller for so long, the session is opened anew."""
+"""Time without a controller after which the session is reopened."""
 
 DEFAULT_HEIGHT = 24
 
 
 class Listener:
-    """The newest message of each kind, a frame at a time; connects again by itself.
+    """Receiver of a rig's messages, a frame at a time; reconnects by itself.
 
     Args:
         config: of the rig.
     """
 
     def __init__(self, config: RigConfig) -> None:
-        self.seen = Seen()
+        self.snapshot = BusSnapshot()
         self._config = config
         self._session: zenoh.Session | None = None
         self._subscriptions: list[Subscription[Any]] = []
         self._opened = 0.0
 
     def listen(self) -> None:
-        """What has come since the last call; without a controller, one try to reach it."""
+        """Take the messages since the last call; without a controller, try once to connect."""
         now = time.monotonic()
-        if self.seen.is_silent(now) and now - self._opened > AGAIN_SECONDS:
+        if self.snapshot.is_silent(now) and now - self._opened > AGAIN_SECONDS:
             self.close()
         if self._session is None:
             try:
@@ -67,11 +67,11 @@ class Listener:
             ]
         for subscription in self._subscriptions:
             for message in subscription:
-                self.seen.add(message, time.monotonic())
-        self.seen.tick(time.monotonic())
+                self.snapshot.add(message, time.monotonic())
+        self.snapshot.tick(time.monotonic())
 
     def close(self) -> None:
-        """End the session."""
+        """Close the session."""
         if self._session is not None:
             self._session.close()
             self._session = None
@@ -99,41 +99,43 @@ def run_watch(config_file: Path | None, *, once: bool) -> None:
 
 
 def _live(listener: Listener, config: RigConfig, console: Console) -> None:
-    """Frame after frame."""
+    """Draw frame after frame."""
     with Live(console=console, screen=True, auto_refresh=False, vertical_overflow="crop") as live:
         while True:
             began = time.monotonic()
             listener.listen()
             width, height = console.size
-            image = frame(listener.seen, config, time.monotonic(), width, height)
+            image = frame(listener.snapshot, config, time.monotonic(), width, height)
             live.update(shown(image, console.encoding), refresh=True)
             time.sleep(max(0.0, began + FRAME_SECONDS - time.monotonic()))
 
 
 def _lines(listener: Listener, config: RigConfig) -> None:
-    """A line each second, and at once when the mode changes."""
+    """Print a line each second, and at once when the mode changes."""
     shown, due = "", 0.0
     while True:
         listener.listen()
         now = time.monotonic()
-        status = listener.seen.status
-        mode = "waiting" if status is None or listener.seen.is_silent(now) else status.mode.value
+        status = listener.snapshot.status
+        mode = "waiting" if status is None or listener.snapshot.is_silent(now) else status.mode.value
         if mode != shown or now >= due:
-            print(f"{datetime.now().astimezone():%H:%M:%S} {line(listener.seen, config, now)}", flush=True)
+            print(f"{datetime.now().astimezone():%H:%M:%S} {line(listener.snapshot, config, now)}", flush=True)
             shown, due = mode, now + LINE_SECONDS
         time.sleep(FRAME_SECONDS)
 
 
 def _once(listener: Listener, config: RigConfig, console: Console) -> None:
-    """One frame, when everything that is published has been heard; else what was heard in time."""
+    """Print one frame, once every message has arrived, or after `ONCE_SECONDS`."""
     deadline = time.monotonic() + ONCE_SECONDS
-    seen = listener.seen
-    while time.monotonic() < deadline and not (seen.status and seen.command and seen.pose and len(seen.trail) > 3):
+    snapshot = listener.snapshot
+    while time.monotonic() < deadline and not (
+        snapshot.status and snapshot.command and snapshot.pose and len(snapshot.trail) > 3
+    ):
         listener.listen()
         time.sleep(FRAME_SECONDS)
     now = time.monotonic()
-    if seen.status is None or seen.is_silent(now):
+    if snapshot.status is None or snapshot.is_silent(now):
         raise BusError(
             f"no controller of rig '{config.rig.name}' at {config.bus.endpoint}: start it with 'tendond run'"
         )
-    console.print(shown(frame(seen, config, now, console.width, DEFAULT_HEIGHT), console.encoding))
+    console.print(shown(frame(snapshot, config, now, console.width, DEFAULT_HEIGHT), console.encoding))

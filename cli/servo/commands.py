@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import Config, Yes
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 servo = typer.Typer(name="servo", rich_markup_mode=None)
 
@@ -19,7 +19,7 @@ def servo_run(context: typer.Context, config: Config = None) -> None:
     Example: tendond servo --config rig.toml
     """
     if context.invoked_subcommand is None:
-        leave_on_signals()
+        exit_on_signals()
         from tendond.cli.servo.servo import run_servo
 
         run_servo(config)
@@ -69,7 +69,7 @@ def servo_scan(
 
     Example: tendond servo scan --port /dev/ttyUSB0
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.servo.servo import scan_servos
 
     scan_servos(config, port, last_id)
@@ -101,7 +101,7 @@ def servo_calibrate(config: Config = None) -> None:
 
     Example: tendond servo calibrate --config rig.toml
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.servo.rig import ask_terminal
     from tendond.cli.servo.tendons import calibrate_servos
 

@@ -10,7 +10,7 @@ from tendond.drivers.dynamixel.tools.rig import ServoRig
 
 
 class RefusedByOperatorError(DaemonError):
-    """The operator said no."""
+    """Error of a command that the operator did not confirm."""
 
 
 def servo_rig(config_file: Path | None) -> ServoRig:
@@ -59,7 +59,7 @@ def ask_terminal(question: str) -> str:
     """Ask the operator on the terminal; the answer in lower case.
 
     Raises:
-        RefusedByOperatorError: there is nobody to answer.
+        RefusedByOperatorError: the input is closed.
     """
     try:
         return input(f"{question} ").strip().lower()

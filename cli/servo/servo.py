@@ -1,4 +1,4 @@
-"""`tendond servo` and what is done to servos as such: drive, reset, reboot, find, set up."""
+"""`tendond servo`, `reset`, `reboot`, `scan` and `setup`."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def run_servo(config_file: Path | None) -> None:
     """Run until a signal comes; see `tendond servo --help`.
 
     Raises:
-        TendondError: no calibration for this rig, no controller, or servos that are not as they have to be.
+        TendondError: no calibration for this rig, no controller, or servos that do not meet the requirements.
     """
     config = load_config(config_file)
     section = present(config.servo, "servo", config_file)
@@ -28,7 +28,7 @@ def run_servo(config_file: Path | None) -> None:
 
 
 def reset_servos(config_file: Path | None, with_reboot: bool) -> None:
-    """Ask the running driver to leave its fault.
+    """Request the running driver to clear its fault.
 
     Raises:
         TendondError: there is no driver, or it refused.
@@ -49,18 +49,18 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
     names = [port] if port else ports() or [section.port]
     heard: list[str] = []
 
-    def tell(line: str) -> None:
+    def keep(line: str) -> None:
         heard.append(line)
         say(line)
 
     count = 0
-    for found in scan(names, section.answer_timeout, last_id, progress=tell, patience=patience):
+    for found in scan(names, section.answer_timeout, last_id, progress=keep, patience=patience):
         print(found)
         count += 1
     if not count:
         rates = f"{BAUD_RATES[0]} to {BAUD_RATES[-1]} bit/s"
-        beyond = "" if last_id == table.ID.maximum else f" ids above {last_id} were not looked at;"
-        garbled = " what answers is unintelligible: plug in one servo at a time;" if _garbled(heard) else ""
+        beyond = "" if last_id == table.ID.maximum else f" ids above {last_id} were not searched;"
+        garbled = " the answers are garbled: plug in one servo at a time;" if _garbled(heard) else ""
         raise DaemonError(
             f"no servo answers on {', '.join(names)}, ids 0 to {last_id}, {rates}:{beyond}{garbled} is the power on, is"
             " the adapter's latency timer 1 ms?"
@@ -72,10 +72,10 @@ def _garbled(heard: list[str]) -> bool:
 
 
 def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | None, yes: bool, ask: Ask) -> None:
-    """Set id, rate and all that a servo must be, once the operator has confirmed it.
+    """Set id, rate and the required settings, once the operator has confirmed it.
 
     Raises:
-        TendondError: see `set_up`; or the operator said no.
+        TendondError: see `set_up`; or the operator did not confirm.
     """
     section = load_config(config_file).servo or ServoSection()
     with open_bus(section, at) as bus:
@@ -86,14 +86,14 @@ def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | 
         )
         confirm(question, yes, ask)
         changed = set_up(bus, old, target, section.baudrate)
-    print(f"servo {target}: " + (", ".join(changed) or "was set up already"))
+    print(f"servo {target}: " + (", ".join(changed) or "already set up"))
 
 
 def reboot_servos(config_file: Path | None, ids: list[int], yes: bool, ask: Ask) -> None:
-    """Start servos anew, where no driver has the port.
+    """Reboot servos, while no driver uses the port.
 
     Raises:
-        TendondError: one does not answer, before or afterwards; or the operator said no.
+        TendondError: one does not answer, before or afterwards; or the operator did not confirm.
     """
     section = load_config(config_file).servo or ServoSection()
     with open_bus(section) as bus:

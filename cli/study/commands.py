@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.options import Config, Jobs, Json, Processes
-from tendond.cli.signals import leave_on_signals
+from tendond.cli.signals import exit_on_signals
 
 study = typer.Typer(
     name="study",
@@ -34,7 +34,7 @@ def paper(
 
     Example: tendond study paper --out out/paper
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.study.paper import run_paper
 
     run_paper(out, processes)
@@ -75,7 +75,7 @@ def robustness(
 
     Example: tendond study robustness --points axes --feedback force
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.study.robustness import run_robustness
     from tendond.offline.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
 
@@ -121,7 +121,7 @@ def margin(
 
     Example: tendond study margin --short
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.study.margin import run_margin
 
     if not run_margin(config, json, short, processes or processor_count()):
@@ -149,7 +149,7 @@ def wiring(
 
     Example: tendond study wiring --setups 1000 --out out/wiring.md
     """
-    leave_on_signals(130)
+    exit_on_signals(130)
     from tendond.cli.study.wiring import run_wiring
     from tendond.daemon.control.laws import LAWS
 

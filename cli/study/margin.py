@@ -1,4 +1,4 @@
-"""What `tendond study` prints: rows as they come, then one line on the whole."""
+"""`tendond study margin`: tables as the rows are computed, then a summary."""
 
 import json
 from dataclasses import asdict
@@ -9,7 +9,7 @@ from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, l
 
 
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
-    """Print gains, stiffness of the bent arm and runs of the loop; whether every run passes."""
+    """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
     config = load_config(config_file)
     gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
     if not as_json:

@@ -1,4 +1,4 @@
-"""`tendond study paper`: every simulation of the paper, its tables and its figures."""
+"""`tendond study paper`: the paper's simulations, tables and figures."""
 
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -40,7 +40,7 @@ def run_paper(out: Path, processes: int | None = None) -> None:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[seen]}"),
+        TextColumn("{task.fields[newest]}"),
     )
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -48,14 +48,14 @@ def run_paper(out: Path, processes: int | None = None) -> None:
             process_pool(processes) as pool,
             Progress(*columns, console=console, disable=not console.is_terminal) as progress,
         ):
-            running = progress.add_task("simulations", total=len(scenarios), seen="")
-            drawing = progress.add_task("figures", total=len(figures()), seen="")
-            runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, seen=name))
-            draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, seen=name))
+            running = progress.add_task("simulations", total=len(scenarios), newest="")
+            drawing = progress.add_task("figures", total=len(figures()), newest="")
+            runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, newest=name))
+            draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
         write_tables(runs, out, *SCENARIOS, "rig_normal")
         (out / "README.md").write_text(page(runs), encoding="utf-8")
     except BrokenProcessPool as error:
-        raise DaemonError("a process of the pool was killed, perhaps for memory; try --processes 1") from error
+        raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
     for scenario in SCENARIOS:

@@ -1,4 +1,4 @@
-"""`tendond study robustness`: how the closed loop does when the plant is not the model."""
+"""`tendond study robustness`: the closed loop on plants that differ from the model."""
 
 import functools
 import json
@@ -39,7 +39,7 @@ def run_robustness(
     """Run the points and leave the results in `out`; see `tendond study robustness --help`.
 
     Raises:
-        TendondError: options that cannot be used, a folder that cannot be written, a cluster that cannot be reached.
+        TendondError: invalid options, a folder that cannot be written, a cluster that cannot be reached.
     """
     if cluster is not None:
         check_cluster_extra()
@@ -83,7 +83,7 @@ def run_robustness(
 
 
 def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
-    """What follows from the rows."""
+    """Write summary, report and figure."""
     values = settings.as_json()
     write_whole(out / FILES["summary"], json.dumps(summary(rows, values), indent=2) + "\n")
     write_whole(out / FILES["report"], report_page(rows, values))
@@ -94,7 +94,7 @@ def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
 
 
 def _table(rows: Rows) -> Table:
-    """How many points meet the goal."""
+    """Tabulate how many points meet the goal."""
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     names = (
         "law",

@@ -25,7 +25,7 @@ def run_trials(
     """Run the trajectories and leave table, summary, report and figures in `out`.
 
     Raises:
-        TendondError: a configuration that cannot be used, or a folder that cannot be written.
+        TendondError: an invalid configuration, or a folder that cannot be written.
     """
     base = load_config(config)
     announce_compilation(say)

@@ -1,4 +1,4 @@
-"""What `tendond study wiring` does."""
+"""`tendond study wiring`: the table of miswired and correct rigs."""
 
 import json
 from collections.abc import Iterator
@@ -26,13 +26,15 @@ def run_wiring(
     *,
     as_json: bool,
 ) -> bool:
-    """Run it and print the table; whether every row holds.
+    """Run the study and print the table; return whether every row passes.
 
     Args:
-        chosen: laws. setups: number of right rigs. groups: rows; empty: all.
-        processes: to share the work; none: one a processor.
+        chosen: laws.
+        setups: number of correct rigs.
+        groups: rows; empty: all.
+        processes: parallel processes; none: one per processor.
         out: file for the table as Markdown.
-        as_json: for programs.
+        as_json: print JSON.
 
     Raises:
         DaemonError: no such row, or the file cannot be written.
@@ -41,7 +43,7 @@ def run_wiring(
     warm_up()
     work = list(jobs(chosen or laws(), setups, groups or None))
     if not work:
-        raise DaemonError(f"there is no row {', '.join(groups)}: left out, all are run")
+        raise DaemonError(f"no such row: {', '.join(groups)}; without --row all are run")
     table = rows(_watched(work, processes, silent=as_json))
     if out is not None:
         try:
@@ -65,10 +67,10 @@ def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterato
 
 
 def _print(table: list[Row]) -> None:
-    shown = Table(title="wrong rigs, and right ones")
+    shown = Table(title="miswired and correct rigs")
     for name in (
         "chain",
-        "what is wrong",
+        "mistake",
         "runs",
         "refused",
         "fault",
@@ -77,7 +79,7 @@ def _print(table: list[Row]) -> None:
         "tip [% L]",
         "pulled [%]",
     ):
-        shown.add_column(name, justify="left" if name in ("chain", "what is wrong") else "right")
+        shown.add_column(name, justify="left" if name in ("chain", "mistake") else "right")
     for row in table:
         right = row.group == RIGHT
         shown.add_row(

@@ -1,1 +1,1 @@
-"""The live view in the terminal: what has been seen on the bus, and how it is drawn. No bus and no clock in here."""
+"""The live view in the terminal: the snapshot of the bus, and its drawing; no bus and no clock."""

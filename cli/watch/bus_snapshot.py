@@ -1,4 +1,4 @@
-"""What has been seen on the bus so far: the newest of each message, when, how often, and the tip's way."""
+"""Snapshot of the bus: the newest message of each kind, its time and rate, and the tip's trail."""
 
 import math
 from collections import deque
@@ -12,37 +12,37 @@ TRAIL_POSES = 1000
 ERRORS = 200
 RATE_SECONDS = 2.0
 SILENT_SECONDS = 1.0
-"""Without a command for so long, there is no controller: it sends one each cycle, armed or not."""
+"""Time without a command after which there is no controller: it sends one each cycle, armed or not."""
 
 STATUS_SILENT_SECONDS = 2.5
-"""The same for its status, which it sends each second."""
+"""The same for its status, sent each second."""
 
 
 @dataclass
 class Stream:
-    """The newest message of a kind, when it came [s], and the sequence numbers before it with their times."""
+    """Newest message of a kind, its arrival time [s], and earlier sequence numbers with their times."""
 
     message: Message | None = None
     at: float = -math.inf
     _numbers: deque[tuple[float, int]] = field(default_factory=lambda: deque(maxlen=100))
 
     def add(self, message: Message, now: float) -> None:
-        """The newest message."""
-        if self._numbers and message.seq < self._numbers[-1][1]:  # its publisher has started anew
+        """Add a message that arrived at `now` [s]."""
+        if self._numbers and message.seq < self._numbers[-1][1]:  # its publisher has restarted
             self._numbers.clear()
         self._numbers.append((now, message.seq))
         self.message, self.at = message, now
 
     def rate(self, now: float) -> float:
-        """Messages a second over the last two [Hz], by their numbers; 0 where they have stopped."""
+        """Rate over the last two seconds [Hz], by sequence numbers; 0 if they have stopped."""
         recent = [(at, seq) for at, seq in self._numbers if at >= now - RATE_SECONDS]
         if len(recent) < 2 or recent[-1][0] <= recent[0][0]:
             return 0.0
         return (recent[-1][1] - recent[0][1]) / (recent[-1][0] - recent[0][0])
 
 
-class Seen:
-    """Everything of a rig that the view shows."""
+class BusSnapshot:
+    """Messages of a rig, as the live view shows them."""
 
     def __init__(self) -> None:
         self.status_stream, self.pose_stream = Stream(), Stream()
@@ -51,7 +51,7 @@ class Seen:
         self.errors: deque[float] = deque(maxlen=ERRORS)
 
     def add(self, message: Message, now: float) -> None:
-        """A message that came at `now` [s]."""
+        """Add a message that arrived at `now` [s]."""
         match message:
             case Status():
                 self.status_stream.add(message, now)
@@ -65,31 +65,31 @@ class Seen:
                 self.tendons_stream.add(message, now)
 
     def tick(self, now: float) -> None:
-        """Once a frame, after its messages: the error goes on while poses come."""
+        """Advance by a frame, after its messages: record the error while poses arrive."""
         if self.error is not None and self.pose_stream.at > now - SILENT_SECONDS:
             self.errors.append(self.error)
 
     @property
     def status(self) -> Status | None:
-        """The newest one."""
+        """Newest message of its kind; none if there is none."""
         message = self.status_stream.message
         return message if isinstance(message, Status) else None
 
     @property
     def pose(self) -> TipPose | None:
-        """The newest one."""
+        """Newest message of its kind; none if there is none."""
         message = self.pose_stream.message
         return message if isinstance(message, TipPose) else None
 
     @property
     def command(self) -> TendonCommand | None:
-        """The newest one."""
+        """Newest message of its kind; none if there is none."""
         message = self.command_stream.message
         return message if isinstance(message, TendonCommand) else None
 
     @property
     def tendons(self) -> TendonState | None:
-        """What the servos, or the simulator, said last."""
+        """Newest state of the servos or the simulator; none if there is none."""
         message = self.tendons_stream.message
         return message if isinstance(message, TendonState) else None
 
@@ -101,7 +101,7 @@ class Seen:
         return math.dist(self.pose.position, self.status.target)
 
     def is_silent(self, now: float) -> bool:
-        """Whether no controller is heard; by its status where an access list keeps its commands from us."""
+        """Whether no controller is heard; by its status where an access list hides its commands."""
         if self.command_stream.message is None:
             return self.status_stream.at < now - STATUS_SILENT_SECONDS
         return self.command_stream.at < now - SILENT_SECONDS

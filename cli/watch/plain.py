@@ -1,4 +1,4 @@
-"""The live view for a terminal that has no Unicode: each character of the drawing has one of ASCII in its place."""
+"""Live view for a terminal without Unicode: each character of the drawing is replaced by an ASCII one."""
 
 from rich.text import Text
 
@@ -11,14 +11,14 @@ _TABLE = str.maketrans({**_LINES, **_MARKS, **_BLOCKS, **_SPARKS, **_BRAILLE, "�
 
 
 def plain(text: Text) -> Text:
-    """The same in ASCII, as wide and in the same colours; what has no other form is a question mark."""
+    """Convert to ASCII of the same width and colours; unknown characters become question marks."""
     copy = text.copy()
     copy.plain = text.plain.translate(_TABLE).encode("ascii", errors="replace").decode("ascii")
     return copy
 
 
 def shown(text: Text, encoding: str) -> Text:
-    """As it can be shown in an encoding: as it is, or plain."""
+    """Convert to ASCII if the encoding cannot show the drawing."""
     try:
         "─●█⣿".encode(encoding)
     except (UnicodeEncodeError, LookupError):

@@ -1,4 +1,4 @@
-"""Where the rod roughly is, from what is on the bus: the curve from its base to the tip's pose."""
+"""Sketch of the rod from the tip's pose alone."""
 
 from tendond.cli.watch.canvas import Point
 from tendond.schemas.base import Quaternion, Vector3
@@ -7,7 +7,7 @@ POINTS = 40
 
 
 def sketch(position: Vector3, orientation: Quaternion, length: float, across: int) -> list[Point]:
-    """A cubic from the base, upright, to the tip, along the tip's axis; seen in the plane of one axis and z.
+    """Draw a cubic from the base, along z, to the tip, along the tip's axis; projected on the plane of one axis and z.
 
     Args:
         position: of the tip [m]. orientation: of the tip, w, x, y, z.

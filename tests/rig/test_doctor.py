@@ -92,8 +92,8 @@ def test_a_rig_from_its_first_start_to_a_running_driver(tmp_path: Path) -> None:
                     assert driver.poll() is None
                     code, found, _ = examined(one)
                 assert found["controller"]["outcome"] == "pass"
-                assert "a second" in found["poses"]["finding"]
-                assert found["servos"]["finding"] == "not asked: the driver has them"
+                assert " Hz, " in found["poses"]["finding"]
+                assert found["servos"]["finding"] == "not queried: in use by the driver"
                 assert one.ask(session, ControlAction.STATUS).done
 
 
@@ -113,7 +113,7 @@ def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -
         assert found["servos"]["remedy"] == "tendond servo setup 3"
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
         _, found, _ = examined(one)
-        assert "servo 1 answers pings alone: its Status Return Level is 0" in found["servos"]["finding"]
+        assert "servo 1 answers only pings: its Status Return Level is 0" in found["servos"]["finding"]
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
         servos.instructions.clear()
         _, found, _ = examined(one, "--no-servos")

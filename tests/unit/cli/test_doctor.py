@@ -11,8 +11,8 @@ import pytest
 
 from tendond.cli.doctor import bus, camera, files, machine, servos
 from tendond.cli.doctor.check import Check, Machine, Outcome, Rig
-from tendond.cli.doctor.listen import Heard
-from tendond.cli.doctor.report import CHECKS, made
+from tendond.cli.doctor.listen import BusActivity
+from tendond.cli.doctor.report import CHECKS, results_of
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import TipPose
@@ -190,23 +190,23 @@ def poses(count: int, every: float, **changes: Any) -> list[tuple[int, TipPose]]
 
 
 @pytest.mark.parametrize(
-    ("heard", "expected"),
+    ("activity", "expected"),
     [
-        (Heard(), Outcome.WARN),
-        (Heard(connected=True), Outcome.FAIL),
-        (Heard(connected=True, unreadable={"wrong version": 7}), Outcome.FAIL),
-        (Heard(connected=True, poses=poses(100, 0.01)), Outcome.PASS),
-        (Heard(connected=True, poses=poses(50, 0.02)), Outcome.WARN),
-        (Heard(connected=True, poses=poses(100, 0.01, valid=False)), Outcome.FAIL),
-        (Heard(connected=True, poses=poses(90, 0.01) + poses(10, 0.01, valid=False)), Outcome.WARN),
-        (Heard(connected=True, poses=poses(2, 0.5)), Outcome.FAIL),
+        (BusActivity(), Outcome.WARN),
+        (BusActivity(connected=True), Outcome.FAIL),
+        (BusActivity(connected=True, unreadable={"wrong version": 7}), Outcome.FAIL),
+        (BusActivity(connected=True, poses=poses(100, 0.01)), Outcome.PASS),
+        (BusActivity(connected=True, poses=poses(50, 0.02)), Outcome.WARN),
+        (BusActivity(connected=True, poses=poses(100, 0.01, valid=False)), Outcome.FAIL),
+        (BusActivity(connected=True, poses=poses(90, 0.01) + poses(10, 0.01, valid=False)), Outcome.WARN),
+        (BusActivity(connected=True, poses=poses(2, 0.5)), Outcome.FAIL),
     ],
 )
-def test_poses_that_were_heard(computer: Computer, heard: Heard, expected: Outcome) -> None:
-    if len(heard.poses) == 100:
-        heard.poses.sort(key=lambda one: one[0])
+def test_poses_that_were_heard(computer: Computer, activity: BusActivity, expected: Outcome) -> None:
+    if len(activity.poses) == 100:
+        activity.poses.sort(key=lambda one: one[0])
     rig = computer.rig
-    rig.heard = heard
+    rig.activity = activity
     result = bus.poses(rig)
     assert result.outcome is expected, result
 
@@ -216,7 +216,7 @@ def test_a_check_that_stumbles_does_not_end_the_others(computer: Computer, monke
         raise ValueError("of all things")
 
     monkeypatch.setattr("tendond.cli.doctor.report.CHECKS", {"first": stumbling, "clock": CHECKS["clock"]})
-    results = dict(made(computer.rig))
+    results = dict(results_of(computer.rig))
     assert results["first"].outcome is Outcome.FAIL
     assert set(results) == {"first", "clock"}
 

@@ -1,14 +1,15 @@
-"""The live view: what it draws fits whatever the terminal is, and says what has been seen."""
+"""The live view: what it draws fits whatever the terminal is, and says what has been snapshot."""
 
 import math
 
 import pytest
 
-from tendond.cli.watch.bus_snapshot import Seen
+from tendond.cli.watch.bus_snapshot import BusSnapshot
 from tendond.cli.watch.canvas import Canvas
 from tendond.cli.watch.plain import shown
 from tendond.cli.watch.rod import sketch
-from tendond.cli.watch.screen import bar, frame, line, sparkline
+from tendond.cli.watch.screen import frame, line
+from tendond.cli.watch.text import bar, sparkline
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import LoopHealth, Mode, Status, TendonCommand, TendonState, TipPose
 
@@ -30,22 +31,22 @@ def status(mode: Mode = Mode.TRACKING, reason: str = "armed by the operator", te
     )  # fmt: skip
 
 
-def watched(*, mode: Mode = Mode.TRACKING, reason: str = "armed by the operator", tendons: int = 4) -> Seen:
+def watched(*, mode: Mode = Mode.TRACKING, reason: str = "armed by the operator", tendons: int = 4) -> BusSnapshot:
     """Two seconds of a rig: poses, commands and states at 100 Hz, a frame ten times a second."""
-    seen = Seen()
-    seen.add(status(mode, reason, tendons), 0.0)
+    snapshot = BusSnapshot()
+    snapshot.add(status(mode, reason, tendons), 0.0)
     turned = (math.cos(0.8), 0.0, math.sin(0.8), 0.0)
     tension, displacement = (59.5, *[0.0] * (tendons - 1)), (0.0576, *[0.0] * (tendons - 1))
     for i in range(200):
         now = 0.01 * i
-        seen.add(TipPose(seq=i, stamp_ns=0, position=(0.34, 0.0, 0.0575), orientation=turned), now)
-        seen.add(
+        snapshot.add(TipPose(seq=i, stamp_ns=0, position=(0.34, 0.0, 0.0575), orientation=turned), now)
+        snapshot.add(
             TendonCommand(seq=i, stamp_ns=0, pose_seq=i, displacement=displacement, tension=tension, armed=True), now
         )
-        seen.add(TendonState(seq=i, stamp_ns=0, displacement=displacement, tension=tension), now)
+        snapshot.add(TendonState(seq=i, stamp_ns=0, displacement=displacement, tension=tension), now)
         if i % 10 == 0:
-            seen.tick(now)
-    return seen
+            snapshot.tick(now)
+    return snapshot
 
 
 @pytest.mark.parametrize("size", [(80, 24), (200, 60), (120, 16), (43, 12), (20, 5), (1, 1)])
@@ -53,8 +54,8 @@ def watched(*, mode: Mode = Mode.TRACKING, reason: str = "armed by the operator"
 @pytest.mark.parametrize("mode", [Mode.TRACKING, Mode.FAULT])
 def test_a_frame_fits_every_terminal(size: tuple[int, int], config: RigConfig, mode: Mode) -> None:
     width, height = size
-    seen = watched(mode=mode, reason="a very long reason, " * 20, tendons=len(config.rod.tendon_positions))
-    for one in (seen, Seen()):
+    snapshot = watched(mode=mode, reason="a very long reason, " * 20, tendons=len(config.rod.tendon_positions))
+    for one in (snapshot, BusSnapshot()):
         rows = frame(one, config, 2.0, width, height).split("\n", allow_blank=True)
         assert len(rows) <= height
         assert all(row.cell_len <= width for row in rows)
@@ -76,20 +77,24 @@ def test_a_fault_is_said_with_its_reason_whole() -> None:
 
 
 def test_without_commands_it_waits_for_the_controller() -> None:
-    seen = watched()
-    for text in (frame(seen, CONFIG, 4.0, 80, 24).plain, line(seen, CONFIG, 4.0), line(Seen(), CONFIG, 0.0)):
+    snapshot = watched()
+    for text in (
+        frame(snapshot, CONFIG, 4.0, 80, 24).plain,
+        line(snapshot, CONFIG, 4.0),
+        line(BusSnapshot(), CONFIG, 0.0),
+    ):
         assert "waiting for the controller of rig 'paper' at tcp/127.0.0.1:7447" in text
-    assert "last 2 s ago" in frame(seen, CONFIG, 4.0, 80, 24).plain
+    assert "last 2 s ago" in frame(snapshot, CONFIG, 4.0, 80, 24).plain
 
 
 def test_a_viewer_who_may_not_hear_commands_sees_the_status() -> None:
-    seen = Seen()
-    assert seen.is_silent(0.0)
-    seen.add(status(), 0.0)
-    assert not seen.is_silent(2.0)
-    assert "10.0" in frame(seen, CONFIG, 2.0, 80, 24).plain
-    assert "tension 1.00 1.00 1.00 1.00 N" in line(seen, CONFIG, 2.0)
-    assert seen.is_silent(3.0)
+    snapshot = BusSnapshot()
+    assert snapshot.is_silent(0.0)
+    snapshot.add(status(), 0.0)
+    assert not snapshot.is_silent(2.0)
+    assert "10.0" in frame(snapshot, CONFIG, 2.0, 80, 24).plain
+    assert "tension 1.00 1.00 1.00 1.00 N" in line(snapshot, CONFIG, 2.0)
+    assert snapshot.is_silent(3.0)
 
 
 def test_the_line_has_the_numbers() -> None:
@@ -100,20 +105,22 @@ def test_the_line_has_the_numbers() -> None:
 
 
 def test_a_publisher_that_starts_anew_does_not_spoil_the_rate() -> None:
-    seen = watched()
+    snapshot = watched()
     for i in range(100):
-        seen.add(TipPose(seq=i, stamp_ns=0, position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0)), 2.0 + 0.02 * i)
-    assert seen.pose_stream.rate(4.0) == pytest.approx(50.0, rel=0.02)
-    assert seen.pose_stream.rate(9.0) == 0.0
+        snapshot.add(
+            TipPose(seq=i, stamp_ns=0, position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0)), 2.0 + 0.02 * i
+        )
+    assert snapshot.pose_stream.rate(4.0) == pytest.approx(50.0, rel=0.02)
+    assert snapshot.pose_stream.rate(9.0) == 0.0
 
 
 def test_an_occluded_pose_leaves_no_trail() -> None:
-    seen = watched()
-    before = len(seen.trail)
-    assert seen.pose is not None
-    seen.add(seen.pose.model_copy(update={"valid": False}), 2.0)
-    assert len(seen.trail) == before
-    assert "hidden" in frame(seen, CONFIG, 2.0, 80, 24).plain
+    snapshot = watched()
+    before = len(snapshot.trail)
+    assert snapshot.pose is not None
+    snapshot.add(snapshot.pose.model_copy(update={"valid": False}), 2.0)
+    assert len(snapshot.trail) == before
+    assert "hidden" in frame(snapshot, CONFIG, 2.0, 80, 24).plain
 
 
 def test_the_canvas_puts_dots_where_they_belong() -> None:
@@ -168,8 +175,8 @@ def test_a_terminal_without_unicode_is_given_the_same_picture_in_ascii(encoding:
 
 
 def test_the_room_that_is_left_for_logs_is_shown_in_days() -> None:
-    seen = watched()
-    assert seen.status is not None
-    loop = seen.status.loop.model_copy(update={"log_days_left": 12.34})
-    seen.add(seen.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
-    assert "0 entries dropped, room for 12.3 days" in frame(seen, CONFIG, 2.0, 80, 24).plain
+    snapshot = watched()
+    assert snapshot.status is not None
+    loop = snapshot.status.loop.model_copy(update={"log_days_left": 12.34})
+    snapshot.add(snapshot.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
+    assert "0 entries dropped, space for 12.3 days" in frame(snapshot, CONFIG, 2.0, 80, 24).plain

@@ -127,7 +127,7 @@ def test_without_a_weight_the_file_has_no_rod(logs: tuple[Path, Path], tmp_path:
         (("--parameters", "mass"), "'mass': choose among E, rho"),
         (("--drive", "motor"), "--drive motor: choose among auto, measured, command"),
         (("--loss", "cubic"), "--loss cubic: choose among linear"),
-        (("--weight", "other.mcap=0.05"), "other.mcap: is not one of the logs given"),
+        (("--weight", "other.mcap=0.05"), "other.mcap: is not one of the logs"),
     ],
 )
 def test_options_that_cannot_be_are_refused(logs: tuple[Path, Path], arguments: tuple[str, ...], match: str) -> None:

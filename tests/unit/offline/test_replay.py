@@ -199,7 +199,7 @@ def test_comparing_no_cycle_is_an_error(recorded: Path, tmp_path: Path) -> None:
 def test_the_command_says_equal_and_exits_0_or_differing_and_exits_1(recorded: Path, tmp_path: Path) -> None:
     result = run_command("replay", str(recorded))
     assert result.returncode == 0, result.stderr
-    assert f"{CYCLES} cycles (1.9 s) replayed: equal to the last bit" in result.stdout
+    assert f"{CYCLES} cycles (1.9 s) replayed: bit-identical" in result.stdout
     spoiled = rewritten(recorded, tmp_path / "spoiled.mcap", changed("command.displacement"))  # type: ignore[arg-type]
     result = run_command("replay", str(spoiled))
     assert result.returncode == 1

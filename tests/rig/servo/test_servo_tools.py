@@ -102,7 +102,7 @@ def test_scan_names_two_servos_of_one_id(tmp_path: Path, config: Path, capsys: p
         scan_servos(config, str(port), 252, QUICK_SECONDS)
     assert "id 1: XL430-W250-T, whose answers collide: are there several with this id?" in capsys.readouterr().out
     twins[1]._store(table.FIRMWARE, 45)
-    with EmulatedBus(port, twins), pytest.raises(DaemonError, match="unintelligible: plug in one servo at a time"):
+    with EmulatedBus(port, twins), pytest.raises(DaemonError, match="garbled: plug in one servo at a time"):
         scan_servos(config, str(port), 252, QUICK_SECONDS)
 
 

@@ -147,7 +147,7 @@ def test_a_full_disk_ends_the_log_and_not_the_control(bench: Bench) -> None:
     bench.rig.until(bench.session, lambda s: s.tick > status.tick + 50 and s.mode is Mode.TRACKING)
     code, said = bench.rig.end(bench.process)
     assert code == 1
-    assert "its log is not whole" in said
+    assert "the log is incomplete" in said
     assert "Traceback" not in said
     assert not bench.peer.heard[-1].armed
     assert load(log).records

@@ -43,7 +43,7 @@ def test_a_plan_is_carried_out_and_recorded_with_its_weight(tmp_path: Path) -> N
         one.end(simulator)
         again = one.tell("identify", "run", "--log", str(tmp_path / "run.mcap"), "--yes")
         assert again.returncode == 2
-        assert "is there already" in again.stderr
+        assert "exists: a log is never overwritten" in again.stderr
     found = load_recording(tmp_path / "run.mcap", {})
     assert found.weight == 0.03
     records = load(tmp_path / "run.mcap").records

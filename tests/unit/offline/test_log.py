@@ -77,7 +77,7 @@ def test_info_tells_what_is_in_a_log_and_that_it_is_whole() -> None:
 def test_info_is_for_people_or_for_programs() -> None:
     people, programs = run_command("log", "info", str(FAULTS)), run_command("log", "info", str(FAULTS), "--json")
     assert people.returncode == programs.returncode == 0
-    assert "whole" in people.stdout
+    assert "complete" in people.stdout
     assert "fault: tendons: servo 2: overload" in people.stdout
     assert json.loads(programs.stdout) == json.loads(json.dumps({**info(FAULTS), "files": [str(FAULTS)]}))
 

@@ -14,13 +14,13 @@ Array = NDArray[np.float64]
 
 COEFFICIENTS = (0.0, 0.05, 0.1, 0.2)
 FARTHEST = 0.058
-"""[m] The way of the paper's tendon."""
+"""Travel of the paper's tendon [m]."""
 
 HALFWAY = 0.02
 """[m] Where the tip's x goes fastest with it."""
 
 STEPS = 600
-"""Each way: a minute, as good as at rest."""
+"""Steps in each direction: a minute, practically at rest."""
 
 PERIOD = 0.1
 SLACK = (-0.1, -0.1, -0.1)

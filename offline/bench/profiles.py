@@ -39,7 +39,7 @@ class Row:
     Attributes:
         profile, law: names.
         way_mm: of the agonist's end, from the straight rod [mm].
-        least: time that way takes at the displacement rate [s]; none without servos.
+        least: time that the travel takes at the displacement rate [s]; none without servos.
         arrival: of the reference [s].
         settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
         worst_mm: largest error of x after the reference's arrival and one second [mm].
@@ -111,7 +111,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
     error = np.abs(x - target)
     outside = np.flatnonzero(error > SETTLED * target)
     settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
-    way = last.command.displacement[config.control.agonist]
+    travel = last.command.displacement[config.control.agonist]
     driven = config.simulator.drive == "displacement"
     arrival = CycleSetup.from_config(config).selection.reference.arrival
     busy = part[: round((arrival + 1.0) / period)]
@@ -120,8 +120,8 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
     return Row(
         profile=profile,
         law=law,
-        way_mm=1e3 * way,
-        least=way / config.with_own_rates().limits.displacement_rate if driven else None,
+        way_mm=1e3 * travel,
+        least=travel / config.with_own_rates().limits.displacement_rate if driven else None,
         arrival=arrival,
         settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,
         worst_mm=1e3 * float(error[round((arrival + 1.0) / period) :].max()),

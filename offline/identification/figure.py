@@ -24,26 +24,26 @@ def draw(result: Identification, folder: Path) -> list[Path]:
 
 
 def _residuals(result: Identification) -> Figure:
-    """Each recording: the tip's way, and how far the configuration's and the fitted model are from it."""
+    """Draw each recording: the tip's path, and the distance of the configured and the fitted model from it."""
     simulations = [*result.simulations, *result.others]
     figure = Figure((10.0, 0.4 + 2.6 * len(simulations)), layout="constrained")
     grid = figure.subplots(len(simulations), 2, squeeze=False, width_ratios=(2, 3))
     start = nominal(result.config)
-    for (way, apart), simulation in zip(grid, simulations, strict=True):
+    for (panel, apart), simulation in zip(grid, simulations, strict=True):
         recording = simulation.recording
         time = recording.pose_times
-        way.plot(time, recording.position[:, 0] * 1e3, color=OURS, lw=1.0, label="x")
-        way.plot(time, recording.position[:, 2] * 1e3, color=PAPERS, lw=1.0, label="z")
+        panel.plot(time, recording.position[:, 0] * 1e3, color=OURS, lw=1.0, label="x")
+        panel.plot(time, recording.position[:, 2] * 1e3, color=PAPERS, lw=1.0, label="z")
         used = "" if simulation in result.simulations else ", not used"
         load = f", {recording.weight * 1e3:g} g" if recording.weight else ""
-        way.set(title=f"{recording.name}{load}{used}", ylabel="tip [mm]")
+        panel.set(title=f"{recording.name}{load}{used}", ylabel="tip [mm]")
         for values, name, colour in ((start, "configuration", REFERENCE), (result.fit.values, "identified", OURS)):
             off = _apart(simulation, values)
             rms = float(np.sqrt(np.mean(off**2)))
             apart.semilogy(time, np.maximum(off, 1e-6) * 1e3, color=colour, lw=0.7, label=f"{name}, {rms * 1e3:.3f} mm")
         apart.set(title="model to measured tip, root mean square", ylabel="[mm]")
         apart.legend(loc="upper right", fontsize=8)
-        way.legend(loc="lower right", fontsize=8)
+        panel.legend(loc="lower right", fontsize=8)
     for axes in grid[-1]:
         axes.set_xlabel("time since the first rest [s]")
     return figure

@@ -39,7 +39,7 @@ TENSION = 0.6
 """Of the tension's range that the resting model needs at most."""
 
 MOST_ACROSS_ANGLE = 1.75
-"""[rad] Of the tip: further back the way is long and tells no more."""
+"""[rad] Of the tip: beyond it the path is long and adds no information."""
 
 SAMPLE = 0.05
 """[s] Between the samples of a reference."""
@@ -83,7 +83,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Way:
+class EquilibriumPath:
     """Where the tip may go: resting tips, and the displacement of the agonist there.
 
     Attributes:
@@ -101,7 +101,7 @@ class Way:
         return tuple((round(k * sample, 6), round(float(x), 7), round(float(z), 7)) for k, (x, z) in enumerate(points))
 
 
-def way_of(config: RigConfig) -> Way:
+def path_of(config: RigConfig) -> EquilibriumPath:
     """Where the plan may take the tip.
 
     Raises:
@@ -134,10 +134,10 @@ def way_of(config: RigConfig) -> Way:
     rows = np.flatnonzero(usable)
     if rows.size < 3 or agonist[rows[-1]] - agonist[rows[0]] < 0.002:
         raise PlanError(
-            "the limits leave the tip no way to go: raise limits.displacement_max or tension_max, or lower "
+            "the limits leave the tip no room to move: raise limits.displacement_max or tension_max, or lower "
             "pretension.tension"
         )
-    return Way(curve, curve.arc[rows], agonist[rows])
+    return EquilibriumPath(curve, curve.arc[rows], agonist[rows])
 
 
 def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.0) -> Plan:
@@ -146,25 +146,25 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
     Args:
         config: of the rig.
         kinds: of `KINDS`, in their order.
-        reach: part of the way that the limits allow, in (0, 1].
+        reach: fraction of the path that the limits allow, in (0, 1].
 
     Raises:
-        PlanError: the limits leave no way to go, or there are kinds that do not exist.
+        PlanError: the limits leave no room to move, or there are kinds that do not exist.
     """
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown or not kinds:
         raise PlanError(f"'{', '.join(unknown)}': choose among {', '.join(KINDS)}")
     config = config.with_own_rates()
-    way = way_of(config)
+    path = path_of(config)
     rate = min(SPEED * config.limits.displacement_rate, FASTEST)
-    low = float(way.displacement[0])
-    span = reach * (float(way.displacement[-1]) - low)
+    low = float(path.displacement[0])
+    span = reach * (float(path.displacement[-1]) - low)
     release = config.limits.tension_max / config.limits.release_rate
     requests: list[Request] = []
     parts: list[tuple[float, str]] = []
     now = REST_SECONDS
     for words, motion, sway in _motions(kinds, low, span, rate):
-        samples = way.samples(motion, SAMPLE)
+        samples = path.samples(motion, SAMPLE)
         reference = ReferenceSection(kind="samples", samples=samples)
         parts.append((now, words))
         requests.append(Request(now, ControlAction.REFERENCE, reference))

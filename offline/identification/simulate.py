@@ -48,7 +48,7 @@ PULLING = 3.0
 """Of the noise of the servos' tensions, from which on they count: a slack tendon's cannot fall below zero."""
 
 SETTLING = 0.3
-"""[s] After the torque comes on, for which servos are on their way from where they had been."""
+"""[s] After the torque comes on, while the servos move from their previous positions."""
 
 
 class SimulationError(DaemonError):
@@ -118,7 +118,7 @@ class Simulation:
     def servo(self, times: Array, lag: float, backlash: float) -> Array:
         """As `shaft`, of what the servos move when their gears have a backlash [m]."""
         recording = self.recording
-        knots = np.union1d(recording.times, times)  # between two of them a shaft turns one way only
+        knots = np.union1d(recording.times, times)  # between two of them a shaft turns in one direction only
         shaft = self.shaft(knots, lag)
         if backlash > 0.0:
             now = np.searchsorted(recording.times, knots + 1e-9, side="right") - 1

@@ -79,10 +79,10 @@ class Metrics:
         final_tip_m: last sample [m].
         final_displacement_m: of the agonist, last command [m].
         settling_s: `settling_iterations` in seconds.
-        path_mm: length of the tip's way in the plane [mm].
+        path_mm: distance travelled by the tip in the plane [mm].
         path_overshoot_percent: how far the tip goes beyond the target along the curve of resting tips, of the way from
             its start to the target [%]; none without that curve. A bend that overshoots is seen here even where x turns
-            back, and x beyond the target on the way of a slow bend is not counted.
+            back, and x beyond the target during a slow bend is not counted.
         iae_mm_s: integral of the distance between tip and reference in the plane [mm s].
         ripple_mm: standard deviation of the tip in the plane over the last 40 samples [mm].
         tendon_rate_mm_s: root mean square of the rate of all commanded displacements [mm/s]: wear of the motors.
@@ -190,7 +190,7 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
 
 
 def _path_overshoot(plane: Array, target: Array, curve: StaticCurve) -> float:
-    """Beyond the target along the curve, of the way from the first sample to the target [%]."""
+    """Overshoot along the curve, relative to the path length from the first sample to the target [%]."""
     arcs = curve.nearest(np.vstack([plane, target]))
-    way = arcs[-1] - arcs[0]
-    return 100.0 * max(0.0, float((arcs[:-1].max() - arcs[-1]) / way)) if way > 0.0 else 0.0
+    length = arcs[-1] - arcs[0]
+    return 100.0 * max(0.0, float((arcs[:-1].max() - arcs[-1]) / length)) if length > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""A run in space: where tip, reference and rod went; what all views in three dimensions are drawn from."""
+"""A run in space: paths of tip, reference and rod, for all views in three dimensions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from tendond.schemas.messages import Mode
 Array = NDArray[np.float64]
 
 FLAT = 0.02
-"""Of a way's size, that it may be thick and is still in a plane."""
+"""Fraction of a path's size up to which its thickness counts as flat."""
 
 TILT_DEG, TURN_DEG = 12.0, 18.0
-"""By which a plane is not looked at square: its depth is to be seen."""
+"""Angles between the view and the normal of a plane, so that its depth is visible."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Way:
+class TipPath:
     """From the first cycle that pulls to the last one that tracks; all cycles, where none tracks.
 
     Attributes:
@@ -56,8 +56,8 @@ class Way:
     shapes: Sequence[Shape]
 
     @staticmethod
-    def of(log: Log) -> "Way":
-        """The way of a run."""
+    def of(log: Log) -> "TipPath":
+        """Extract the path of a run."""
         tracks = [i for i, record in enumerate(log.records) if record.mode is Mode.TRACKING]
         first = next((i for i, record in enumerate(log.records) if record.mode in ACTIVE), 0) if tracks else 0
         part = log.records[first : tracks[-1] + 1] if tracks else log.records
@@ -69,7 +69,7 @@ class Way:
             if tick <= part[-1].tick
         ]
         before = sum(shape.tick <= part[0].tick for shape in shapes)
-        return Way(
+        return TipPath(
             time=np.array([record.time for record in part]),
             tip=np.array([record.measured or nowhere for record in part]),
             reference=np.array(
@@ -81,12 +81,12 @@ class Way:
 
     @cached_property
     def arcs(self) -> Array:
-        """Way of the rod's tip from the first shape to each [m], shape (shapes,)."""
+        """Distance travelled by the tip from the first shape to each [m], shape (shapes,)."""
         tips = np.array([shape.points[-1] for shape in self.shapes]).reshape(-1, 3)
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])[: len(tips)]
 
     def chosen(self, count: int) -> list[int]:
-        """Indices of at most so many shapes, the first and the last among them, equally far apart along that way."""
+        """Indices of at most so many shapes, the first and the last among them, equally spaced in that distance."""
         last = len(self.shapes) - 1
         if last < count:
             return list(range(last + 1))

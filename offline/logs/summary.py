@@ -22,7 +22,7 @@ LABELS = {
     "ripple_mm": ("ripple at the end", "mm"),
     "iae_mm_s": ("integral of the absolute error", "mm s"),
     "tpl_mm": ("total path length", "mm"),
-    "path_mm": ("tip's way in the plane", "mm"),
+    "path_mm": ("distance travelled by the tip", "mm"),
     "tendon_rate_mm_s": ("tendons' rate, root mean square", "mm/s"),
     "peak_tension_n": ("largest tension", "N"),
     "least_tension_n": ("smallest tension", "N"),

@@ -37,7 +37,7 @@ def _edge(runs: Runs) -> list[str]:
     return [
         "One condition for both laws: the velocity is taken from differences of the measured tip "
         '(`control.feedback = "direct"`), an antagonist pair pulls (`control.antagonist = 2`, up to '
-        f"{EDGE['tension_max']:g} N each way, pretension {EDGE['pretension']:g} N), and the controller's model is not "
+        f"{EDGE['tension_max']:g} N each, pretension {EDGE['pretension']:g} N), and the controller's model is not "
         f"the plant: E x {EDGE['youngs_modulus']:g}, rho x {EDGE['density']:g}, Bbt x {EDGE['bending_damping']:g}; the "
         "target is (340, 0) mm, as the paper writes it, so that x rests short of 340 mm. "
         "These five numbers were fitted to the paper's two rows by an optimiser: the paper names "

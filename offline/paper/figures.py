@@ -119,7 +119,7 @@ def force_found(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
             truth = runs[name, "backstepping"].tip_force[:, 0]
             axes.plot(truth, color=DARK, lw=1.0, ls=":", label="truth")
             axes.fill_between(range(len(truth)), 0.9 * truth, 1.1 * truth, color=REFERENCE, alpha=0.25, lw=0.0,
-                              label="truth, 10 % either way")  # fmt: skip
+                              label="truth, ±10 %")  # fmt: skip
             axes.set(title=label, xlabel="iteration", xlim=(40, 160))
         figure.axes[0].set_ylabel("force on the tip along x [N]")
         figure.axes[-1].legend(loc="upper right", frameon=False)

@@ -67,7 +67,7 @@ come out; they are one such condition, not a measurement of the paper's.
 EDGE_NEIGHBOURS: dict[str, dict[str, float]] = {
     f"{name} {factor:g}": {**EDGE, name: EDGE[name] * factor} for name in EDGE for factor in (0.98, 1.02)
 }
-"""One number of `EDGE` at a time, 2 % either way: how sharp the edge is."""
+"""One number of `EDGE` at a time, ±2 %: the edge's sensitivity."""
 
 EXCHANGED: Tables = {
     "control": {"laws": {"backstepping": {"alpha1": 2100.0, "alpha2": 12.0}, "sliding_mode": {"c": 1500.0, "k": 12.5}}}

@@ -9,7 +9,7 @@ import numpy as np
 from tendond.daemon.errors import UsageError
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.log import Log
-from tendond.offline.logs.paths import Array, Shape, Way
+from tendond.offline.logs.paths import Array, Shape, TipPath
 from tendond.schemas.messages import Mode
 
 BANDS = {
@@ -84,8 +84,8 @@ def write_page(log: Log, path: Path) -> Path:
 
 
 def _space(log: Log, go: Any) -> Any:
-    """The run in space: the tip's way, and rod and tendons at the moment that a slider chooses."""
-    way = Way.of(log)
+    """Draw the run in space: the tip's path, and rod and tendons at the moment that a slider chooses."""
+    run = TipPath.of(log)
 
     def line(points: Array, name: str, **look: Any) -> Any:
         x, y, z = (1e3 * points).T
@@ -96,11 +96,14 @@ def _space(log: Log, go: Any) -> Any:
         tendons = np.vstack(broken) if broken else GAP
         return [line(shape.points, "rod", color="black", width=8), line(tendons, "tendons", color="#888888", width=2)]
 
-    fixed = [line(way.tip, "tip", color="#1f4e79", width=4), line(way.reference, "reference", color="#c55a11", width=2)]
-    if way.target is not None:
-        (x, y, z), look = (1e3 * np.array(way.target)), {"symbol": "x", "color": "#c55a11", "size": 5}
+    fixed = [
+        line(run.tip, "tip", color="#1f4e79", width=4),
+        line(run.reference, "reference", color="#c55a11", width=2),
+    ]
+    if run.target is not None:
+        (x, y, z), look = (1e3 * np.array(run.target)), {"symbol": "x", "color": "#c55a11", "size": 5}
         fixed.append(go.Scatter3d(x=[x], y=[y], z=[z], mode="markers", name="target", marker=look))
-    shapes = [way.shapes[i] for i in way.chosen(MOST_SHAPES)]
+    shapes = [run.shapes[i] for i in run.chosen(MOST_SHAPES)]
     moving = [len(fixed), len(fixed) + 1]
     frames = [go.Frame(name=f"{shape.time:.2f}", data=rod(shape), traces=moving) for shape in shapes]
     steps = [
@@ -112,9 +115,9 @@ def _space(log: Log, go: Any) -> Any:
         for frame in frames
     ]
     figure = go.Figure(data=[*fixed, *rod(shapes[-1])], frames=frames)
-    elevation, azimuth = np.radians(way.view)
+    elevation, azimuth = np.radians(run.view)
     eye = 1.9 * np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    points = 1e3 * way.points
+    points = 1e3 * run.points
     low, high = points.min(axis=0) - AIR_MM, points.max(axis=0) + AIR_MM
     scene = {f"{letter}axis": {"title": f"{letter} [mm]", "range": [low[i], high[i]]} for i, letter in enumerate("xyz")}
     camera = {"eye": dict(zip("xyz", eye.tolist(), strict=True)), "projection": {"type": "orthographic"}}

@@ -13,7 +13,7 @@ from tendond import __version__
 from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tallies
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import Log, LogError, load
-from tendond.offline.logs.paths import Way
+from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, summary
 from tendond.offline.plots.figures import overview, shapes_figure
@@ -77,7 +77,7 @@ def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Publish
         figures = [("Tracking", _untitled(overview(log, published))), ("Rod shapes", shapes_figure(log))]
     except LogError as error:
         table = f"<p>{escape(str(error))}</p>"
-    if Way.of(log).points.size:
+    if TipPath.of(log).points.size:
         figures.append(("In space", space_figure(log)))
     figures.append(("Modes and events", _untitled(timeline(log))))
     if log.timings:

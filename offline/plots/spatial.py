@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tendond.offline.logs.log import Log
-from tendond.offline.logs.paths import Way
+from tendond.offline.logs.paths import TipPath
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
 Array = NDArray[np.float64]
@@ -27,60 +27,60 @@ LEAST_WIDTH = 0.3
 
 
 def space_figure(log: Log) -> Figure:
-    """Rod, tendons, target and the tip's way: three dimensions, the x-z plane, the y-z plane."""
-    way = Way.of(log)
-    low, high = _limits(way)
+    """Draw rod, tendons, target and the tip's path: three dimensions, the x-z plane, the y-z plane."""
+    run = TipPath.of(log)
+    low, high = _limits(run)
     size = high - low
     shares = [1.2, size[0] / size[2], size[1] / size[2]]  # of the figure's height: both planes at the same scale
     with style():
         figure = Figure((HEIGHT * sum(shares) + 1.6, HEIGHT + 1.1), layout="constrained")
         grid = figure.add_gridspec(1, 3, width_ratios=shares)
         space: Any = figure.add_subplot(grid[0], projection="3d")
-        _draw(space, way, [0, 1, 2])
+        _draw(space, run, [0, 1, 2])
         space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         for axis, extent in zip((space.xaxis, space.yaxis, space.zaxis), size, strict=True):
             axis.set_major_locator(MaxNLocator(max(1, round(MOST_TICKS * extent / size.max()))))
         space.set_box_aspect(size, zoom=0.93)
-        elevation, azimuth = way.view
+        elevation, azimuth = run.view
         space.view_init(elev=elevation, azim=azimuth)
         for index, letter in ((0, "x"), (1, "y")):
             axes = figure.add_subplot(grid[1 + index])
-            _draw(axes, way, [index, 2])
+            _draw(axes, run, [index, 2])
             axes.set(xlim=(low[index], high[index]), ylim=(low[2], high[2]), aspect="equal")
             axes.set(xlabel=f"{letter} [mm]", ylabel="z [mm]", title=f"{letter}-z plane")
         figure.legend(*space.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
-        if len(way.shapes) > 1:
-            colours = ScalarMappable(Normalize(0.0, max(1e3 * way.arcs[-1], 1e-9)), "viridis")
-            figure.colorbar(colours, ax=figure.axes, label="tip's way up to a shape [mm]", shrink=0.7, pad=0.01)
+        if len(run.shapes) > 1:
+            colours = ScalarMappable(Normalize(0.0, max(1e3 * run.arcs[-1], 1e-9)), "viridis")
+            figure.colorbar(colours, ax=figure.axes, label="distance travelled by the tip [mm]", shrink=0.7, pad=0.01)
     return figure
 
 
 def draw_space(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
     """Draw it into `folder`, which is made; nothing where the log has no shape and no tip."""
-    if not Way.of(log).points.size:
+    if not TipPath.of(log).points.size:
         return []
     folder.mkdir(parents=True, exist_ok=True)
     return [save(space_figure(log), folder / f"space.{suffix}")]
 
 
-def _draw(axes: Axes, way: Way, kept: list[int]) -> None:
+def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
     """On axes of two dimensions or three: the components `kept`."""
 
     def line(points: Array, **look: Any) -> None:
         axes.plot(*(1e3 * points[:, kept]).T, **look)
 
-    chosen = way.chosen(MOST_SHAPES)
+    chosen = run.chosen(MOST_SHAPES)
     for i in chosen[:-1]:
-        line(way.shapes[i].points, color=_colour(way.arcs[i] / max(way.arcs[-1], 1e-12)), lw=0.9, alpha=0.8)
-    if way.shapes:
-        for path in way.shapes[-1].tendons:
+        line(run.shapes[i].points, color=_colour(run.arcs[i] / max(run.arcs[-1], 1e-12)), lw=0.9, alpha=0.8)
+    if run.shapes:
+        for path in run.shapes[-1].tendons:
             line(_smooth(path), color=TENDON, lw=0.8)
-        line(way.shapes[-1].points, color="black", lw=2.4, label="rod at the end")
-    line(way.tip, color=OURS, lw=1.6, label="tip")
-    line(way.reference, color=REFERENCE, lw=1.2, ls="--", label="reference")
-    if way.target is not None:
-        line(np.array([way.target]), color=PAPERS, ls="", marker="x", ms=9, mew=2, label="target")
+        line(run.shapes[-1].points, color="black", lw=2.4, label="rod at the end")
+    line(run.tip, color=OURS, lw=1.6, label="tip")
+    line(run.reference, color=REFERENCE, lw=1.2, ls="--", label="reference")
+    if run.target is not None:
+        line(np.array([run.target]), color=PAPERS, ls="", marker="x", ms=9, mew=2, label="target")
 
 
 def _colour(part: float) -> Any:
@@ -93,9 +93,9 @@ def _smooth(path: Array) -> Array:
     return np.asarray(CubicSpline(at, path)(np.linspace(0, at[-1], 5 * len(path)))) if len(path) > 3 else path
 
 
-def _limits(way: Way) -> tuple[Array, Array]:
+def _limits(run: TipPath) -> tuple[Array, Array]:
     """Lower and upper corner of all that is seen, with some air [mm], shapes (3,)."""
-    points = 1e3 * way.points
+    points = 1e3 * run.points
     low, high = points.min(axis=0), points.max(axis=0)
     least = LEAST_WIDTH * float((high - low).max())
     lacking = np.maximum(0.0, least - (high - low)) / 2 + 0.04 * float((high - low).max())

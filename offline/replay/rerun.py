@@ -221,7 +221,7 @@ def inputs_of(data: bytes) -> CycleInputs:
     """
     start, end = data.find(BEFORE_INPUTS), data.find(AFTER_INPUTS)
     if start >= 0 and end >= 0:
-        with suppress(ValidationError):  # not as the recorder writes it: by the long way
+        with suppress(ValidationError):  # not as the recorder writes it: parse it fully
             return CycleInputs.model_validate_json(data[start + len(BEFORE_INPUTS) : end])
     return RecordedInputs.model_validate_json(data).inputs
 

@@ -57,7 +57,7 @@ class Result:
     Attributes:
         settling_iterations: to stay within 5 % of the target's x; none if it never does, or faults before.
         rate_cost_iterations: cycles before it settled in which the command stood at its displacement rate, at most
-            those that the whole way of the tendon takes at that rate.
+            those that the tendon's whole travel takes at that rate.
         overshoot_percent ... steady_error_mm: as in `analysis.metrics`; none without a cycle of tracking.
         least_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
         force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
@@ -254,5 +254,5 @@ def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[
         settling = None
     until = len(records) if settling is None else settling
     stood = sum("displacement rate" in record.limited for record in records[:until])
-    way = np.abs(run.displacement[-1] - run.displacement[0]).max()
-    return settling, min(stood, math.ceil(way / (config.limits.displacement_rate * config.loop.period)))
+    travel = np.abs(run.displacement[-1] - run.displacement[0]).max()
+    return settling, min(stood, math.ceil(travel / (config.limits.displacement_rate * config.loop.period)))

@@ -20,7 +20,7 @@ MEASURES = (
     "peak_tension_n",
     "force_error_n",
 )
-"""The larger, the worse; `least_tension_n` is the other way."""
+"""Measures of which larger values are worse; of `least_tension_n`, smaller ones are."""
 
 NEEDED = ("settling_iterations", "rise_iterations", "impact_settling_iterations")
 """None of these is worse than any number: it never settled."""

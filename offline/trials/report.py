@@ -59,7 +59,7 @@ def _report(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any]) 
         "",
         "The paper's task in the plane, on the model itself:",
         "",
-        "| law | settling | TPL mm | way of the tip mm | steady error mm | rate of the tensions N/s |",
+        "| law | settling | TPL mm | distance travelled mm | steady error mm | rate of the tensions N/s |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     lines += [

@@ -12,7 +12,7 @@ import pytest
 
 from tendond.offline.logs.events import FAULT, MODE, REJECTED, REQUEST, events, mode_spans, tallies
 from tendond.offline.logs.log import load
-from tendond.offline.logs.paths import Way
+from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.summary import LABELS, summary
 from tendond.offline.plots.interactive import write_page
 from tendond.offline.plots.report import write_report
@@ -177,20 +177,20 @@ def test_compare_puts_all_metrics_of_runs_beside_each_other(tmp_path: Path) -> N
 
 
 def test_a_way_in_a_plane_is_looked_at_from_its_side_and_one_in_space_from_a_corner(tmp_path: Path) -> None:
-    flat = Way.of(load(NORMAL))
+    flat = TipPath.of(load(NORMAL))
     assert flat.view == pytest.approx((12.0, -72.0), abs=4.0)
     assert flat.target == pytest.approx((0.34, 0.0, 0.0475), abs=1e-3)
     turn = np.linspace(0.0, 2.0 * np.pi, 60)
     circle = [(0.2 * np.cos(a), 0.2 * np.sin(a), 0.45) for a in turn]
     log = load(write_log(tmp_path / "circle.mcap", [cycle_record(i, place) for i, place in enumerate(circle)]))
-    way = Way.of(log)
-    assert way.view == (22.0, -55.0)
-    np.testing.assert_allclose(way.tip, circle)
-    assert len(way.chosen(5)) <= 6
-    assert {0, len(way.shapes) - 1} <= set(way.chosen(5))
+    path = TipPath.of(log)
+    assert path.view == (22.0, -55.0)
+    np.testing.assert_allclose(path.tip, circle)
+    assert len(path.chosen(5)) <= 6
+    assert {0, len(path.shapes) - 1} <= set(path.chosen(5))
     other = [(0.0, 0.2 * np.sin(a / 4), 0.5 * np.cos(a / 4)) for a in turn]
     records = [cycle_record(i, place, target=(0.0, 0.2, 0.3)) for i, place in enumerate(other)]
-    elevation, azimuth = Way.of(load(write_log(tmp_path / "yz.mcap", records))).view
+    elevation, azimuth = TipPath.of(load(write_log(tmp_path / "yz.mcap", records))).view
     assert (elevation, abs(azimuth - 18.0) < 1.0) == (12.0, True)
     assert draw_space(log, tmp_path)[0].stat().st_size > 20_000
 

@@ -21,7 +21,7 @@ from mcap.reader import make_reader
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.recording import foxglove
 from tendond.offline.logs.log import load, open_run
-from tendond.offline.logs.paths import Way
+from tendond.offline.logs.paths import TipPath
 from tendond.offline.replay.offline import record_lockstep
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import ControlAction
@@ -68,7 +68,7 @@ def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ev
     for (rod, trail), record in zip(scenes, records[::2], strict=True):
         assert (rod["id"], trail["id"]) == ("rod", "trail")
         assert tuple(rod["spheres"][1]["pose"]["position"].values()) == record.reference.position
-    assert Way.of(load(path)).view == (22.0, -55.0)
+    assert TipPath.of(load(path)).view == (22.0, -55.0)
 
 
 def test_tendons_run_at_their_distance_from_the_backbone() -> None:

@@ -21,7 +21,7 @@ LANGUAGES = {
     ".json": "json",
     ".txt": "text",
 }
-MOST_SHOWN = 20
+MAX_SHOWN = 20
 """Things in a folder, beyond which its page only lists them."""
 
 _LINK = re.compile(r"(\[[^\]]*\]\()([^)\s#]+)((?:#[^)]*)?\))")
@@ -71,7 +71,7 @@ def source_page(repository: Path, path: str) -> tuple[str, str]:
         language = LANGUAGES.get(place.suffix, "text")
         return f"{head}~~~~~~~~{language}\n{place.read_text(encoding='utf-8')}\n~~~~~~~~\n", path
     names = sorted(f"{one.name}/" if one.is_dir() else one.name for one in place.iterdir() if one.name[0] not in "._")
-    shown = {name for name in names if Path(name).suffix in LANGUAGES and len(names) <= MOST_SHOWN}
+    shown = {name for name in names if Path(name).suffix in LANGUAGES and len(names) <= MAX_SHOWN}
     readme = place / "README.md"
     text = re.sub(r"^# .*\n", "", readme.read_text(encoding="utf-8"), count=1) if readme.is_file() else ""
     listing = "\n".join(f"- [`{name}`]({name})" if name in shown else f"- `{name}`" for name in names)

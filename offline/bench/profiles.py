@@ -39,7 +39,7 @@ class Row:
     Attributes:
         profile, law: names.
         way_mm: of the agonist's end, from the straight rod [mm].
-        least: time that the travel takes at the displacement rate [s]; none without servos.
+        full_speed: time that the travel takes at the displacement rate [s]; none without servos.
         arrival: of the reference [s].
         settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
         worst_mm: largest error of x after the reference's arrival and one second [mm].
@@ -53,7 +53,7 @@ class Row:
     profile: str
     law: str
     way_mm: float
-    least: float | None
+    full_speed: float | None
     arrival: float
     settled: float | None
     worst_mm: float
@@ -70,7 +70,7 @@ class Row:
             self.profile,
             self.law,
             f"{self.way_mm:.1f}",
-            "-" if self.least is None else f"{self.least:.2f}",
+            "-" if self.full_speed is None else f"{self.full_speed:.2f}",
             f"{self.arrival:.2f}",
             f"never: {self.fault}" if self.settled is None else f"{self.settled:.2f}",
             f"{self.worst_mm:.1f}",
@@ -121,7 +121,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
         profile=profile,
         law=law,
         way_mm=1e3 * travel,
-        least=travel / config.with_own_rates().limits.displacement_rate if driven else None,
+        full_speed=travel / config.with_own_rates().limits.displacement_rate if driven else None,
         arrival=arrival,
         settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,
         worst_mm=1e3 * float(error[round((arrival + 1.0) / period) :].max()),

@@ -10,10 +10,10 @@ from tendond.offline.identification.data import Recording
 from tendond.offline.identification.parameters import nominal
 from tendond.offline.identification.simulate import Drive, Simulation, SimulationError
 
-LEAST_MOTION = 0.01
+MIN_MOTION = 0.01
 """Of the rod's length, that the tip must travel, and fifty times the poses' noise."""
 
-LEAST_SECONDS = 2.0
+MIN_SECONDS = 2.0
 HIDDEN = 0.5
 """Part of the cycles without a pose, from which on a log is refused; a tenth of it is worth a word."""
 
@@ -74,8 +74,8 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
     length = recording.config.rod.length
     if recording.fault:
         say("warning", "fault", f"the controller faulted ({recording.fault}); what comes after is left out")
-    if recording.duration < LEAST_SECONDS:
-        say("error", "too short", f"{recording.duration:.1f} s from rest to end; record {LEAST_SECONDS:g} s or more")
+    if recording.duration < MIN_SECONDS:
+        say("error", "too short", f"{recording.duration:.1f} s from rest to end; record {MIN_SECONDS:g} s or more")
     hidden = recording.hidden / recording.cycles
     if hidden > HIDDEN:
         say("error", "occlusions", f"no usable pose in {hidden:.0%} of the cycles; mend markers and cameras")
@@ -84,9 +84,13 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
     if recording.missed > MISSED * recording.cycles:
         say("warning", "missed deadlines", f"{recording.missed} of {recording.cycles}; the machine was too busy")
     travel = float(np.linalg.norm(np.ptp(recording.position, axis=0)))
-    least = max(LEAST_MOTION * length, 50.0 * recording.noise)
-    if travel < least:
-        say("error", "no motion", f"the tip moved by {travel * 1e3:.1f} mm; {least * 1e3:.1f} mm or more say something")
+    required = max(MIN_MOTION * length, 50.0 * recording.noise)
+    if travel < required:
+        say(
+            "error",
+            "no motion",
+            f"the tip moved by {travel * 1e3:.1f} mm; {required * 1e3:.1f} mm or more are needed",
+        )
         return found
     found += _tendons(recording)
     if drive == "measured" and not recording.has_reports:

@@ -269,8 +269,8 @@ def _reports(arrays: Arrays, times: Array, part: slice) -> tuple[Array, Array, A
     tensions: Any = arrays["inputs.tendon_state.tension"]
     at, tendons = times[rows], _ages(arrays, "inputs.tendon_state")
     if tendons is not None and rows.size:
-        least = float(np.nanmin(tendons))  # the freshest report is taken for new
-        late = np.nan_to_num(tendons[rows] - least)
+        shortest = float(np.nanmin(tendons))  # the freshest report is taken for new
+        late = np.nan_to_num(tendons[rows] - shortest)
         if float(np.percentile(late, 95)) < STRANGE_AGE:
             at = at - np.clip(late, 0.0, STRANGE_AGE)
     at, order = np.unique(at, return_index=True)

@@ -26,8 +26,8 @@ class DryRun:
     """What a plan came to.
 
     Attributes:
-        tension: most commanded [N]. displacement: most commanded [m].
-        speed: of the tip, most [m/s].
+        tension: maximum command [N]. displacement: maximum command [m].
+        speed: maximum, of the tip [m/s].
         limited: part of the armed cycles in which the command stood at a limit.
         tip: of the plant in each cycle [m], shape (cycles, 3).
     """

@@ -30,7 +30,7 @@ COORDINATE_STEP = 1e-2
 TOLERANCE = 1e-6
 """Of the coordinates and of the sum of squares, relative."""
 
-MOST_EVALUATIONS = 40
+MAX_EVALUATIONS = 40
 
 FINER_ROUNDS = 2
 """Of the fit with half the time step, by the whole step's derivatives: what the step itself was found as goes."""
@@ -268,7 +268,7 @@ def fit(
         xtol=TOLERANCE,
         ftol=TOLERANCE,
         gtol=None,
-        max_nfev=MOST_EVALUATIONS,
+        max_nfev=MAX_EVALUATIONS,
     )
     if not np.all(np.isfinite(found.x)) or found.status <= 0:
         raise FitError(f"the fit did not converge in {found.nfev} evaluations: {found.message}")

@@ -279,7 +279,7 @@ def _lost(result: Fit, spread: Statistics) -> dict[str, str]:
 
 def _is_none(parameter: Parameter, result: Fit) -> bool:
     """A delay, lag, backlash or mass on the tip of zero is a result."""
-    return parameter.least < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
+    return parameter.lower < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
 
 
 def _found(

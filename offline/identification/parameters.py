@@ -28,7 +28,7 @@ class Parameter:
         meaning: in words.
         section, key: of the configuration; empty where the controller has none.
         scale: of the fit's own coordinate: 0 for the logarithm of the value, else a value's unit of change.
-        least, most: bounds, factors of the start where the logarithm is fitted.
+        lower, upper: bounds, factors of the start where the logarithm is fitted.
         force: multiplies with every force: the motion alone fixes only the ratios of such parameters.
         max_error: error beyond which the value is not reported: a fraction of the value, or in its unit.
     """
@@ -39,8 +39,8 @@ class Parameter:
     section: str
     key: str
     scale: float
-    least: float
-    most: float
+    lower: float
+    upper: float
     force: bool = False
     max_error: float = 0.25
 
@@ -105,7 +105,7 @@ PARAMETERS: dict[str, Parameter] = {
 DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "tip_mass", "delay", "lag", "spool", "backlash")
 
 FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3}
-"""[s], [m], [kg] From which a fit of these starts at least: at none at all derivatives vanish, or steps do."""
+"""[s], [m], [kg] Minimum start of a fit of these: at zero derivatives vanish, or steps do."""
 
 
 def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
@@ -202,5 +202,5 @@ def _diagonal(entries: tuple[float, ...], first: float) -> tuple[float, float, f
 def bounds(parameter: Parameter, start: float) -> tuple[float, float]:
     """Of the fit's coordinate."""
     if parameter.logarithmic:
-        return math.log(parameter.least), math.log(parameter.most)
-    return parameter.coordinate(parameter.least, start), parameter.coordinate(parameter.most, start)
+        return math.log(parameter.lower), math.log(parameter.upper)
+    return parameter.coordinate(parameter.lower, start), parameter.coordinate(parameter.upper, start)

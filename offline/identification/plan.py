@@ -36,9 +36,9 @@ RANGE = 0.9
 """Of the displacement's and half of the tension's range."""
 
 TENSION = 0.6
-"""Of the tension's range that the resting model needs at most."""
+"""Maximum fraction of the tension range that the resting model may need."""
 
-MOST_ACROSS_ANGLE = 1.75
+MAX_ACROSS_ANGLE = 1.75
 """[rad] Of the tip: beyond it the path is long and adds no information."""
 
 SAMPLE = 0.05
@@ -125,7 +125,7 @@ def path_of(config: RigConfig) -> EquilibriumPath:
     usable = (
         (curve.tension[:count] >= config.pretension.tension)
         & (curve.tension[:count] <= TENSION * limits.tension_max)
-        & (np.abs(curve.angle[:count]) <= MOST_ACROSS_ANGLE)
+        & (np.abs(curve.angle[:count]) <= MAX_ACROSS_ANGLE)
         & np.all(displacement <= RANGE * limits.displacement_max, axis=1)
         & np.all(displacement - limits.slack >= RANGE * limits.displacement_min, axis=1)
     )

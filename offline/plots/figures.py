@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 SHAPE_EVERY = 5
 """Cycles between two rod shapes that are drawn, as in the paper."""
 
-MOST_SHAPES = 100
+MAX_SHAPES = 100
 FEWEST_ITERATIONS = 100
 """That are drawn, if there are so many: once the tip has settled, more of them only squeeze what went before."""
 
@@ -136,7 +136,7 @@ class _Run:
 
     def shapes(self, axes: Axes) -> None:
         """Draw the rod in its bending plane, every few cycles, with gravity as far down as the plane allows."""
-        every = max(SHAPE_EVERY, -(-self._shown // MOST_SHAPES))
+        every = max(SHAPE_EVERY, -(-self._shown // MAX_SHAPES))
         colours = ScalarMappable(Normalize(0, self._shown), "viridis")
         level_rod = abs(self._gravity[self._axis]) > abs(self._gravity[2])
         right, up = (2, self._axis) if level_rod else (self._axis, 2)

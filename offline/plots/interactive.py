@@ -19,7 +19,7 @@ BANDS = {
     Mode.RELEASING: "#d8dcf2",
     Mode.FAULT: "#f5c6c1",
 }
-MOST_SHAPES = 80
+MAX_SHAPES = 80
 AIR_MM = 25.0
 """Round all that is to be seen; a plane has some depth [mm]."""
 
@@ -103,7 +103,7 @@ def _space(log: Log, go: Any) -> Any:
     if run.target is not None:
         (x, y, z), look = (1e3 * np.array(run.target)), {"symbol": "x", "color": "#c55a11", "size": 5}
         fixed.append(go.Scatter3d(x=[x], y=[y], z=[z], mode="markers", name="target", marker=look))
-    shapes = [run.shapes[i] for i in run.chosen(MOST_SHAPES)]
+    shapes = [run.shapes[i] for i in run.chosen(MAX_SHAPES)]
     moving = [len(fixed), len(fixed) + 1]
     frames = [go.Frame(name=f"{shape.time:.2f}", data=rod(shape), traces=moving) for shape in shapes]
     steps = [

@@ -22,7 +22,7 @@ from tendond.offline.plots.style import style
 from tendond.offline.plots.timeline import loop_timing, timeline
 from tendond.schemas.config.rig import RigConfig
 
-MOST_EVENTS = 200
+MAX_EVENTS = 200
 
 HEADLINES = ("settling_s", "overshoot_percent", "steady_state_error_mm", "path_mm", "peak_tension_n", "cycle_ms_p99")
 
@@ -154,8 +154,8 @@ def _health(facts: dict[str, Any]) -> str:
 def _events(found: list[Event]) -> str:
     if not found:
         return "<p>none</p>"
-    rows = [(str(event.tick), f"{event.time:.3f}", event.kind, event.text) for event in found[:MOST_EVENTS]]
-    more = f"<p>and {len(found) - MOST_EVENTS} more</p>" if len(found) > MOST_EVENTS else ""
+    rows = [(str(event.tick), f"{event.time:.3f}", event.kind, event.text) for event in found[:MAX_EVENTS]]
+    more = f"<p>and {len(found) - MAX_EVENTS} more</p>" if len(found) > MAX_EVENTS else ""
     return _table(("cycle", "time [s]", "", ""), rows, numeric=(0, 1)) + more
 
 

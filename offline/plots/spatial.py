@@ -18,11 +18,11 @@ from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
 Array = NDArray[np.float64]
 
-MOST_SHAPES = 25
+MAX_SHAPES = 25
 HEIGHT = 4.6  # [inch], of the planes
-MOST_TICKS = 6
+MAX_TICKS = 6
 TENDON = "#9a9a9a"
-LEAST_WIDTH = 0.3
+MIN_WIDTH = 0.3
 """Of the largest extent: a plane seen from its edge is a strip, not a line."""
 
 
@@ -40,7 +40,7 @@ def space_figure(log: Log) -> Figure:
         space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         for axis, extent in zip((space.xaxis, space.yaxis, space.zaxis), size, strict=True):
-            axis.set_major_locator(MaxNLocator(max(1, round(MOST_TICKS * extent / size.max()))))
+            axis.set_major_locator(MaxNLocator(max(1, round(MAX_TICKS * extent / size.max()))))
         space.set_box_aspect(size, zoom=0.93)
         elevation, azimuth = run.view
         space.view_init(elev=elevation, azim=azimuth)
@@ -70,7 +70,7 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
     def line(points: Array, **look: Any) -> None:
         axes.plot(*(1e3 * points[:, kept]).T, **look)
 
-    chosen = run.chosen(MOST_SHAPES)
+    chosen = run.chosen(MAX_SHAPES)
     for i in chosen[:-1]:
         line(run.shapes[i].points, color=_colour(run.arcs[i] / max(run.arcs[-1], 1e-12)), lw=0.9, alpha=0.8)
     if run.shapes:
@@ -97,6 +97,6 @@ def _limits(run: TipPath) -> tuple[Array, Array]:
     """Lower and upper corner of all that is seen, with some air [mm], shapes (3,)."""
     points = 1e3 * run.points
     low, high = points.min(axis=0), points.max(axis=0)
-    least = LEAST_WIDTH * float((high - low).max())
-    lacking = np.maximum(0.0, least - (high - low)) / 2 + 0.04 * float((high - low).max())
+    width = MIN_WIDTH * float((high - low).max())
+    lacking = np.maximum(0.0, width - (high - low)) / 2 + 0.04 * float((high - low).max())
     return low - lacking, high + lacking

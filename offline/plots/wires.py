@@ -10,7 +10,7 @@ from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE
 from tendond.schemas.messages import Mode, ServoHealth
 
 LAGS = 40
-"""Cycles by which servos may be behind, at most."""
+"""Maximum lag of the servos, in cycles."""
 
 RESTING = 1e-3
 """[m/s] below which a tendon is taken to be at rest."""
@@ -99,21 +99,21 @@ def pace(log: Log, tendons: list[Wires]) -> str:
     allowed = min(log.config.limits.displacement_rate, section.displacement_rate)
     free = NO_LOAD_SPEED * section.spool_radius
     return (
-        f"The servos set the pace: {one.travel * 1e3:.1f} mm of tendon take {one.travel / free:.2f} s at the"
+        f"The servos limit the speed: {one.travel * 1e3:.1f} mm of tendon take {one.travel / free:.2f} s at the"
         f" {free * 1e3:.1f} mm/s that they have without load, {one.travel / allowed:.2f} s at the"
-        f" {allowed * 1e3:.0f} mm/s that are allowed; at most {one.rate * 1e3:.0f} mm/s were asked for,"
+        f" {allowed * 1e3:.0f} mm/s that are allowed; the maximum command was {one.rate * 1e3:.0f} mm/s,"
         f" and {one.motor * 1e3:.0f} mm/s are left at the largest load."
     )
 
 
 def wires_table(tendons: list[Wires], health: ServoHealth | None) -> Table:
-    """For people."""
+    """Write the table."""
     table = Table(title="Wires: commanded and reported displacements")
     for heading in (
         "tendon",
         "travel",
         "lag",
-        "error, lag taken off",
+        "error without lag",
         "error at the end",
         "fastest",
         "tension",
@@ -134,7 +134,7 @@ def wires_table(tendons: list[Wires], health: ServoHealth | None) -> Table:
         )
     if health is not None:
         table.caption = (
-            f"serial line: {health.reads} reads of all servos, {health.lost} lost, {health.late} answers late;"
-            f" {health.round_trip * 1e3:.1f} ms there and back, {health.round_trip_max * 1e3:.1f} ms at most"
+            f"serial line: {health.reads} reads of all servos, {health.lost} lost, {health.late} replies late;"
+            f" {health.round_trip * 1e3:.1f} ms round trip, {health.round_trip_max * 1e3:.1f} ms maximum"
         )
     return table

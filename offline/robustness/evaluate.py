@@ -209,7 +209,7 @@ def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: i
     settling, cost = _settling(config, part, TRACKING_CYCLES)
     commanded = np.array([watched.record.command.tension for watched in seen[IDLE_CYCLES:]])
     pulled = np.array([watched.truth.tension for watched in seen[IDLE_CYCLES:impact]])
-    least, peak = min(commanded.min(), pulled.min()), max(commanded.max(), pulled.max())
+    lowest, peak = min(commanded.min(), pulled.min()), max(commanded.max(), pulled.max())
     force_error = None
     if point.feedback == "force":
         force_error = max(
@@ -226,12 +226,12 @@ def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: i
         ripple_mm=values.ripple_mm,
         rise_iterations=values.rise_iterations,
         steady_error_mm=values.steady_state_error_mm,
-        least_tension_n=float(least),
+        least_tension_n=float(lowest),
         peak_tension_n=float(peak),
         force_error_n=force_error,
         settles=settling is not None and settling <= SETTLING_GOAL + cost,
         smooth=values.ripple_mm < RIPPLE_GOAL_MM,
-        bounded=bool(least >= -ROUNDING and peak <= config.limits.tension_max + ROUNDING),
+        bounded=bool(lowest >= -ROUNDING and peak <= config.limits.tension_max + ROUNDING),
     )
 
 

@@ -90,7 +90,7 @@ AXES: dict[str, tuple[int | float | str, ...]] = {
     "load_g": (0.0, 20.0, 50.0),
     "drive": ("tension", "displacement"),
 }
-"""Every axis but the impacts, from least to most."""
+"""Every axis but the impacts, in increasing order."""
 
 IMPACTS: tuple[tuple[float, str, float], ...] = tuple(itertools.product((1.0, 3.0, 10.0), DIRECTIONS, (10.0, 50.0)))
 """Size [N], direction, duration [ms]."""

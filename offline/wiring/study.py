@@ -25,7 +25,7 @@ ARM_SECONDS, TRACK_SECONDS, RELEASE_SECONDS = 0.8, 6.0, 0.5
 """Until it is armed; for which it then may track; that are still watched once it has let go."""
 
 MOVED, PULLED = 0.1, 0.2
-"""Of the rod's length beyond the probe, and of tension_max: what a wrong rig may do at most."""
+"""Limits for a wrong rig: fraction of the length beyond the probe, fraction of tension_max."""
 
 PROBED = 0.03
 """Of the rod's length, that the probe moves the tip."""
@@ -109,11 +109,11 @@ def run_job(job: Job) -> Outcome:
 def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> Outcome:
     """Arm a rig on its wires, and watch it to its fault or for some seconds."""
     period = config.loop.period
-    arm, most = round(ARM_SECONDS / period), round((ARM_SECONDS + 12.0 + TRACK_SECONDS) / period)
+    arm, count = round(ARM_SECONDS / period), round((ARM_SECONDS + 12.0 + TRACK_SECONDS) / period)
     start, moved, pulled, left = np.zeros(3), 0.0, 0.0, -1
     by, noticed, seconds, tracked = "", False, 0.0, 0
     try:
-        for watched in watched_loop(config, most, {arm: ControlAction.ARM}, probe=True, wires=wires):
+        for watched in watched_loop(config, count, {arm: ControlAction.ARM}, probe=True, wires=wires):
             record, truth = watched.record, watched.truth
             if record.tick == arm:
                 start = np.array(truth.position)

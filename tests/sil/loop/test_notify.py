@@ -37,7 +37,7 @@ def test_a_run_from_ready_to_stopping(tmp_path: Path, manager: Manager, monkeypa
     with rig(tmp_path) as one:
         controller = one.controller()
         manager.await_line("READY=1")
-        assert [line for line in manager.told if line != PING][:1] == ["READY=1"]  # nothing before it
+        assert [line for line in manager.received if line != PING][:1] == ["READY=1"]  # nothing before it
         with one.session() as session:
             assert one.status(session).mode is Mode.IDLE  # it was not told too early: the bus is open
             monkeypatch.delenv("NOTIFY_SOCKET")
@@ -49,7 +49,7 @@ def test_a_run_from_ready_to_stopping(tmp_path: Path, manager: Manager, monkeypa
             code, _ = one.end(controller)  # while it tracks: the tendons are released first
         assert code == 0
         manager.hear(0.2)
-        end = [line for line in manager.told if line != PING]
+        end = [line for line in manager.received if line != PING]
         assert end.count("STOPPING=1") == 1
         assert end.index("STOPPING=1") < max(i for i, line in enumerate(end) if line.startswith("STATUS=releasing"))
 
@@ -67,7 +67,7 @@ def test_signs_of_life_come_at_half_the_watchdogs_time_and_not_from_a_stopped_pr
         time.sleep(0.2)
         assert manager.hear(3.0 * WATCHDOG_SECONDS) == []
         controller.send_signal(signal.SIGCONT)
-        manager.await_line(PING, len(manager.told))
+        manager.await_line(PING, len(manager.received))
         assert one.end(controller)[0] == 0
 
 
@@ -91,12 +91,12 @@ def test_a_loop_that_is_always_late_gives_no_sign_of_life(tmp_path: Path, manage
     manager.listen()
     for number, (wakes, alive) in enumerate(((late, False), ([(0.0, 0)] * 5, True))):
         log = tmp_path / f"{number}.mcap"
-        before = len(manager.told)
+        before = len(manager.received)
         with Hub(config) as hub, RunLog(log, config, setup.rod) as run_log:
             loop = Loop(setup, hub, run_log, supervisor=manager.supervisor())
             loop.run(loop.warm(), Pacer(wakes), lambda: False)
         manager.await_line("STOPPING=1", before)
-        assert (PING in manager.told[before:]) is alive
+        assert (PING in manager.received[before:]) is alive
 
 
 def test_a_full_disk_is_told_and_does_not_end_the_signs_of_life(
@@ -110,7 +110,7 @@ def test_a_full_disk_is_told_and_does_not_end_the_signs_of_life(
         deadline = time.monotonic() + 60.0
         while not any("the log ended" in line for line in manager.hear(0.05)):
             assert time.monotonic() < deadline
-        manager.await_line(PING, len(manager.told))
+        manager.await_line(PING, len(manager.received))
         code, _ = one.end(controller)
         assert code == 1
 
@@ -127,7 +127,7 @@ def test_another_processs_watchdog_is_not_fed(manager: Manager) -> None:
     manager.supervisor(WATCHDOG_PID="1").alive()
     manager.supervisor(WATCHDOG_PID=str(os.getpid())).status("mine")
     manager.await_line("STATUS=mine")
-    assert manager.told == ["STATUS=mine"]
+    assert manager.received == ["STATUS=mine"]
     manager.supervisor(WATCHDOG_PID=str(os.getpid())).alive()
     manager.await_line(PING)
 
@@ -140,4 +140,4 @@ def test_a_supervisor_that_does_not_read_never_makes_the_loop_wait(manager: Mana
     manager.await_line("STATUS=line 0; of two")
     supervisor.alive()  # what was lost is said again as soon as there is room
     manager.await_line("STATUS=line 4999; of two")
-    assert len(manager.told) < 2500
+    assert len(manager.received) < 2500

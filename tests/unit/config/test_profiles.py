@@ -48,8 +48,8 @@ def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dic
     slow, fast = rows["rig", "backstepping"], rows["paper", "backstepping"]
     assert fast.settled is not None
     assert slow.settled is not None
-    assert slow.least is not None
-    assert fast.settled < slow.least < slow.settled
+    assert slow.full_speed is not None
+    assert fast.settled < slow.full_speed < slow.settled
 
 
 def test_the_table_in_the_docs_is_what_the_profiles_do(rows: dict[tuple[str, str], Row]) -> None:

@@ -63,14 +63,14 @@ def test_a_cycle_without_a_report_makes_no_command_look_faster() -> None:
     assert wires(gapped)[0].rate == pytest.approx(wires(whole)[0].rate, rel=1e-3)
 
 
-def test_the_pace_is_said_in_the_servos_own_figures() -> None:
+def test_the_speed_limit_is_given_in_the_servos_own_figures() -> None:
     log: Any = Log()
     said = pace(log, wires(log))
-    assert said.startswith("The servos set the pace: 60.0 mm of tendon take 0.67 s at the 89.5 mm/s")
-    assert "63 mm/s were asked for, and 51 mm/s are left at the largest load" in said
+    assert said.startswith("The servos limit the speed: 60.0 mm of tendon take 0.67 s at the 89.5 mm/s")
+    assert "the maximum command was 63 mm/s, and 51 mm/s are left at the largest load" in said
 
 
-def test_the_serial_line_is_told_beneath_the_table() -> None:
+def test_the_serial_line_is_in_the_caption_of_the_table() -> None:
     health = ServoHealth(
         seq=1, stamp_ns=0, reads=800, lost=3, late=1, late_by=0.02, round_trip=0.0042, round_trip_max=0.03,
         phase="on", load=(0.1, 0.0),
@@ -78,7 +78,7 @@ def test_the_serial_line_is_told_beneath_the_table() -> None:
     log: Any = Log()
     caption = str(wires_table(wires(log), health).caption)
     assert caption == (
-        "serial line: 800 reads of all servos, 3 lost, 1 answers late; 4.2 ms there and back, 30.0 ms at most"
+        "serial line: 800 reads of all servos, 3 lost, 1 replies late; 4.2 ms round trip, 30.0 ms maximum"
     )
 
 

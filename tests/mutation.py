@@ -57,18 +57,16 @@ TARGETS = {
     ),
     "cycle": _target(
         "daemon/control/cycle daemon/control/phases/decision daemon/control/phases/estimation "
-        "daemon/control/phases/prediction",
-        "unit/control/test_cycle unit/control/test_cycle_direct unit/control/test_cycle_faults "
-        "unit/model/test_mirrored unit/control/test_missed_ticks unit/control/test_monitor_numbers "
-        "unit/model/test_observer unit/commissioning/test_probe unit/control/test_safe_command "
-        "unit/control/test_thresholds",
+        "daemon/control/phases/prediction daemon/control/tasks/plane",
+        "unit/control/phases/test_command unit/control/phases/test_decision unit/control/phases/test_estimation "
+        "unit/control/phases/test_prediction",
     ),
     "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
     "space": _target("daemon/control/tasks/space", "unit/reference/test_spatial"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
-        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe "
-        "unit/commissioning/test_rest_check",
+        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_pulls "
+        "unit/commissioning/test_probe_rest unit/commissioning/test_verdict_numbers",
     ),
     "rests": _target(
         "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "

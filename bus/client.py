@@ -67,6 +67,6 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
                 own = os.environ.get(CONFIG_VARIABLE)
                 refused = f", or the credentials in {own}" if own else ""
                 raise BusError(
-                    f"no controller at {endpoint}: start it with 'tendond run', or mend bus.endpoint{refused}"
+                    f"no controller at {endpoint}: start it with 'tendond run', or fix bus.endpoint{refused}"
                 ) from error
         time.sleep(RETRY_SECONDS)

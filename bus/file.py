@@ -15,13 +15,13 @@ FILES = {
                            "connect_certificate"),
     "transport/auth/usrpwd": ("dictionary_file",),
 }  # fmt: skip
-"""Keys that name files: Zenoh says of a client's that nobody can be connected to, where one is missing."""
+"""Keys that name files: where one is missing, Zenoh only reports that it cannot connect."""
 
 PEM = b"-----BEGIN "
 
 
 def read_bus_file() -> zenoh.Config:
-    """Zenoh's configuration in that file; Zenoh's defaults where the variable is not set.
+    """Read Zenoh's configuration from that file; Zenoh's defaults where the variable is not set.
 
     Raises:
         ConfigError: the file, or one that it names, cannot be used.
@@ -33,7 +33,7 @@ def read_bus_file() -> zenoh.Config:
         found = zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         reason = " ".join(str(error).split(" at /", 1)[0].split())  # a line, without places in Zenoh's source
-        raise ConfigError(f"{CONFIG_VARIABLE} = {path}: {reason}; mend it or unset it") from error
+        raise ConfigError(f"{CONFIG_VARIABLE} = {path}: {reason}; fix it or unset it") from error
     for place, names in FILES.items():
         section = json.loads(found.get_json(place))
         for name in names:
@@ -47,13 +47,13 @@ def read_bus_file() -> zenoh.Config:
 
 
 def _objection(file: Path, *, pem: bool) -> str:
-    """What is wrong with a file that is named there, in words; empty for one that can be used."""
+    """Return what is wrong with a file named there, in words; empty for a usable one."""
     if not file.exists():
-        return "is not there"
+        return "does not exist"
     if not os.access(file, os.R_OK):
-        return "may not be read by this user"
+        return "cannot be read by this user"
     if pem and PEM not in file.read_bytes():
-        return "is no certificate or key in PEM"
+        return "is not a certificate or key in PEM"
     return ""
 
 

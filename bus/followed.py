@@ -1,16 +1,16 @@
-"""Which of several controllers a driver follows: the first that it hears, while that one speaks. Reads no clock."""
+"""Choice of the controller that a driver follows: the first, while it sends commands. Reads no clock."""
 
 from tendond.schemas.messages import TendonCommand
 
 FORGOTTEN_SECONDS = 1.0
-"""Without a command for so long, a controller counts as gone."""
+"""Time without a command after which a controller counts as gone [s]."""
 
 
 class FollowedController:
-    """The controller whose commands are carried out; those of another one are refused, and it is named.
+    """Controller whose commands are carried out; those of another one are refused and reported.
 
-    A second controller that is armed makes the tendons do what neither expects. So what is refused is told to both,
-    as a fault of the tendon driver: an armed controller then lets go, an idle one refuses to arm.
+    With two armed controllers the tendons would move as neither expects. Both receive the refusal as a fault of the
+    tendon driver: an armed controller then releases the tendons, an idle one refuses to arm.
     """
 
     def __init__(self) -> None:
@@ -20,10 +20,10 @@ class FollowedController:
         self.refused = 0
 
     def admits(self, command: TendonCommand, now: float) -> bool:
-        """Whether a command is of the followed controller.
+        """Return true for a command of the followed controller.
 
         Args:
-            command: as it came.
+            command: as received.
             now: monotonic time [s].
         """
         if self._source is None or command.source == self._source or now - self._heard > FORGOTTEN_SECONDS:
@@ -36,11 +36,11 @@ class FollowedController:
         return False
 
     def objection(self, now: float) -> str:
-        """Who commands beside the followed controller, in words; empty if nobody does."""
+        """Name another controller that sends commands, in words; empty without one."""
         if self._other is None or now - self._other[1] > FORGOTTEN_SECONDS:
             return ""
         return (
-            f"commands of two controllers: {_name(self._source)} is followed, {_name(self._other[0])} is not; end one"
+            f"commands of two controllers: {_name(self._source)} is followed, {_name(self._other[0])} is not; stop one"
         )
 
 

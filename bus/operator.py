@@ -11,24 +11,24 @@ from tendond.schemas.wire import encode
 
 ANSWER_SECONDS = 2.0
 PLAN_SECONDS = 90.0
-"""For a reference to be planned."""
+"""Timeout of a new reference, which has to be planned [s]."""
 
 MARGIN_SECONDS = 0.2
-"""Before this side gives up, from which on the controller does not begin any more: the answer takes its time."""
+"""Time before the timeout at which the controller no longer begins a request, for the reply to arrive [s]."""
 
 
 def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest) -> ControlReply:
-    """Put a request to the controller and wait for its answer.
+    """Send a request to the controller and wait for its reply.
 
-    A request that changes anything is addressed to the one controller that answers a question first, and has a deadline
-    on that controller's clock: what is reported as failed here is not carried out there later. Its clock is read from
-    its status, which was written before it arrived: seen from there, this side's patience ends no earlier than it
-    reckons. A stop goes to every controller that there is, at once.
+    A request that changes anything is addressed to the one controller that replied to a status request, and has a
+    deadline on that controller's clock: what is reported as failed here is not carried out later. The clock is read
+    from the status, which was written before it arrived, so the deadline is never later than the timeout here. A stop
+    goes to all controllers at once.
 
     Args:
         session: to the controller.
         rig: its name.
-        asked: the request, or its action where that says it all.
+        asked: the request, or its action alone.
 
     Raises:
         BusError: no answer, or one that cannot be read; or two controllers answer.
@@ -53,7 +53,7 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
 
 
 def _addressed(wanted: ControlRequest, status: Status | None, patience: float) -> ControlRequest:
-    """The request with a deadline, to the controller whose status just came."""
+    """Add a deadline and the address of the controller with that status."""
     if status is None:
         return wanted
     deadline = status.stamp_ns + round((patience - MARGIN_SECONDS) * 1e9)

@@ -1,4 +1,4 @@
-"""What a process tells systemd (Type=notify): that it is ready, how it is, that it is alive, that it ends.
+"""Notifications to systemd (Type=notify): ready, status, watchdog, stopping.
 
 The protocol is a datagram of NAME=VALUE lines to the socket that NOTIFY_SOCKET names; see sd_notify(3) and
 sd_watchdog_enabled(3). Without that variable, outside a service, nothing is sent. Nothing here raises, and nothing but
@@ -13,7 +13,7 @@ from contextlib import suppress
 
 READY_SECONDS = 5.0
 SHARE = 0.5
-"""Of the watchdog's time, after which the next sign of life is sent: one may get lost."""
+"""Fraction of the watchdog's time after which the next ping is sent: one may get lost."""
 
 
 class Supervisor:
@@ -31,19 +31,19 @@ class Supervisor:
         self._ending = False
 
     def ready(self, status: str) -> None:
-        """It does its work from now on; `status` says which, in one line."""
+        """Notify that the process is ready; `status` describes it in one line."""
         if self._socket is not None:
             self._socket.settimeout(READY_SECONDS)
             self._send(f"READY=1\nSTATUS={_line(status)}")
             self._socket.setblocking(False)
 
     def status(self, status: str) -> None:
-        """How it is, in one line; `systemctl status` shows it."""
+        """Set the status line that `systemctl status` shows."""
         text = f"STATUS={_line(status)}"
         self._unsaid = "" if self._send(text) else text
 
     def alive(self) -> None:
-        """A piece of its work was done as it should be. One call in many sends something, the others just look."""
+        """Note that a cycle was done in time; a ping is sent when it is due."""
         now = time.monotonic()
         if self._unsaid and self._send(self._unsaid):
             self._unsaid = ""
@@ -51,19 +51,19 @@ class Supervisor:
             self._next_ping = now + self._interval
 
     def stopping(self) -> None:
-        """It ends, and may take a moment; once is enough."""
+        """Notify that the process is stopping; repeated calls do nothing."""
         if not self._ending:
             self._ending = self._send("STOPPING=1")
 
     def close(self) -> None:
-        """Let go of the socket; a process that ends need not."""
+        """Close the socket; optional for a process that ends."""
         if self._socket is not None:
             self._socket.close()
             self._socket, self._next_ping = None, float("inf")
 
     def _send(self, text: str) -> bool:
         if self._socket is not None:
-            with suppress(OSError):  # full or gone: the process has better things to do
+            with suppress(OSError):  # full or gone: the work goes on without it
                 self._socket.send(text.encode())
                 return True
         return False
@@ -84,7 +84,7 @@ def _connected(address: str) -> socket.socket | None:
 
 
 def _watchdog_seconds(environment: Mapping[str, str]) -> float:
-    """After which silence this process is killed [s]; 0: never, or another process is meant."""
+    """Return the silence after which this process is killed [s]; 0: never, or another process is meant."""
     if environment.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
         return 0.0
     text = environment.get("WATCHDOG_USEC", "")

@@ -18,11 +18,11 @@ ROUNDING = 1e-9
 """[s] Of simulated time."""
 
 OVERLOAD = "Overload Error (bit 5)"
-"""As the servos' driver words it."""
+"""Text of the servo driver for an overload."""
 
 
 class Faults:
-    """What is wrong with a simulated rig at its present time.
+    """Faults of a simulated rig at its present time.
 
     Args:
         tendons: number of tendons, and of servos.
@@ -37,7 +37,7 @@ class Faults:
         self.time = 0.0
 
     def cause(self, request: FaultRequest) -> ControlReply:
-        """Cause a fault from now on, or mend; the answer says what has happened, or why nothing."""
+        """Cause a fault from now on, or clear faults; the reply says what was done, or why not."""
         if FAULTS[request.fault].wires:
             return ControlReply(
                 done=False, message=f"{request.fault.value} needs wires: start the rig with 'tendond simulate --wired'"
@@ -50,7 +50,7 @@ class Faults:
             self._caused = {
                 of: one for of, one in self._caused.items() if request.servo is not None and of[1] != request.servo
             }
-            return ControlReply(done=True, message=_whose(request) + "mended")
+            return ControlReply(done=True, message=_whose(request) + "cleared")
         lasting = request.duration
         until = math.inf if lasting is None else self.time + lasting
         self._caused[request.fault, request.servo] = request, until
@@ -60,7 +60,7 @@ class Faults:
         return ControlReply(done=True, message=f"{_whose(request)}{request.fault.value}{size} {span}")
 
     def now(self, fault: Fault) -> FaultRequest | None:
-        """The request for a fault that acts now, if one does."""
+        """Return the request of a fault that is active now, if any."""
         for (kind, _), (request, until) in self._caused.items():
             if kind is fault and self.time < until - ROUNDING:
                 return request
@@ -68,7 +68,7 @@ class Faults:
 
     @property
     def stuck(self) -> list[int]:
-        """Indices of the tendons whose servos stay where they are."""
+        """Indices of the tendons whose servos do not move."""
         return self._tendons_with(Fault.STUCK)
 
     @property
@@ -85,7 +85,7 @@ class Faults:
 
     @property
     def reported(self) -> str:
-        """What the servos' driver says of them: empty if nothing."""
+        """Fault that the servo driver reports, in words; empty without one."""
         failed = [servo for fault, servo in self._caused if fault is Fault.OVERLOAD]
         return ", ".join(f"servo {servo}: {OVERLOAD}" for servo in failed)
 
@@ -95,7 +95,7 @@ def _whose(request: FaultRequest) -> str:
 
 
 def listen(session: zenoh.Session, rig: str) -> Queryable:
-    """Where requests arrive."""
+    """Declare the queryable for requests."""
     return session.declare_queryable(key(rig, SIMULATOR_INJECT), zenoh.handlers.RingChannel(8))
 
 

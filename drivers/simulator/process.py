@@ -1,4 +1,4 @@
-"""The simulator as a process: poses, tendon states and the truth on the bus, commands from it."""
+"""Process of the simulator: publishes poses, tendon states and the truth, subscribes to commands."""
 
 import time
 from collections.abc import Callable
@@ -21,17 +21,17 @@ from tendond.schemas.wire import encode
 CONNECT_SECONDS = 120.0
 QUEUE = 8
 WATCHDOG_SECONDS = 0.5
-"""Without a command for so long, the simulated servos let go."""
+"""Time without a command after which the simulated servos switch off [s]."""
 
 CAUGHT_UP = 50
-"""Periods at most that the arm moves on at once when the process was held up."""
+"""Largest number of periods that are caught up after a delay of the process."""
 
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
-"""Without an answer for so long, the last pose is published again: the controller may have started later."""
+"""Time without an answer after which the last pose is published again [s]: the controller may have started later."""
 
 
-Seen = tuple[TipPose | None, TendonState, SimulatorTruth]
+Observation = tuple[TipPose | None, TendonState, SimulatorTruth]
 
 
 class SimulatorError(TendondError):
@@ -90,9 +90,9 @@ class Simulator:
                     self._plant.step(self._answer(commands, publishers))
                 else:
                     cut = self._plant.faults.now(Fault.SILENCE) is not None
-                    seen = self._plant.observe(time.monotonic_ns())
+                    observation = self._plant.observe(time.monotonic_ns())
                     if not cut:
-                        self._send(publishers, seen)
+                        self._send(publishers, observation)
                     deadline += period
                     now = time.monotonic()
                     if now > deadline:  # late by more than a period: its poses are lost, but the arm has moved on
@@ -118,9 +118,9 @@ class Simulator:
             )
         return self._plant.faults.cause(request)
 
-    def _send(self, publishers: list[zenoh.Publisher], seen: Seen) -> None:
+    def _send(self, publishers: list[zenoh.Publisher], observation: Observation) -> None:
         """Truth and tendons first: a controller that waits for the pose then finds them there."""
-        pose, state, truth = seen
+        pose, state, truth = observation
         if two := self._followed.objection(time.monotonic()):
             state = state.model_copy(update={"fault": "; ".join(filter(None, (two, state.fault)))})
         for publisher, message in zip(publishers, (truth, state, pose), strict=True):
@@ -144,18 +144,18 @@ class Simulator:
 
         Stamps are simulated time, so that a run repeats to the last byte.
         """
-        seen = self._plant.observe(round(self._plant.seq * self._config.simulator.period * 1e9))
-        if seen[0] is None:
+        observation = self._plant.observe(round(self._plant.seq * self._config.simulator.period * 1e9))
+        if observation[0] is None:
             raise SimulatorError(
                 "simulator.mocap: no frame, but in lockstep each cycle waits for one; leave out period, jitter, dropout"
             )
         patience = 0.0
         while not self._stopped():
             for command in self._received(commands):
-                if command.pose_seq == seen[0].seq:
+                if command.pose_seq == observation[0].seq:
                     return command
             if time.monotonic() > patience:
-                self._send(publishers, seen)
+                self._send(publishers, observation)
                 patience = time.monotonic() + LOCKSTEP_PATIENCE_SECONDS
             time.sleep(LOCKSTEP_POLL_SECONDS)
         return None

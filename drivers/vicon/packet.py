@@ -20,7 +20,7 @@ OBJECT_KIND = 0
 
 
 class PacketError(Exception):
-    """Bytes that are no packet of Tracker's; `reason` is one of a few short phrases, for counting."""
+    """Bytes are not a packet of Tracker; `reason` is one of a few short phrases, for counting."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason

@@ -1,4 +1,4 @@
-"""The Vicon driver as a process: frames in, tip poses on the bus."""
+"""Process of the Vicon driver: frames in, tip poses on the bus."""
 
 import time
 from collections import Counter
@@ -20,14 +20,14 @@ from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
 REPORT_SECONDS = 10.0
-"""Between two reports of what was odd; there is none when nothing was."""
+"""Time between two reports of irregular frames [s]; without any there is none."""
 
 LINES_AT_ONCE, LINE_SECONDS = 12, 5.0
-"""Lines that may come together, and the time after which one more may: a flickering tip must not fill the journal."""
+"""Number of lines at once, and time after which one more is allowed [s]: a flickering tip must not fill the log."""
 
 
 class LimitedLog:
-    """Say lines, but no more than a bounded number; the rest are counted.
+    """Lines for people at a bounded rate; the rest are counted.
 
     Args:
         say: a line for people.
@@ -56,7 +56,7 @@ class LimitedLog:
 
 
 class FrameSource(Protocol):
-    """Where frames come from."""
+    """Source of frames."""
 
     counts: Counter[str]
     packets: int
@@ -79,7 +79,7 @@ class ViconDriver:
         section: its [vicon].
         stopped: true when the process is to end.
         say: a line for people.
-        supervisor: is told when Tracker can be heard and the controller reached, and by each look that it is alive.
+        supervisor: notified when port and controller are open, of each read, and of the end.
     """
 
     def __init__(
@@ -152,12 +152,11 @@ class ViconDriver:
             if source.counts != self._unheard:
                 self._unheard = source.counts.copy()
             if self._silent:
-                self._silent = not self._log("Tracker is heard again")
+                self._silent = not self._log("packets from Tracker again")
         elif not self._silent and now - self._heard > self._section.silence:
             cause = ", ".join(f"{count} {reason}" for reason, count in (source.counts - self._unheard).items())
             self._silent = self._log(
-                f"nothing from Tracker for {self._section.silence:g} s"
-                + (f"; what came was no packet of its: {cause}" if cause else "")
+                f"nothing from Tracker for {self._section.silence:g} s" + (f"; other packets: {cause}" if cause else "")
             )
 
     def _tell(self) -> None:

@@ -15,7 +15,7 @@ CORRUPT_ANSWERS = 20
 
 
 def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlReply:
-    """Cause a fault, or mend it; the answer says which servo has it.
+    """Cause or clear a fault; the reply names the servo.
 
     Args:
         bus: of the servos.

@@ -1,4 +1,4 @@
-"""Emulated servos on a pseudo-terminal wind up the simulated rod, and a simulated Tracker sends what it would see."""
+"""Simulated rod behind emulated servos on a pseudo-terminal and a simulated Tracker."""
 
 import socket
 import time
@@ -33,7 +33,7 @@ from tendond.schemas.wire import encode
 CONNECT_SECONDS = 120.0
 HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
-"""Where the rig stands in the simulated Vicon world."""
+"""Placement of the rig in the simulated Vicon world."""
 
 
 def without_servos(config: RigConfig) -> RigConfig:
@@ -43,11 +43,11 @@ def without_servos(config: RigConfig) -> RigConfig:
 
 
 class WiredError(ConfigError):
-    """The wires cannot be laid."""
+    """The wired rig cannot be set up."""
 
 
 class SpooledServo:
-    """An emulated servo with a tendon of the rod on its spool; tension [N] is what the rod pulls with."""
+    """Emulated servo with a tendon of the rod on its spool; `tension` is the rod's pull [N]."""
 
     def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
         self._tendon = tendon
@@ -60,19 +60,19 @@ class SpooledServo:
 
     @property
     def displacement(self) -> float:
-        """Of the tendon's end [m]."""
+        """Displacement of the tendon's end [m]."""
         turned = (self.servo.position - self._zero) * table.TICK
         return self._tendon.sign * turned * self._tendon.spool_radius
 
 
 class WiredRig:
-    """A plant behind wires, in real time.
+    """Plant behind serial bus and UDP, in real time.
 
     Args:
         config: of the rig; `simulator.drive` must be 'displacement'.
         servo: its [servo]; `port` is where the pseudo-terminal appears.
         vicon: its [vicon]; packets go to `port` on this computer.
-        calibration: how the tendons are put onto the servos.
+        calibration: of the tendons on the servos.
         plant: at rest.
         stopped: true when the process is to end.
 
@@ -93,7 +93,7 @@ class WiredRig:
         stopped: Callable[[], bool],
     ) -> None:
         if config.simulator.drive != "displacement":
-            raise WiredError("simulator.drive = 'tension': servos wind displacements; set it to 'displacement'")
+            raise WiredError("simulator.drive = 'tension': servos impose displacements; set it to 'displacement'")
         if vicon.euler_order != "XYZ":
             raise WiredError(f"vicon.euler_order = '{vicon.euler_order}': the simulated Tracker speaks 'XYZ' alone")
         if not vicon.base:
@@ -108,7 +108,7 @@ class WiredRig:
         self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
 
     def close(self) -> None:
-        """Take the wires away."""
+        """Remove the serial port."""
         self.bus.close()
 
     def run(self) -> None:
@@ -134,7 +134,7 @@ class WiredRig:
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
     def _step(self, truths: zenoh.Publisher, tracker: socket.socket) -> None:
-        """Wind the rod as far as the servos are, and tell everyone what comes of it."""
+        """Advance the rod with the servos' displacements and publish the result."""
         self._plant.step(
             TendonCommand(
                 seq=self._plant.seq,

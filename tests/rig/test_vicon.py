@@ -426,7 +426,7 @@ def test_a_datastream_server_that_goes_away_and_comes_back_is_heard_again(
         serve(listener)
         serve(listener)
     assert all(pose.valid for pose in listener.poses)
-    assert any("connecting anew" in line for line in listener.said)
+    assert any("connecting again" in line for line in listener.said)
 
 
 def test_a_datastream_frame_becomes_placements_of_the_robots_objects_alone(

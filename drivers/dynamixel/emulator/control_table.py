@@ -1,4 +1,4 @@
-"""The control table of an emulated servo as bytes: registers, Indirect Addresses, EEPROM and RAM."""
+"""Control table of an emulated servo as bytes: registers, Indirect Addresses, EEPROM and RAM."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ _POINTER = {data.address: pointer for pointer, data in zip(table.INDIRECT_ADDRES
 
 
 class ControlTable:
-    """Bytes of the control table, as in the factory."""
+    """Bytes of the control table, with the factory's values."""
 
     def __init__(self) -> None:
         self._data = bytearray(table.TABLE_SIZE)
@@ -19,32 +19,32 @@ class ControlTable:
         self.reset(eeprom=False)
 
     def reset(self, *, eeprom: bool) -> None:
-        """Initial values of EEPROM or of RAM."""
+        """Reset EEPROM or RAM to the initial values."""
         for register in table.REGISTERS:
             if register.eeprom is eeprom:
                 self.store(register, register.initial)
 
     def value(self, register: Register) -> int:
-        """What a register holds."""
+        """Return the value of a register."""
         return register.from_bytes(bytes(self._data[register.address : register.address + register.size]))
 
     def store(self, register: Register, value: int) -> None:
-        """Set it, without any rule."""
+        """Set a register, without any rule."""
         self._data[register.address : register.address + register.size] = register.to_bytes(value)
 
     def read(self, address: int, length: int) -> bytes | None:
-        """Bytes from a register on, those of gaps 0; none where no register begins or the table ends."""
+        """Read bytes from a register on, 0 in gaps; none where no register begins or the table ends."""
         if length == 0 or address + length > table.TABLE_SIZE or address not in _AT:
             return None
         return bytes(self._data[self._target(at)] for at in range(address, address + length))
 
     def _target(self, address: int) -> int:
-        """The byte that an address stands for: for Indirect Data that which its Indirect Address names."""
+        """Resolve an address: Indirect Data stands for the byte that its Indirect Address names."""
         pointer = _POINTER.get(address)
         return address if pointer is None else self.value(pointer)
 
     def items(self, address: int, data: bytes) -> Iterator[tuple[Register | None, bytes]]:
-        """Registers that a write reaches, and their bytes, in order; none for an address at which nothing begins."""
+        """Yield the registers of a write with their bytes, in order; none where no register begins."""
         while data:
             at = self._target(address)
             register = _AT.get(at)

@@ -1,4 +1,4 @@
-"""What servos on one line write in reply to an instruction packet. Reads no clock."""
+"""Answers of servos on one line to an instruction packet. Reads no clock."""
 
 from collections.abc import Sequence
 
@@ -28,10 +28,10 @@ class ServoLine:
         self.knows_fast = True
 
     def answer(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
-        """What they write, and after which delay [s]; nothing where nobody answers.
+        """Return the answer and its delay [s]; empty without an answer.
 
         Args:
-            servos: that hear the packet; several may have the same id.
+            servos: that receive the packet; several may have the same id.
             packet: from the host.
         """
         if packet.id != BROADCAST:
@@ -80,7 +80,7 @@ class ServoLine:
         return _collide(answers), _delay(servos)
 
     def _all_ping(self, servos: Sequence[EmulatedServo]) -> bytes:
-        """In the order of their ids; those of the same id at the same time."""
+        """Answer in the order of the ids, those of one id at the same time."""
         answers: dict[int, list[bytes]] = {}
         for servo in servos:
             answers.setdefault(servo.id, []).append(status(servo.id, _alert(servo), _identity(servo)))
@@ -113,7 +113,7 @@ class ServoLine:
 
 
 def _carry_out(servo: EmulatedServo, packet: Packet, *, primary: bool = True) -> tuple[int, bytes]:
-    """Do what an instruction for one servo says; error and data of its answer."""
+    """Carry out an instruction for one servo; return error and data of its answer."""
     parameters = packet.parameters
     match packet.instruction:
         case Instruction.PING:
@@ -162,7 +162,7 @@ def _write(servos: Sequence[EmulatedServo], identifier: int, address: int, data:
 
 
 def _read(servos: Sequence[EmulatedServo], identifier: int, address: int, length: int) -> tuple[int, bytes] | None:
-    """Error byte and data of one servo's part of a common answer."""
+    """Return error byte and data of one servo's block of a common answer."""
     servo = next((one for one in servos if one.id == identifier), None)
     if servo is None or not servo.answers(reads=True):
         return None
@@ -171,7 +171,7 @@ def _read(servos: Sequence[EmulatedServo], identifier: int, address: int, length
 
 
 def _collide(answers: Sequence[bytes]) -> bytes:
-    """Several servos write at the same time: a 0 on the line wins over a 1."""
+    """Combine answers that are written at the same time: a 0 on the line is dominant."""
     if len(answers) < 2:
         return b"".join(answers)
     longest = max(map(len, answers))

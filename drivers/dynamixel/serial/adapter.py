@@ -1,6 +1,6 @@
-"""The USB adapter of the servos' bus, as Linux shows it.
+"""USB adapter of the servos' bus, as Linux shows it.
 
-FTDI's chips send what they have received when 62 bytes are there or their latency timer is over, 16 ms as it comes.
+FTDI's chips forward received bytes once there are 62 of them or their latency timer expires, by default after 16 ms.
 """
 
 from pathlib import Path
@@ -10,11 +10,11 @@ WANTED_MS = 1
 
 
 def latency_timer(port: str, sys: Path = SYS) -> tuple[int, Path] | None:
-    """The adapter's timer [ms] and its file; none of another kind of adapter.
+    """Return the adapter's latency timer [ms] and its file; none for other adapters.
 
     Args:
-        port: of the servos; a link to it will do.
-        sys: where Linux shows its devices.
+        port: of the servos, or a link to it.
+        sys: folder of Linux's devices.
     """
     file = sys / "bus" / "usb-serial" / "devices" / Path(port).resolve().name / "latency_timer"
     try:
@@ -24,7 +24,7 @@ def latency_timer(port: str, sys: Path = SYS) -> tuple[int, Path] | None:
 
 
 def latency_warning(port: str, sys: Path = SYS) -> str:
-    """What to say of an adapter that keeps answers back for longer than it has to; empty where nothing is wrong.
+    """Return a warning for an adapter that delays answers; empty without one.
 
     Args:
         port, sys: see `latency_timer`.

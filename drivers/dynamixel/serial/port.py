@@ -1,4 +1,4 @@
-"""The serial port of the servos' bus, and what may go wrong between here and a servo."""
+"""Serial port of the servos' bus, and its errors."""
 
 import errno
 import os
@@ -13,20 +13,20 @@ from tendond import TendondError
 READ_SLICE_SECONDS = 0.001
 
 GIVE_UP = 3.0
-"""Timeouts after which even a line that never falls silent is no longer listened to."""
+"""Number of timeouts after which a line that never falls silent is no longer read."""
 
 WIRE_ERRORS = (OSError, termios.error, TypeError, ValueError)
-"""What pyserial raises when a port goes away under it: not all of it is a SerialException."""
+"""Exceptions of pyserial when a port disappears: not all are a SerialException."""
 
 _REMEDIES = {
-    errno.EACCES: "this user may not use it: adduser USER dialout, then log in again",
-    errno.ENOENT: "No such file or directory: is the adapter plugged in, and servo.port right?",
+    errno.EACCES: "permission denied: adduser USER dialout, then log in again",
+    errno.ENOENT: "No such file or directory: is the adapter plugged in, and is servo.port right?",
     errno.EBUSY: "another process has it open",
 }
 
 
 class ServoError(TendondError):
-    """Something is wrong with the servos or their bus."""
+    """Error of the servos or their bus."""
 
 
 class PortLostError(ServoError):
@@ -34,15 +34,15 @@ class PortLostError(ServoError):
 
 
 class NoAnswerError(ServoError):
-    """A servo does not answer, or not intelligibly."""
+    """A servo does not answer intelligibly."""
 
 
 class RefusedError(ServoError):
-    """A servo answered that it will not."""
+    """A servo refuses an instruction."""
 
 
 class Port(PortHandler):  # type: ignore[misc]
-    """The SDK's port, with its own timeouts, on the monotonic clock, at any rate, and for one process alone."""
+    """Port of the SDK with timeouts on the monotonic clock, any baud rate, and exclusive use."""
 
     def __init__(self, name: str, answer_timeout: float) -> None:
         super().__init__(name)
@@ -81,12 +81,12 @@ class Port(PortHandler):  # type: ignore[misc]
 
 
 def open_failure(port: str, error: Exception) -> PortLostError:
-    """Say why a port cannot be opened, and the remedy."""
+    """Explain why a port cannot be opened, with the remedy."""
     number = getattr(error, "errno", None)
     if "lock" in str(error):
         cause = _REMEDIES[errno.EBUSY]
     elif number in _REMEDIES:
         cause = _REMEDIES[number]
     else:
-        cause = f"{os.strerror(number) if number else error}: is the adapter plugged in, and servo.port right?"
+        cause = f"{os.strerror(number) if number else error}: is the adapter plugged in, and is servo.port right?"
     return PortLostError(f"{port}: cannot be opened: {cause}")

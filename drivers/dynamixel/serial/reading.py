@@ -1,4 +1,4 @@
-"""What a servo says of itself in one read, and the questions by which it is asked."""
+"""State of a servo in one read, and the requests for it."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ LAST = table.PRESENT_TEMPERATURE
 
 @dataclass(frozen=True)
 class ReadRequest:
-    """A read from `address` to Present Temperature, of `length` bytes."""
+    """Read from `address` to Present Temperature, `length` bytes."""
 
     address: int
     length: int
@@ -22,12 +22,12 @@ def _from(register: Register) -> ReadRequest:
 
 
 READ_REQUESTS = tuple(map(_from, (table.TORQUE_ENABLE, table.SHUTDOWN, table.STARTUP_CONFIGURATION)))
-"""All hold what a `ServoReading` has, and differ in length: an answer shows to which of them it belongs."""
+"""Requests with all of a `ServoReading`, of different length: an answer shows to which it belongs."""
 
 
 @dataclass(frozen=True)
 class ServoReading:
-    """What a servo said of itself, in units of its registers; `alert`: it has a hardware error."""
+    """State of a servo, in units of its registers; `alert`: it has a hardware error."""
 
     torque: int
     hardware_error: int
@@ -42,10 +42,10 @@ class ServoReading:
 
 
 def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading:
-    """Take an answer apart.
+    """Decode an answer.
 
     Args:
-        question: that was asked.
+        question: that it answers.
         data: of the answer, `question.length` bytes.
         error: of the answer's status.
     """

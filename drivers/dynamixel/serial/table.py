@@ -1,4 +1,4 @@
-"""The control table of the XL430-W250-T as data: the manual's names, addresses, sizes, ranges and initial values.
+"""Control table of the XL430-W250-T as data: the manual's names, addresses, sizes, ranges and initial values.
 
 Source: ROBOTIS e-Manual, XL430-W250-T, "Control Table of EEPROM Area" and "Control Table of RAM Area".
 """
@@ -35,7 +35,7 @@ class Register:
         return self.minimum < 0
 
     def accepts(self, value: int) -> bool:
-        """Whether the manual allows a value to be written."""
+        """Return true for a value that the manual allows to be written."""
         if self.values:
             return value in self.values
         return self.minimum <= value <= self.maximum and not (self.bits and value & ~self.bits)
@@ -133,19 +133,19 @@ REGISTERS = (
 TABLE_SIZE = 662
 
 EXTENDED_POSITION = 4
-"""Of `OPERATING_MODE`: position over many turns. Power-up and a change of mode lose the turns."""
+"""Value of `OPERATING_MODE`: position over many turns. Power-up and a change of mode lose the turns."""
 
 POSITION = 3
-"""Of `OPERATING_MODE`: within one turn, between the position limits."""
+"""Value of `OPERATING_MODE`: within one turn, between the position limits."""
 
 TORQUE_ON_BY_GOAL, TIME_BASED, REVERSE = 0b1000, 0b0100, 0b0001
 """Bits of `DRIVE_MODE`."""
 
 FULL_PWM = 885
-"""Of `PWM_LIMIT`, `GOAL_PWM` and `PRESENT_PWM`: all of the supply's voltage."""
+"""Value of `PWM_LIMIT`, `GOAL_PWM` and `PRESENT_PWM` for the whole supply voltage."""
 
 WATCHDOG_TRIPPED = -1
-"""Of `BUS_WATCHDOG`: the servo has stopped by itself, and refuses goals until 0 is written."""
+"""Value of `BUS_WATCHDOG`: the servo has stopped by itself, and refuses goals until 0 is written."""
 
 VOLTAGE_ERROR, HOT_ERROR, OVERLOAD_ERROR = 0, 2, 5
 
@@ -171,25 +171,25 @@ BAUD_CODES = {
 
 TICKS_PER_TURN = 4096
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-"""[rad] of Goal Position and Present Position."""
+"""Unit of Goal Position and Present Position [rad]."""
 
 VELOCITY_UNIT = 0.229 * 2.0 * math.pi / 60.0
-"""[rad/s] of Profile Velocity and Present Velocity: 0.229 rpm."""
+"""Unit of Profile Velocity and Present Velocity [rad/s]: 0.229 rpm."""
 
 ACCELERATION_UNIT = 214.577 * 2.0 * math.pi / 3600.0
-"""[rad/s^2] of Profile Acceleration: 214.577 revolutions per minute squared."""
+"""Unit of Profile Acceleration [rad/s^2]: 214.577 revolutions per minute squared."""
 
 RETURN_DELAY_UNIT = 2e-6
-"""[s]"""
+"""Unit of Return Delay Time [s]."""
 
 LOAD_UNIT = 1e-3
-"""Of the stall torque, in Present Load; positive towards larger positions. It is inferred from the motor's output, not
-measured."""
+"""Unit of Present Load, as a fraction of the stall torque [-]; positive towards larger positions. The servo infers the
+load from the motor's output."""
 
 VOLTAGE_UNIT = 0.1
-"""[V]"""
+"""Unit of Present Input Voltage [V]."""
 
 
 def hardware_errors(value: int) -> tuple[str, ...]:
-    """Names of the bits that are set, with their numbers."""
+    """Return the names of the bits that are set, with their numbers."""
     return tuple(f"{HARDWARE_ERRORS.get(bit, 'unknown error')} (bit {bit})" for bit in range(8) if value & 1 << bit)

@@ -1,4 +1,4 @@
-"""One servo under torque, moved slowly by a tool, as patiently and as carefully as by the driver."""
+"""One servo under torque, moved slowly by a tool, with the driver's checks."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -16,21 +16,21 @@ from tendond.schemas.config.servo import ServoSection
 
 SETTLE_SECONDS = 0.3
 BLIND_READS = 20
-"""Reads in a row without an answer that a tool bears at least: the tendon stands still meanwhile. Of answers of which a
-fifth is lost, 1 in 10^14 is the last of so many."""
+"""Minimum number of unanswered reads in a row that a tool tolerates, while the tendon stands still. Where a fifth of
+the answers is lost, the probability of so many in a row is 1e-14."""
 
 ARRIVED = 0.001
-"""[m] from its target at which a tendon is there."""
+"""Distance from its target at which a tendon has arrived [m]."""
 
 
 class ServoMotion:
-    """One servo that is on, moved by goals; use `energised`.
+    """Servo that is on, moved by goals; use `energised`.
 
     Args:
         bus: open.
         section: [servo].
         spool: of the tendon.
-        limit: load that it may have [-].
+        limit: largest load [-].
     """
 
     def __init__(self, bus: ServoBus, section: ServoSection, spool: Spool, limit: float) -> None:
@@ -53,11 +53,11 @@ class ServoMotion:
 
     @property
     def displacement(self) -> float:
-        """Of the tendon at the latest reading [m]."""
+        """Displacement of the tendon at the latest reading [m]."""
         return self.spool.displacement(self.latest.position)
 
     def look(self) -> bool:
-        """Ask what the servo says now; false where the answer got lost, which is borne as by the driver.
+        """Read the servo; false where the answer is lost, which is tolerated as in the driver.
 
         Raises:
             ServoError: it does not answer several times in a row, or has an error.
@@ -76,17 +76,17 @@ class ServoMotion:
         return True
 
     def move(self, target: float, load: float, stopped: Callable[[], bool], rate: float | None = None) -> ServoReading:
-        """Wind slowly to a displacement, or until the load is reached.
+        """Move slowly to a displacement, or until the load is reached.
 
         Args:
             target: [m].
             load: of the stall torque at which to stop [-].
-            stopped: true when the operator has had enough.
-            rate: [m/s]; left out: `servo.slow_rate`.
+            stopped: true when the operator interrupts it.
+            rate: [m/s]; default: `servo.slow_rate`.
 
         Raises:
-            ServoError: an error of the servo, a load beyond what it may have or that rises while it is let out, or it
-                was stopped.
+            ServoError: an error of the servo, a load above its limit or one that rises during a release, or it was
+                interrupted.
         """
         section = self._section
         speed = section.slow_rate if rate is None else rate
@@ -95,15 +95,15 @@ class ServoMotion:
         last = time.monotonic()
         while True:
             now = time.monotonic()
-            if self._lost == 0:  # blind, it stays where it is
+            if self._lost == 0:  # without readings it stands still
                 step = speed * min(now - last, 2.0 * section.period)
                 goal = min(max(target, goal - step), goal + step)
             last = now
-            letting_out = goal < self.displacement or target < goal
+            releasing = goal < self.displacement or target < goal
             self._bus.write_all(table.GOAL_POSITION, {self.id: self.spool.ticks(goal)})
             if self.look():
                 lowest = min(lowest, self.load)
-                self._judge(goal, lowest if letting_out else None)
+                self._judge(goal, lowest if releasing else None)
                 if self.load >= load or (goal == target and abs(self.displacement - target) < ARRIVED):
                     return self.latest
             if stopped():
@@ -112,14 +112,14 @@ class ServoMotion:
 
     @property
     def load(self) -> float:
-        """Of the stall torque at the latest reading [-]."""
+        """Load at the latest reading, as a fraction of the stall torque [-]."""
         return abs(self.latest.load) * table.LOAD_UNIT
 
     def _judge(self, goal: float, lowest: float | None) -> None:
-        """See that it moves as it should.
+        """Check torque, load and following error.
 
         Raises:
-            ServoError: it does not.
+            ServoError: one of them is wrong.
         """
         if not self.latest.torque or self.latest.watchdog == table.WATCHDOG_TRIPPED:
             raise ServoError(f"servo {self.id}: has lost its torque or was stopped by its watchdog")
@@ -129,13 +129,13 @@ class ServoMotion:
                 " sign right, the tendon free?"
             )
         if lowest is None and self.load > self._limit:
-            raise ServoError(f"servo {self.id}: load {self.load:.0%}, allowed are {self._limit:.0%}")
+            raise ServoError(f"servo {self.id}: load {self.load:.0%}, limit {self._limit:.0%}")
         behind = abs(self.displacement - goal)
         if behind > self._section.following_error:
             raise ServoError(f"servo {self.id}: does not follow, {behind * 1e3:.1f} mm behind")
 
     def rest(self) -> ServoReading:
-        """Stand still for a moment; what it says then."""
+        """Stand still for a moment; return the reading afterwards."""
         until = time.monotonic() + SETTLE_SECONDS
         while time.monotonic() < until or self._lost:
             self.look()
@@ -143,7 +143,7 @@ class ServoMotion:
         return self.latest
 
     def begin(self) -> None:
-        """Torque on where it stands: profiles, bounded output, watched by its Bus Watchdog.
+        """Switch the torque on at the present position, with profile, limited output and Bus Watchdog.
 
         Raises:
             ServoError: it refuses or does not answer.
@@ -163,7 +163,7 @@ class ServoMotion:
         write(self.id, table.BUS_WATCHDOG, watchdog_units(section))
 
     def release_step(self) -> None:
-        """After something went wrong: a tendon that is wound up is not dropped, but let out as far as it goes."""
+        """Release a pulled tendon after an error, as far as it goes, instead of dropping it."""
         if self.displacement <= RANGE_MARGIN:
             return
         with suppress(ServoError):
@@ -177,12 +177,12 @@ class ServoMotion:
 
 
 class CaughtError(ServoError):
-    """A tendon pulls harder while it is let out: only without torque does it go slack."""
+    """The load rises during a release: the tendon becomes slack only without torque."""
 
 
 @contextmanager
 def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: float) -> Iterator[ServoMotion]:
-    """Torque on for one servo, slow and watched; off afterwards, whatever happens, with the tendon let out first.
+    """Switch on one servo, slow and monitored; in every case release the tendon, then switch it off.
 
     Args:
         bus: open.
@@ -191,7 +191,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
         tension_max: of [limits] [N].
 
     Raises:
-        ServoError: it has an error, is not what it must be, refuses or does not answer.
+        ServoError: it has an error, is not set up, refuses or does not answer.
     """
     identifier = spool.calibration.servo
     require(bus, (identifier,), section.answer_timeout)

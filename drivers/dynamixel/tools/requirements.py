@@ -1,4 +1,4 @@
-"""What a servo must be before anything moves it: one list, written by `setup`, asked by driver, doctor and tools."""
+"""Required register values of a servo before it moves: written by `setup`, checked by driver, doctor and tools."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -8,18 +8,18 @@ from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.table import Register
 
 DELAY_SHARE = 0.25
-"""Of `servo.answer_timeout`, that a Return Delay Time may take."""
+"""Largest Return Delay Time, as a fraction of `servo.answer_timeout`."""
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """One register.
+    """Required value of one register.
 
     Attributes:
         register: of the control table.
         wanted: value that `setup` writes.
-        why: what another value does.
-        also: other values that do as well.
+        why: effect of another value.
+        also: other allowed values.
     """
 
     register: Register
@@ -28,7 +28,7 @@ class Requirement:
     also: tuple[int, ...] = ()
 
     def objection(self, found: int, answer_timeout: float) -> str:
-        """What is wrong with a value, in words; empty if nothing."""
+        """Return what is wrong with a value, in words; empty for a valid one."""
         if found == self.wanted or found in self.also:
             return ""
         if self.register is table.RETURN_DELAY_TIME and found * table.RETURN_DELAY_UNIT <= DELAY_SHARE * answer_timeout:
@@ -42,20 +42,20 @@ REQUIREMENTS = (
     Requirement(table.STARTUP_CONFIGURATION, 0, "the torque would come on with the power"),
     Requirement(table.RETURN_DELAY_TIME, 0, "answers would come late"),
     Requirement(table.HOMING_OFFSET, 0, "the calibrated zero would be elsewhere"),
-    Requirement(table.SECONDARY_ID, 255, "it would do what another servo is told", also=(253, 254)),
+    Requirement(table.SECONDARY_ID, 255, "it would carry out commands of another servo", also=(253, 254)),
     Requirement(table.SHUTDOWN, table.SHUTDOWN.initial, "it would not protect itself from overload, shock and heat"),
     Requirement(table.PWM_LIMIT, table.PWM_LIMIT.initial, "it would be too weak to follow"),
     Requirement(table.VELOCITY_LIMIT, table.VELOCITY_LIMIT.initial, "it would refuse or cap its profile"),
     Requirement(table.TEMPERATURE_LIMIT, table.TEMPERATURE_LIMIT.initial, "it would not protect itself from heat"),
     Requirement(table.MAX_VOLTAGE_LIMIT, table.MAX_VOLTAGE_LIMIT.initial, "it would not see a wrong supply"),
     Requirement(table.MIN_VOLTAGE_LIMIT, table.MIN_VOLTAGE_LIMIT.initial, "it would not see a weak supply"),
-    Requirement(table.STATUS_RETURN_LEVEL, 2, "it would not confirm what it is told"),
+    Requirement(table.STATUS_RETURN_LEVEL, 2, "it would not confirm instructions"),
 )
-"""In the manual's names. Limits are those of the factory: what the driver allows is bounded in `[servo]`."""
+"""Requirements, in the manual's names. Limits are the factory's; the driver's own are in `[servo]`."""
 
 
 def objections(bus: ServoBus, identifier: int, answer_timeout: float) -> list[str]:
-    """What a servo is that it must not be, in words; asks only.
+    """List the wrong register values of a servo, in words; reads only.
 
     Raises:
         ServoError: it does not answer.
@@ -66,16 +66,16 @@ def objections(bus: ServoBus, identifier: int, answer_timeout: float) -> list[st
 
 
 def let_answer(bus: ServoBus, identifiers: Iterable[int]) -> None:
-    """Have servos answer everything until their power goes: one that does not cannot be asked why.
+    """Let servos answer all instructions until power-down, so that they can be examined.
 
     Raises:
-        ServoError: the packet did not go out.
+        ServoError: the packet was not sent.
     """
     bus.write_all(table.STATUS_RETURN_LEVEL, dict.fromkeys(identifiers, 2))
 
 
 def require(bus: ServoBus, identifiers: Iterable[int], answer_timeout: float) -> None:
-    """See that servos are what they must be.
+    """Check the register values of servos.
 
     Args:
         bus: open.
@@ -99,7 +99,7 @@ def require(bus: ServoBus, identifiers: Iterable[int], answer_timeout: float) ->
 
 
 def in_words(wrong: Mapping[int, list[str]]) -> str:
-    """What is wrong with which servo, and the remedy."""
+    """Return what is wrong with each servo, and the remedy."""
     said = "; ".join(f"servo {identifier}: {', '.join(found)}" for identifier, found in wrong.items())
     which = " and ".join(map(str, wrong))
     return f"{said}: run 'tendond servo setup' for {which}"

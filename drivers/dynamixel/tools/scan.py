@@ -1,4 +1,4 @@
-"""Find servos that are plugged in, and what keeps them from being found. Nothing is moved or changed."""
+"""Find connected servos, and the causes of missing ones. Nothing is moved or changed."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,26 +13,25 @@ from tendond.schemas.config.servo import BAUD_RATES
 PORTS = ("ttyUSB*", "ttyACM*", "serial/by-id/*")
 
 PATIENCE = PING_SLOT_SECONDS * (table.ID.maximum + 1)
-"""[s] of silence after a ping to all: each servo answers in its turn, by its id."""
+"""Silence after a ping to all [s]: each servo answers in its slot, by its id."""
 
 PASSES = 2
-"""Pings to all at each rate: an answer may get lost."""
+"""Number of pings to all at each rate: an answer may be lost."""
 
 PROOF = (table.PRESENT_POSITION, table.PRESENT_INPUT_VOLTAGE, table.REALTIME_TICK)
 PATIENT_SECONDS = 0.04
-"""For an answer of a servo that is there: longer than an adapter as it is shipped keeps it."""
+"""Timeout for a servo that has answered [s]: longer than an adapter with its default timer delays it."""
 
 LATE_SECONDS = 0.012
-"""An answer that always takes so long is kept by the adapter: a register takes 10 ms on the wire at 9600 bit/s at most,
-1 ms at 57600."""
+"""Answer time above which the adapter is slow [s]: a register takes 10 ms on the wire at 9600 bit/s, 1 ms at 57600."""
 
 PROOFS = 4
-"""Reads of each that show whether one servo answers or two at once, whose answers to a ping may be alike."""
+"""Reads of each register that show whether two servos answer at once: their answers to a ping may be equal."""
 
 
 @dataclass(frozen=True)
 class FoundServo:
-    """A servo that answered; `doubt` says in words why it may be two."""
+    """Servo that answered; `doubt` explains why it may be two."""
 
     port: str
     baudrate: int
@@ -46,7 +45,7 @@ class FoundServo:
 
 
 def ports(devices: Path = Path("/dev")) -> list[str]:
-    """Serial adapters that are plugged in, each once."""
+    """List the connected serial adapters, each once."""
     found: dict[Path, str] = {}
     for pattern in PORTS:
         for path in sorted(devices.glob(pattern)):
@@ -62,18 +61,18 @@ def scan(
     progress: Callable[[str], None] = lambda line: None,
     patience: float = PATIENCE,
 ) -> Iterator[FoundServo]:
-    """Ask every id at every rate on every port.
+    """Ping every id at every rate on every port.
 
     Args:
         names: of the ports.
         answer_timeout: of [servo] [s].
         last_id: highest that is looked at.
         baudrates: [bit/s].
-        progress: is told what is asked, and what was heard that is no servo.
+        progress: called with what is tried, and with answers that are not from a servo.
         patience: silence after a ping to all [s].
 
     Raises:
-        PortLostError: the only port cannot be opened; of several, it is passed over and said.
+        PortLostError: the only port cannot be opened; of several, it is skipped with a message.
     """
     for name in names:
         if warning := latency_warning(name):
@@ -109,13 +108,14 @@ def _at_rate(
             progress(f"{bus.port}: {baudrate} bit/s: id {identifier} answers as well, beyond --last-id")
     if garbled:
         progress(
-            f"{bus.port}: {baudrate} bit/s: answers that are none: several servos with one id? Plug in one at a time;"
-            " or noise"
+            f"{bus.port}: {baudrate} bit/s: unintelligible answers: several servos with one id, or noise? Connect"
+            f" one at"
+            " a time"
         )
 
 
 def _doubt(bus: ServoBus, identifier: int, answer_timeout: float) -> str:
-    """Whether answers to the same question are garbled, because two servos write at once; or come late."""
+    """Explain answers that are garbled, because two servos write at once, or late; empty for good ones."""
     bus.set_answer_timeout(max(answer_timeout, PATIENT_SECONDS))
     lost, took = 0, []
     for register in PROOF * PROOFS:

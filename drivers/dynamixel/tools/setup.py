@@ -1,4 +1,4 @@
-"""Give a servo its id and rate, and make it what it must be; start it anew."""
+"""Set up a servo: id, baud rate, required register values; reboot it."""
 
 from contextlib import suppress
 
@@ -11,9 +11,9 @@ TRIES = 5
 
 
 def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
-    """Give a servo its id, rate, and everything that it must be; it must be still and alone with its old id.
+    """Set id, baud rate and required values of a servo, which must stand still and be alone with its old id.
 
-    Rate and id come last. Whatever interrupts it, it can be done again.
+    Rate and id come last. After an interruption it can be repeated.
 
     Returns:
         What was changed.
@@ -32,7 +32,7 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
         raise ServoError(f"servo {new}: there is one already on this bus")
     let_answer(bus, (old,))
     if bus.read(old, table.TORQUE_ENABLE):
-        raise ServoError(f"servo {old}: its torque is on: end whatever drives it, then 'tendond servo reboot {old}'")
+        raise ServoError(f"servo {old}: its torque is on: stop the driver or tool, then 'tendond servo reboot {old}'")
     changed = []
     for one in REQUIREMENTS:
         before = bus.read(old, one.register)
@@ -58,7 +58,7 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
 
 
 def reboot(bus: ServoBus, identifier: int) -> str:
-    """Start a servo anew; what holds its tendon then is its gears alone.
+    """Reboot a servo; then only its gears hold the tendon.
 
     Returns:
         The hardware errors that it had, in words; empty if none.

@@ -1,5 +1,5 @@
-"""What an operator does with tendons before the driver runs: home, take up slack. One servo moves at a time, slowly,
-watched as in operation; whatever ends a motion, the tendon is let out and the torque is off afterwards.
+"""Homing and pretension of a tendon before the driver runs. One servo moves at a time, slowly, monitored as in
+operation; after every motion the tendon is released and the torque is off.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config.servo import ServoSection
 
 NEVER = 2.0
-"""Of the stall torque: no load is so large."""
+"""Load that is never reached, as a fraction of the stall torque."""
 
 
 def home(
@@ -22,37 +22,37 @@ def home(
     tension_max: float,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[float, float]:
-    """Bring a tendon slowly to its zero; the torque is off afterwards.
+    """Move a tendon slowly to its zero; the torque is off afterwards.
 
-    It never goes further than the travel, and winds up only slack of a tendon that is known to be let out.
+    The motion stays within the travel, and takes up slack only of a tendon that is known to be slack.
 
     Args:
         bus: open.
         section: [servo].
         located: where the tendon is.
         tension_max: of [limits] [N].
-        stopped: true when the operator has had enough.
+        stopped: true when the operator interrupts it.
 
     Returns:
         Displacement before and after [m].
 
     Raises:
-        ServoError: nobody knows where it stands, an error of the servo, a tendon that pulls before it is at zero, or it
-            was stopped.
+        ServoError: its place is unknown, an error of the servo, a tendon that pulls before it is at zero, or it was
+            interrupted.
     """
     spool = located.spool
     servo = spool.calibration.servo
     if located.doubt:
-        raise ServoError(f"servo {servo}: {located.doubt}: look, and say it with --at")
+        raise ServoError(f"servo {servo}: {located.doubt}: measure it and give it with --at")
     beyond = section.home_window
     if not section.displacement_min - beyond <= located.displacement <= section.displacement_max + beyond:
         raise ServoError(
-            f"servo {servo}: stands {located.displacement * 1e3:.1f} mm from its zero, outside its travel: wind it by"
-            " hand with its power off, or calibrate anew"
+            f"servo {servo}: stands {located.displacement * 1e3:.1f} mm from its zero, outside its travel: turn it by"
+            " hand with its power off, or calibrate again"
         )
     with energised(bus, section, spool, tension_max) as motion:
         before = motion.displacement
-        # Letting out, the load that is there goes away; winding up, there must be none: then zero is not where it was.
+        # In a release the load decreases; taking up slack there must be none, else the zero has changed.
         motion.move(0.0, NEVER if before > 0.0 else 2.0 * section.pretension_load, stopped)
         after = motion.displacement
         if abs(after) > ARRIVED:
@@ -67,7 +67,7 @@ def pretension(
     tension_max: float,
     stopped: Callable[[], bool] = lambda: False,
 ) -> int:
-    """Take up a tendon's slack: wind slowly until the load says that it pulls; the torque is off afterwards.
+    """Take up a tendon's slack, slowly, until its load shows that it is taut; the torque is off afterwards.
 
     Returns:
         Position at which it began to pull [ticks].
@@ -87,15 +87,15 @@ def pretension(
                 " its sign right?"
             )
         if reading.load * spool.calibration.sign < 0:
-            raise ServoError(f"servo {motion.id}: the load pushes the way it winds: is its sign right?")
+            raise ServoError(f"servo {motion.id}: the load acts in the direction of the pull: is its sign right?")
     return reading.position
 
 
 def take_over(bus: ServoBus, section: ServoSection, servo: int) -> bool:
-    """Let go of a servo that an interrupted tool has left on; true where it was on.
+    """Switch off a servo that an interrupted tool has left on; true where it was on.
 
     Raises:
-        ServoError: it holds more than slack taken up makes, and must not be dropped.
+        ServoError: its load is higher than that of a tendon without slack, and must not be dropped.
     """
     if not bus.read(servo, table.TORQUE_ENABLE):
         return False

@@ -135,7 +135,7 @@ def test_a_driver_follows_the_first_controller_and_names_the_other() -> None:
     assert not followed.admits(command("controller-b", armed=True), 0.1)
     assert followed.admits(command("controller-a"), 0.2)
     assert followed.objection(0.3) == (
-        "commands of two controllers: 'controller-a' is followed, 'controller-b' is not; end one"
+        "commands of two controllers: 'controller-a' is followed, 'controller-b' is not; stop one"
     )
     assert followed.objection(1.2) == ""
 

@@ -23,7 +23,7 @@ PERIOD = 0.01
 
 def wound(section: SimulatedServos, goals: list[float]) -> list[float]:
     servos = SimulatedActuators(section, PERIOD, np.zeros(1))
-    return [float(servos.wind(np.array([goal]))[0]) for goal in goals]
+    return [float(servos.follow_displacement(np.array([goal]))[0]) for goal in goals]
 
 
 def test_ideal_servos_are_where_they_are_told_to_be() -> None:
@@ -51,7 +51,7 @@ def test_backlash_is_lost_when_the_direction_changes() -> None:
 
 def test_friction_is_hysteresis_of_the_tension() -> None:
     servos = SimulatedActuators(SimulatedServos(), PERIOD, np.zeros(1))
-    pulled = [float(servos.pull(np.array([goal]), 1.25)[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
+    pulled = [float(servos.follow_tension(np.array([goal]), 1.25)[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
     assert pulled == pytest.approx([8.0, 8.0, 8.0, 6.25, 6.25])
     assert servos.tension == pytest.approx([5.0])
 

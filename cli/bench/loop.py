@@ -9,7 +9,7 @@ from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.bench.bare import Quantiles
-from tendond.offline.bench.punctuality import Row, measure
+from tendond.offline.bench.punctuality import PunctualityRow, measure
 
 
 def run_bench_loop(seconds: float, *, as_json: bool) -> None:
@@ -38,7 +38,7 @@ def run_bench_loop(seconds: float, *, as_json: bool) -> None:
     print(json.dumps(data, indent=2))
 
 
-def _print(console: Console, rows: list[Row]) -> None:
+def _print(console: Console, rows: list[PunctualityRow]) -> None:
     header = ("us", "median", "p99", "p99.9", "bare", "p99", "p99.9", "ratio", "p99", "p99.9", "note")
     lines = []
     for row in rows:

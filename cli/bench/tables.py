@@ -13,7 +13,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.bench.replay import markdown as replay_table
-from tendond.offline.bench.rod import Row, bench_rod
+from tendond.offline.bench.rod import RodRow, bench_rod
 from tendond.offline.bench.rod import as_json as rows_as_json
 from tendond.offline.bench.schemes import compare_schemes, markdown
 
@@ -64,7 +64,7 @@ def run_bench_replay(seconds: float) -> None:
     print(replay_table(rows))
 
 
-def _cells(rows: list[Row], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
+def _cells(rows: list[RodRow], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
     """Format header and lines of the table."""
     header = ["one step, 10 ms", "median us", "p99 us", "max us", "passes", "tip error mm", "to euler_n200"]
     euler = next(row.median_us for row in rows if row.name == "euler_n200")

@@ -4,7 +4,7 @@ import socket
 
 import numpy as np
 
-from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.schemas.messages import Mode
 
 SLOW_SHARE = 0.9
@@ -15,7 +15,7 @@ ONE_CLOCK_SECONDS = 10.0
 """Difference from this computer's clock above which a stamp is from another clock and gives no age."""
 
 
-def controller(rig: Rig) -> Result:
+def controller(rig: Rig) -> CheckResult:
     """Check that the controller answers, or that its endpoint is free."""
     activity, endpoint, name = rig.activity, rig.config.bus.endpoint, rig.config.rig.name
     if activity.status is not None:
@@ -44,7 +44,7 @@ def controller(rig: Rig) -> Result:
     return passed(f"not running; {endpoint} is free")
 
 
-def poses(rig: Rig) -> Result:
+def poses(rig: Rig) -> CheckResult:
     """Check rate, age and validity of the tip poses."""
     activity, config = rig.activity, rig.config
     if not activity.connected:
@@ -78,7 +78,7 @@ def poses(rig: Rig) -> Result:
     return passed(finding)
 
 
-def driver(rig: Rig) -> Result | None:
+def driver(rig: Rig) -> CheckResult | None:
     """Check the servo driver's report."""
     activity = rig.activity
     if rig.config.servo is None or not activity.connected:

@@ -2,13 +2,13 @@
 
 import os
 
-from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.drivers.vicon.datastream import is_installed
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import CONFIG_VARIABLE
 
 
-def sender(rig: Rig) -> Result | None:
+def sender(rig: Rig) -> CheckResult | None:
     """Check that only Tracker can send poses: its UDP stream bypasses the bus's access list."""
     section = rig.config.vicon
     if section is None:

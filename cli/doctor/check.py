@@ -11,7 +11,7 @@ from tendond.cli.doctor.listen import BusActivity, listen
 from tendond.schemas.config.rig import RigConfig
 
 
-class Outcome(StrEnum):
+class CheckOutcome(StrEnum):
     """Verdict of a check, from best to worst."""
 
     PASS = "pass"
@@ -20,27 +20,27 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True)
-class Result:
+class CheckResult:
     """Finding, in one line, and its remedy."""
 
-    outcome: Outcome
+    outcome: CheckOutcome
     finding: str
     remedy: str = ""
 
 
-def passed(finding: str) -> Result:
+def passed(finding: str) -> CheckResult:
     """Result of a check that passes."""
-    return Result(Outcome.PASS, finding)
+    return CheckResult(CheckOutcome.PASS, finding)
 
 
-def warned(finding: str, remedy: str) -> Result:
+def warned(finding: str, remedy: str) -> CheckResult:
     """Result for a rig that runs, but not at its best, or for something that could not be checked."""
-    return Result(Outcome.WARN, finding, remedy)
+    return CheckResult(CheckOutcome.WARN, finding, remedy)
 
 
-def failed(finding: str, remedy: str) -> Result:
+def failed(finding: str, remedy: str) -> CheckResult:
     """Result for a rig that cannot run."""
-    return Result(Outcome.FAIL, finding, remedy)
+    return CheckResult(CheckOutcome.FAIL, finding, remedy)
 
 
 @dataclass(frozen=True)
@@ -90,5 +90,5 @@ class Rig:
         return listen(self.config)
 
 
-Check = Callable[[Rig], Result | None]
+Check = Callable[[Rig], CheckResult | None]
 """A check; none: it does not apply to this rig."""

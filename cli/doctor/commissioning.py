@@ -6,7 +6,7 @@ import zenoh
 
 from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask, ask_status
-from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rests import configured_rests
@@ -22,7 +22,7 @@ POLL_SECONDS = 0.1
 CONNECT_SECONDS = 2.0
 
 
-def rest(rig: Rig) -> Result | None:
+def rest(rig: Rig) -> CheckResult | None:
     """Compare the measured rest with the model's; only while no tendon pulls."""
     status, seen = rig.activity.status, [pose for _, pose in rig.activity.poses if pose.valid]
     if not seen or (status is not None and status.mode not in (Mode.STARTING, Mode.IDLE)):
@@ -41,7 +41,7 @@ def rest(rig: Rig) -> Result | None:
     return passed("the arm rests where the model predicts")
 
 
-def probe(rig: Rig) -> Result | None:
+def probe(rig: Rig) -> CheckResult | None:
     """Let the controller pull each tendon slightly, and compare the tip's motion with the model's."""
     if not rig.probe:
         return None

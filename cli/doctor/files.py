@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tendond.cli.doctor.check import Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.cli.kernel_folder import TEMPORARY, VARIABLE
 from tendond.daemon.recording.recorder import FLUSH_SECONDS
 from tendond.daemon.recording.retention import GIGABYTE, MEGABYTE, existing, retention
@@ -29,7 +29,7 @@ FEW_DAYS = 7.0
 """Days of space left below which to warn, where old logs are not removed."""
 
 
-def log_space(rig: Rig) -> Result:
+def log_space(rig: Rig) -> CheckResult:
     """Check the space for logs, and how long it lasts at the rate of the last days."""
     folder = existing(rig.log_folder)
     name, section = rig.config.rig.name, rig.config.log
@@ -51,7 +51,7 @@ def log_space(rig: Rig) -> Result:
     return passed(finding)
 
 
-def log_speed(rig: Rig) -> Result:
+def log_speed(rig: Rig) -> CheckResult:
     """Check that the disk keeps up with the recorder: write, sync and remove some megabytes."""
     folder = existing(rig.log_folder)
     try:
@@ -75,7 +75,7 @@ def log_speed(rig: Rig) -> Result:
     return passed(finding)
 
 
-def kernels(rig: Rig) -> Result:
+def kernels(rig: Rig) -> CheckResult:
     """Check that the kernels are compiled for this user and processor."""
     from tendond.model.numerics.compile import uncached
     from tendond.model.rod.rod import Rod
@@ -96,7 +96,7 @@ def kernels(rig: Rig) -> Result:
     )
 
 
-def calibration(rig: Rig) -> Result | None:
+def calibration(rig: Rig) -> CheckResult | None:
     """Check that the calibration is complete, this rig's, and recent."""
     section = rig.config.servo
     if section is None:

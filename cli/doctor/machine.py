@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from tendond.cli.doctor.check import Machine, Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckResult, Machine, Rig, failed, passed, warned
 from tendond.daemon.runtime.realtime import CAP_IPC_LOCK
 
 CAP_SYS_NICE = 23
@@ -20,7 +20,7 @@ NAPS, NAP_SECONDS = 100, 0.001
 LIMITS_REMEDY = "run it as a service (deploy/install), or allow it in /etc/security/limits.d: @tendond - {} {}"
 
 
-def priority(rig: Rig) -> Result:
+def priority(rig: Rig) -> CheckResult:
     """Check the controller's real-time priority, or whether this user may request it."""
     wanted = rig.config.loop.priority
     if not wanted:
@@ -42,7 +42,7 @@ def priority(rig: Rig) -> Result:
     )
 
 
-def memory(rig: Rig) -> Result:
+def memory(rig: Rig) -> CheckResult:
     """Check that the controller's memory is locked, or may be."""
     if not rig.config.loop.lock_memory:
         return passed("lock not requested (loop.lock_memory = false)")
@@ -59,7 +59,7 @@ def memory(rig: Rig) -> Result:
     return warned(f"may not be locked here (limit {limit / 1024:.0f} KiB)", remedy)
 
 
-def preemption(rig: Rig) -> Result:
+def preemption(rig: Rig) -> CheckResult:
     """Check that the kernel can be preempted."""
     machine = rig.machine
     version = machine.read(machine.proc / "version") or ""
@@ -80,7 +80,7 @@ def preemption(rig: Rig) -> Result:
     )
 
 
-def idle_states(rig: Rig) -> Result:
+def idle_states(rig: Rig) -> CheckResult:
     """Check the processor's exit latency from idle states."""
     machine = rig.machine
     states = sorted((machine.sys / "devices" / "system" / "cpu" / "cpu0" / "cpuidle").glob("state*"))
@@ -96,7 +96,7 @@ def idle_states(rig: Rig) -> Result:
     )
 
 
-def governor(rig: Rig) -> Result:
+def governor(rig: Rig) -> CheckResult:
     """Check that the processor keeps its frequency between cycles."""
     machine = rig.machine
     files = sorted((machine.sys / "devices" / "system" / "cpu").glob("cpu[0-9]*/cpufreq/scaling_governor"))
@@ -112,7 +112,7 @@ def governor(rig: Rig) -> Result:
     )
 
 
-def processor(rig: Rig) -> Result | None:
+def processor(rig: Rig) -> CheckResult | None:
     """Check that the processor of loop.cpu is online."""
     wanted = rig.config.loop.cpu
     if wanted is None:
@@ -123,7 +123,7 @@ def processor(rig: Rig) -> Result | None:
     return failed(f"processor {wanted} is not online (online: {online})", "fix loop.cpu, or remove it")
 
 
-def clock(rig: Rig) -> Result:
+def clock(rig: Rig) -> CheckResult:
     """Check the monotonic clock of the loop."""
     machine = rig.machine
     folder = machine.sys / "devices" / "system" / "clocksource" / "clocksource0"
@@ -136,7 +136,7 @@ def clock(rig: Rig) -> Result:
     return passed(f"{source}, in steps of {resolution * 1e9:g} ns")
 
 
-def wall_clock(rig: Rig) -> Result:
+def wall_clock(rig: Rig) -> CheckResult:
     """Check the wall clock, which dates the logs; control does not use it."""
     if rig.machine.is_synchronised():
         return passed("synchronised")
@@ -145,7 +145,7 @@ def wall_clock(rig: Rig) -> Result:
     )
 
 
-def wake_up(rig: Rig) -> Result:
+def wake_up(rig: Rig) -> CheckResult:
     """Measure the wake-up delay of this process, which has no priority."""
     late = []
     for _ in range(NAPS):

@@ -9,7 +9,7 @@ from pathlib import Path
 from tendond import TendondError, __version__
 from tendond.cli.common import load_config
 from tendond.cli.doctor import bus, camera, commissioning, files, machine, servos
-from tendond.cli.doctor.check import Check, Outcome, Result, Rig, failed, passed
+from tendond.cli.doctor.check import Check, CheckOutcome, CheckResult, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
 from tendond.daemon.errors import LawError, UsageError
 from tendond.schemas.config.rig import ConfigError, RigConfig
@@ -40,7 +40,7 @@ CHECKS: dict[str, Check] = {
 }
 """Checks in the order in which they run; the configuration is checked before them."""
 
-COLOURS = {Outcome.PASS: "32", Outcome.WARN: "33", Outcome.FAIL: "1;31"}
+COLOURS = {CheckOutcome.PASS: "32", CheckOutcome.WARN: "33", CheckOutcome.FAIL: "1;31"}
 SYSTEM_CONFIG = Path("/etc/tendond")
 
 
@@ -67,7 +67,7 @@ def examine(
             results[name] = one
             if not as_json:
                 _show(name, one)
-    failures = [name for name, one in results.items() if one.outcome is Outcome.FAIL]
+    failures = [name for name, one in results.items() if one.outcome is CheckOutcome.FAIL]
     if as_json:
         print(_json(config, results))
     if config is None:
@@ -76,7 +76,7 @@ def examine(
         raise FailedChecksError(f"{len(failures)} of {len(results)} checks failed: {', '.join(failures)}")
 
 
-def results_of(rig: Rig) -> Iterator[tuple[str, Result]]:
+def results_of(rig: Rig) -> Iterator[tuple[str, CheckResult]]:
     """Run the checks that apply, and yield their results."""
     for name, check in CHECKS.items():
         try:
@@ -87,7 +87,7 @@ def results_of(rig: Rig) -> Iterator[tuple[str, Result]]:
             yield name, result
 
 
-def _configuration(file: Path | None) -> tuple[RigConfig | None, Result]:
+def _configuration(file: Path | None) -> tuple[RigConfig | None, CheckResult]:
     """Load and check the configuration, the laws' parameters included; none if it is invalid."""
     try:
         config = load_config(file)
@@ -110,7 +110,7 @@ def _logs(config_file: Path | None) -> Path:
     return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
-def _show(name: str, result: Result) -> None:
+def _show(name: str, result: CheckResult) -> None:
     word = result.outcome.value
     if sys.stdout.isatty() and "NO_COLOR" not in os.environ:
         word = f"\033[{COLOURS[result.outcome]}m{word}\033[0m"
@@ -119,10 +119,10 @@ def _show(name: str, result: Result) -> None:
         print(f"      {'':14} -> {result.remedy}", flush=True)
 
 
-def _json(config: RigConfig | None, results: dict[str, Result]) -> str:
+def _json(config: RigConfig | None, results: dict[str, CheckResult]) -> str:
     checks = [
         {"check": name, "outcome": one.outcome.value, "finding": one.finding, "remedy": one.remedy}
         for name, one in results.items()
     ]
-    worst = max((one.outcome for one in results.values()), key=list(Outcome).index)
+    worst = max((one.outcome for one in results.values()), key=list(CheckOutcome).index)
     return json.dumps({"rig": config and config.rig.name, "outcome": worst.value, "checks": checks}, indent=2)

@@ -5,7 +5,7 @@ import stat
 from collections.abc import Sequence
 from pathlib import Path
 
-from tendond.cli.doctor.check import Outcome, Result, Rig, failed, passed, warned
+from tendond.cli.doctor.check import CheckOutcome, CheckResult, Rig, failed, passed, warned
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import WANTED_MS, latency_timer
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, ServoBus, ServoError
@@ -17,7 +17,7 @@ WARM_DEGREES = 10.0
 """Margin below servo.temperature_max in which a servo is warm."""
 
 
-def port(rig: Rig) -> Result | None:
+def port(rig: Rig) -> CheckResult | None:
     """Check that the adapter is plugged in, and that this user may use it."""
     section = rig.config.servo
     if section is None:
@@ -41,7 +41,7 @@ def port(rig: Rig) -> Result | None:
     return passed(f"{path}" + (f" ({real})" if real != path else ""))
 
 
-def latency(rig: Rig) -> Result | None:
+def latency(rig: Rig) -> CheckResult | None:
     """Check the adapter's latency timer, which delays every answer."""
     section = rig.config.servo
     if section is None or not Path(section.port).exists():
@@ -60,7 +60,7 @@ def latency(rig: Rig) -> Result | None:
     return warned(f"{timer} ms: each answer is delayed by it", remedy)
 
 
-def servos(rig: Rig) -> Result | None:
+def servos(rig: Rig) -> CheckResult | None:
     """Check the servos' identity and health; not while a driver uses the port."""
     section = rig.config.servo
     if section is None or not rig.query_servos or not Path(section.port).exists():
@@ -85,15 +85,15 @@ def servos(rig: Rig) -> Result | None:
         return failed(str(error), "check the adapter and servo.port")
     except ServoError as error:
         return failed(str(error), "check cables and power; then: tendond servo scan")
-    worst = max(found, key=lambda result: list(Outcome).index(result.outcome))
-    if worst.outcome is Outcome.PASS:
+    worst = max(found, key=lambda result: list(CheckOutcome).index(result.outcome))
+    if worst.outcome is CheckOutcome.PASS:
         return passed("; ".join(result.finding for result in found))
     wrong = [result for result in found if result.outcome is worst.outcome]
     remedies = dict.fromkeys(result.remedy for result in wrong)
-    return Result(worst.outcome, "; ".join(result.finding for result in wrong), "; ".join(remedies))
+    return CheckResult(worst.outcome, "; ".join(result.finding for result in wrong), "; ".join(remedies))
 
 
-def _ask(bus: ServoBus, one: int, section: ServoSection) -> Result:
+def _ask(bus: ServoBus, one: int, section: ServoSection) -> CheckResult:
     """Query a servo."""
     model = bus.read(one, table.MODEL)
     name = table.MODEL_NAME if model == table.MODEL_NUMBER else f"model {model}"

@@ -18,7 +18,7 @@ from tendond.offline.identification.dry_run import DryRun, dry_run, rig_of_model
 from tendond.offline.identification.fit import LOSSES, Loss
 from tendond.offline.identification.identify import Identification, Options, identify
 from tendond.offline.identification.parameters import DEFAULT, chosen
-from tendond.offline.identification.plan import Plan, propose, proposed_weight
+from tendond.offline.identification.plan import IdentificationPlan, propose, proposed_weight
 from tendond.offline.identification.report import Written, warnings, write_results
 from tendond.offline.identification.simulate import Drive
 
@@ -144,7 +144,7 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     )
 
 
-def plan_lines(plan: Plan, dry: DryRun) -> list[str]:
+def plan_lines(plan: IdentificationPlan, dry: DryRun) -> list[str]:
     """Format a plan."""
     lines = [f"{time:6.1f} s  {words}" for time, words in plan.parts]
     lines.append(f"{plan.duration:6.1f} s  end")

@@ -12,7 +12,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.logs.log import open_run
 from tendond.offline.logs.ticks import shown
 from tendond.offline.replay.changes import parameter_changes, version_changes, with_changes
-from tendond.offline.replay.rerun import Outcome, rerun
+from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tendond.offline.replay.variant import Commanded, closed_loop, same_inputs
 
 SHOWN_FIELDS = 40
@@ -83,7 +83,7 @@ def run_variant(
 _closed_loop = closed_loop
 
 
-def _print_gaps(outcome: Outcome) -> None:
+def _print_gaps(outcome: ReplayOutcome) -> None:
     for a, b in outcome.gaps.missing:
         print(f"missing: {shown((a, b))}, not in the log")
     if outcome.gaps.left_out:

@@ -12,7 +12,7 @@ from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
-from tendond.offline.trials.measure import Outcome, planar_task, run_trial
+from tendond.offline.trials.measure import TrialOutcome, planar_task, run_trial
 from tendond.offline.trials.paths import Trial, trials
 from tendond.offline.trials.report import write
 
@@ -48,7 +48,7 @@ def run_trials(
     console.print(f"report   {out / 'report.md'}", soft_wrap=True, highlight=False)
 
 
-def _table(some: list[Trial], outcomes: list[Outcome]) -> Table:
+def _table(some: list[Trial], outcomes: list[TrialOutcome]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for name in ("trajectory", "plant", "RMS mm", "worst mm", "N/cycle", "peak N", "meets"):
         table.add_column(name, justify="left" if name in ("trajectory", "plant") else "right", no_wrap=True)

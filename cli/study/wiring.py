@@ -13,8 +13,8 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
-from tendond.offline.wiring.report import Row, markdown, rows
-from tendond.offline.wiring.study import RIGHT, Job, Outcome, jobs, laws, run_study
+from tendond.offline.wiring.report import WiringRow, markdown, rows
+from tendond.offline.wiring.study import RIGHT, Job, WiringOutcome, jobs, laws, run_study
 
 
 def run_wiring(
@@ -58,7 +58,7 @@ def run_wiring(
     return all(row.holds for row in table)
 
 
-def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterator[Outcome]:
+def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterator[WiringOutcome]:
     outcomes = run_study(work, processes)
     if silent:
         yield from outcomes
@@ -66,7 +66,7 @@ def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterato
     yield from track(outcomes, total=len(work), description="runs", console=Console(stderr=True), transient=True)
 
 
-def _print(table: list[Row]) -> None:
+def _print(table: list[WiringRow]) -> None:
     shown = Table(title="miswired and correct rigs")
     for name in (
         "chain",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.lockstep import open_loop
-from tendond.offline.bench.profiles import LAWS, Row, profile_config, run_profile
+from tendond.offline.bench.profiles import LAWS, ProfileRow, profile_config, run_profile
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import TendonCommand
 
@@ -33,7 +33,7 @@ HEADING = (
 
 
 @dataclass(frozen=True)
-class Loop:
+class FrictionLoop:
     """A slow pull of tendon 0 to `FARTHEST` and back, of a rod without weight; each of shape (2 STEPS,).
 
     Attributes:
@@ -56,7 +56,7 @@ class Loop:
         return pulled - float(np.interp(x, self.x[back], self.end[back]))
 
 
-def pull_and_release(coefficient: float, stiffness: float = 2e4) -> Loop:
+def pull_and_release(coefficient: float, stiffness: float = 2e4) -> FrictionLoop:
     """The loop of tendons of `stiffness` [N/m], rubbing with that coefficient [-].
 
     Raises:
@@ -83,10 +83,10 @@ def pull_and_release(coefficient: float, stiffness: float = 2e4) -> Loop:
         (end, state.tension[0], truth.tension[0], truth.position[0])
         for end, (state, truth) in zip(ends, open_loop(config, commands), strict=True)
     ]
-    return Loop(*np.array(rows).T)
+    return FrictionLoop(*np.array(rows).T)
 
 
-def run_rig(law: str, coefficient: float) -> Row:
+def run_rig(law: str, coefficient: float) -> ProfileRow:
     """Profile `rig` with tendons that rub.
 
     Raises:

@@ -33,7 +33,7 @@ HEADING = (
 
 
 @dataclass(frozen=True)
-class Row:
+class ProfileRow:
     """How a law did on a profile; the tip is the simulated one.
 
     Attributes:
@@ -95,7 +95,7 @@ def profile_config(profile: str, law: str, *, sampled: bool | None = None) -> Ri
     return config.model_copy(update={"control": config.control.model_copy(update=changes)})
 
 
-def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
+def run_profile(profile: str, law: str, config: RigConfig | None = None) -> ProfileRow:
     """Ten seconds of a profile under a law; `config` instead of the profile's own.
 
     Raises:
@@ -117,7 +117,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Row:
     busy = part[: round((arrival + 1.0) / period)]
     tension = np.array([one.record.command.tension[config.control.agonist] for one in busy])
     displacement = np.array([one.record.command.displacement[config.control.agonist] for one in busy])
-    return Row(
+    return ProfileRow(
         profile=profile,
         law=law,
         way_mm=1e3 * travel,

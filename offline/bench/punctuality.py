@@ -47,7 +47,7 @@ ANSWER_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
-class Row:
+class PunctualityRow:
     """One thing measured [us], and its bare counterpart, if there is one."""
 
     name: str
@@ -56,7 +56,7 @@ class Row:
     note: str = ""
 
 
-def measure(seconds: float, progress: Callable[[str], None]) -> list[Row]:
+def measure(seconds: float, progress: Callable[[str], None]) -> list[PunctualityRow]:
     """Time the controller's loop, and a bare loop and an echo in turn with it.
 
     Args:
@@ -79,7 +79,7 @@ def measure(seconds: float, progress: Callable[[str], None]) -> list[Row]:
         rows.append(_latency(folder, "pose to command at once (lockstep)", 0.0))
         rows.append(_latency(folder, "pose to command at 100 Hz, wait for the tick in it", 0.01))
         progress("recorder")
-        rows.append(Row("recorder's share of a cycle", _recorder(folder)))
+        rows.append(PunctualityRow("recorder's share of a cycle", _recorder(folder)))
     return rows
 
 
@@ -112,7 +112,7 @@ def _bare(seconds: float, period: float) -> tuple[list[float], int]:
     return result["late_us"], result["missed"]
 
 
-def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: float) -> list[Row]:
+def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: float) -> list[PunctualityRow]:
     """Wake-up lateness and work of the tracking controller, between two halves of the bare loop."""
     before, missed_before = _bare(seconds / 2.0, period)
     config, log, endpoint = _configure(folder, f"run-{period}", extra)
@@ -132,13 +132,13 @@ def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: f
     missed = sum(timing.missed_ticks for timing in timings)
     note = f"{missed} of {len(timings)} missed, bare {missed_before + missed_after} of {len(before) + len(after)}"
     rows = [
-        Row(
+        PunctualityRow(
             f"{label}: wake-up after deadline",
             Quantiles.of([t.lateness_us for t in timings]),
             Quantiles.of(before + after),
             note,
         ),
-        Row(
+        PunctualityRow(
             f"{label}: work of a cycle, wake-up to command",
             Quantiles.of([t.work_us for t in timings]),
             note=f"{sum(t.ahead for t in timings)} of {len(timings)} worked out before the deadline",
@@ -149,7 +149,7 @@ def _punctuality(folder: Path, label: str, extra: str, period: float, seconds: f
         ("working one out before the deadline, caches cold", [t.speculation_us for t in timings if t.speculation_us]),
     ):
         if times:
-            rows.append(Row(f"{label}: {what}", Quantiles.of(times)))
+            rows.append(PunctualityRow(f"{label}: {what}", Quantiles.of(times)))
     return rows
 
 
@@ -175,7 +175,7 @@ def _arm(session: zenoh.Session) -> None:
         time.sleep(0.05)
 
 
-def _latency(folder: Path, name: str, period: float) -> Row:
+def _latency(folder: Path, name: str, period: float) -> PunctualityRow:
     """From a pose handed to Zenoh to the command that answers it, and the same of an echo, in turn."""
     config, log, endpoint = _configure(folder, f"latency-{period}", PAPER)
     bare_endpoint = f"tcp/127.0.0.1:{free_port()}"
@@ -198,7 +198,7 @@ def _latency(folder: Path, name: str, period: float) -> Row:
                 resting.send_signal(signal.SIGCONT)
             if time.monotonic() > deadline:
                 raise DaemonError("the controller, or the echo, gave no answers")
-    return Row(name, Quantiles.of(controller.times[WARM_UP:]), Quantiles.of(bare.times[WARM_UP:]))
+    return PunctualityRow(name, Quantiles.of(controller.times[WARM_UP:]), Quantiles.of(bare.times[WARM_UP:]))
 
 
 class _RoundTrips:

@@ -24,7 +24,7 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True)
-class Row:
+class ReplayRow:
     """name: of what was timed; cycle_us: per cycle [us]; speed: times real time."""
 
     name: str
@@ -32,7 +32,7 @@ class Row:
     speed: float
 
 
-def bench_replay(seconds: float, watch: Callable[[str], None] = lambda name: None) -> list[Row]:
+def bench_replay(seconds: float, watch: Callable[[str], None] = lambda name: None) -> list[ReplayRow]:
     """Time `step` alone on the inputs of a log, then replays of that log.
 
     Args:
@@ -72,10 +72,10 @@ def bench_replay(seconds: float, watch: Callable[[str], None] = lambda name: Non
             for name, run in timed.items():
                 watch(name)
                 best[name] = min(best[name], run())
-    return [Row(name, 1e6 * took / cycles, seconds / took) for name, took in best.items()]
+    return [ReplayRow(name, 1e6 * took / cycles, seconds / took) for name, took in best.items()]
 
 
-def markdown(rows: list[Row]) -> str:
+def markdown(rows: list[ReplayRow]) -> str:
     """The table, with each row's time relative to the first's."""
     lines = ["| | us a cycle | times real time | to the step |", "| --- | --- | --- | --- |"]
     for row in rows:

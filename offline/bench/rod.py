@@ -30,7 +30,7 @@ FINE_NODES = 49
 
 
 @dataclass(frozen=True)
-class Row:
+class RodRow:
     """A line of the table.
 
     Attributes:
@@ -49,7 +49,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class _Run:
+class _TimedRun:
     times: Array  # (k,) [s]
     marches: Array  # (k,)
     tips: Array  # (k, 3) [m]
@@ -60,7 +60,7 @@ def tensions(step: int) -> Array:
     return np.asarray(3.0 + 2.0 * np.sin(2.0 * np.pi * 0.5 * step * TIME_STEP + np.arange(4) * np.pi / 2.0))
 
 
-def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[Row]:
+def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[RodRow]:
     """Every row; `progress` is told the name of the one that comes next. Takes about 15 s."""
     parameters = RodParameters()
     fine = Rod(parameters, nodes=FINE_NODES)
@@ -74,7 +74,7 @@ def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[Row]:
     def static_exact() -> Array:
         return np.array([fine.tip(fine.solve_static(tensions(step))).position for step in range(1, STATIC_STEPS + 1)])
 
-    solvers: dict[str, tuple[Callable[[], _Run], Callable[[], Array]]] = {
+    solvers: dict[str, tuple[Callable[[], _TimedRun], Callable[[], Array]]] = {
         "euler_n200": (lambda: _dynamic(Rod(parameters, "euler", 200)), lambda: exact[1:]),
         "default": (lambda: _dynamic(Rod(parameters)), lambda: exact[1:]),
         "default_displacement": (lambda: _dynamic(Rod(parameters), pulled), lambda: exact[1:]),
@@ -90,9 +90,9 @@ def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[Row]:
     return rows
 
 
-def _row(name: str, runs: list[_Run], truth: Array) -> Row:
+def _row(name: str, runs: list[_TimedRun], truth: Array) -> RodRow:
     times = np.concatenate([run.times for run in runs]) * 1e6
-    return Row(
+    return RodRow(
         name=name,
         median_us=float(np.median(times)),
         p99_us=float(np.percentile(times, 99)),
@@ -102,7 +102,7 @@ def _row(name: str, runs: list[_Run], truth: Array) -> Row:
     )
 
 
-def _dynamic(rod: Rod, displacements: Array | None = None) -> _Run:
+def _dynamic(rod: Rod, displacements: Array | None = None) -> _TimedRun:
     """The motion, driven by tension, or by the given displacements [m], shape (STEPS + 1, 4)."""
     driven = displacements is not None
     actuation = np.array([tensions(step) for step in range(STEPS + 1)]) if displacements is None else displacements
@@ -116,10 +116,10 @@ def _dynamic(rod: Rod, displacements: Array | None = None) -> _Run:
         rod.advance(state, loads[k + 1], driven)
         times[k] = time.perf_counter() - begin
         marches[k], tips[k] = state.marches, rod.tip(state).position
-    return _Run(times, marches, tips)
+    return _TimedRun(times, marches, tips)
 
 
-def _static(rod: Rod) -> _Run:
+def _static(rod: Rod) -> _TimedRun:
     """Equilibria along the motion, each from the one before."""
     state = rod.solve_static(tensions(0))
     times, marches, tips = np.zeros(STATIC_STEPS), np.zeros(STATIC_STEPS), np.zeros((STATIC_STEPS, 3))
@@ -128,10 +128,10 @@ def _static(rod: Rod) -> _Run:
         state = rod.solve_static(tensions(k + 1), start=state)
         times[k] = time.perf_counter() - begin
         marches[k], tips[k] = state.marches, rod.tip(state).position
-    return _Run(times, marches, tips)
+    return _TimedRun(times, marches, tips)
 
 
-def _reference() -> Iterator[_Run]:
+def _reference() -> Iterator[_TimedRun]:
     """The plain implementation, which is part of the tests: nothing where they are not installed."""
     root = Path(tendond.__file__).resolve().parent.parent
     if not (root / "tests" / "reference").is_dir():
@@ -152,9 +152,9 @@ def _reference() -> Iterator[_Run]:
         solution = model.step(solution, tensions(k + 1))
         times[k] = time.perf_counter() - begin
         tips[k] = solution.tip.position
-    yield _Run(times, marches, tips)
+    yield _TimedRun(times, marches, tips)
 
 
-def as_json(rows: list[Row]) -> list[dict[str, Any]]:
+def as_json(rows: list[RodRow]) -> list[dict[str, Any]]:
     """The rows as plain data; passes of the reference are not counted, so null."""
     return [{key: None if value != value else value for key, value in asdict(row).items()} for row in rows]

@@ -17,8 +17,8 @@ from tendond.offline.identification.proof import (
     FACTORS,
     GOALS,
     USED,
-    Outcome,
-    Task,
+    ProofOutcome,
+    ProofTask,
     coverage,
     met,
     prove,
@@ -36,7 +36,7 @@ SUMMARY = "summary.json"
 STUDIED = "tool"
 """The plant that other noise is put on."""
 
-Proved = dict[Task, tuple[Outcome, Identification]]
+Proved = dict[ProofTask, tuple[ProofOutcome, Identification]]
 
 
 def validate(out: Path, seeds: int, workers: int, progress: Progress) -> tuple[Proved, dict[str, Any]]:
@@ -52,7 +52,7 @@ def validate(out: Path, seeds: int, workers: int, progress: Progress) -> tuple[P
         OSError: the folder cannot be written.
     """
     started = time.monotonic()
-    tasks = [Task(plant, 1, str(out / plant)) for plant in FACTORS]
+    tasks = [ProofTask(plant, 1, str(out / plant)) for plant in FACTORS]
     proved: Proved = dict(_each(prove, tasks, workers, progress, "rigs identified"))
     values = {task.plant: outcome.values for task, (outcome, _) in proved.items()}
     played = _each(play, matches(values), workers, progress, "controllers compared")
@@ -84,14 +84,14 @@ class _Numbered:
         return numbered[0], self._work(numbered[1])
 
 
-def _study(out: Path, seeds: int, workers: int, progress: Progress) -> list[Outcome]:
+def _study(out: Path, seeds: int, workers: int, progress: Progress) -> list[ProofOutcome]:
     """Fits to other noise; those of this version that the folder has are not run again."""
     known = {outcome.task.seed: outcome for outcome in _known(out)}
     wanted = range(100, 100 + seeds)
     folder = out / "without-noise"
-    tasks = [Task(STUDIED, seed, str(folder)) for seed in wanted if seed not in known]
+    tasks = [ProofTask(STUDIED, seed, str(folder)) for seed in wanted if seed not in known]
     if tasks and not all((folder / f"{name}.mcap").exists() for name in USED):
-        record(Task(STUDIED, 1, str(folder), noise=0.0))
+        record(ProofTask(STUDIED, 1, str(folder), noise=0.0))
     bar = progress.add_task("seeds", total=seeds, completed=seeds - len(tasks))
     version = source_hash(SOURCES)
     with (out / SEEDS_FILE).open("a", encoding="utf-8") as stream, closing(spread(redraw, tasks, workers)) as results:
@@ -103,7 +103,7 @@ def _study(out: Path, seeds: int, workers: int, progress: Progress) -> list[Outc
     return [known[seed] for seed in wanted]
 
 
-def _known(out: Path) -> list[Outcome]:
+def _known(out: Path) -> list[ProofOutcome]:
     """Outcomes of seeds that the folder has of this version."""
     try:
         lines = (out / SEEDS_FILE).read_text(encoding="utf-8").splitlines()
@@ -115,17 +115,17 @@ def _known(out: Path) -> list[Outcome]:
             values = json.loads(line)
             if values.pop("source") != source_hash(SOURCES):
                 continue
-            task = Task(**values.pop("task"))
-            found.append(Outcome(task=task, **{**values, "missing": tuple(values["missing"])}))
+            task = ProofTask(**values.pop("task"))
+            found.append(ProofOutcome(task=task, **{**values, "missing": tuple(values["missing"])}))
         except (ValueError, KeyError, TypeError):  # cut off in the middle of a line
             continue
     return found
 
 
 def _summary(
-    proved: dict[Task, tuple[Outcome, Identification]],
+    proved: dict[ProofTask, tuple[ProofOutcome, Identification]],
     rows: list[dict[str, Any]],
-    outcomes: list[Outcome],
+    outcomes: list[ProofOutcome],
     seconds: float,
 ) -> dict[str, Any]:
     """Everything as JSON has it."""

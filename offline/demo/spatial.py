@@ -11,7 +11,7 @@ from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.errors import DaemonError
 from tendond.offline.demo.chain import run_chain, run_wired_chain
 from tendond.offline.logs.arrays import load
-from tendond.offline.trials.measure import Outcome, outcome_of
+from tendond.offline.trials.measure import TrialOutcome, outcome_of
 from tendond.offline.trials.paths import Trial
 from tendond.schemas.config.presets import SPACE, WIRED_SPACE
 from tendond.schemas.config.rig import parse_config
@@ -65,7 +65,7 @@ def _course(text: str) -> SpatialReference:
     return trajectory
 
 
-def outcome_from_log(path: Path) -> Outcome:
+def outcome_from_log(path: Path) -> TrialOutcome:
     """What a log of a simulated run says of its first stretch that tracks.
 
     Raises:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
-from tendond.offline.identification.plan import Plan, PlanError
+from tendond.offline.identification.plan import IdentificationPlan, PlanError
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.simulator import Weight
 from tendond.schemas.messages import Mode
@@ -39,7 +39,9 @@ class DryRun:
     tip: NDArray[np.float64]
 
 
-def dry_run(config: RigConfig, plan: Plan, log: Path | None = None, notes: dict[str, str] | None = None) -> DryRun:
+def dry_run(
+    config: RigConfig, plan: IdentificationPlan, log: Path | None = None, notes: dict[str, str] | None = None
+) -> DryRun:
     """Carry out a plan on the simulator of a configuration.
 
     Args:

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 
 from tendond.daemon.errors import DaemonError
 from tendond.offline.identification.parameters import Parameter, bounds
-from tendond.offline.identification.simulate import MOTIONLESS, Motion, Simulation, SimulationError
+from tendond.offline.identification.simulate import MOTIONLESS, Simulation, SimulationError, TipMotion
 
 Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
@@ -49,7 +49,7 @@ class FitError(DaemonError):
 
 
 @dataclass(frozen=True)
-class Fit:
+class FitResult:
     """What a fit found.
 
     Attributes:
@@ -116,7 +116,7 @@ class Memory:
                 self._folder.parent.rmdir()
 
 
-class Problem:
+class FitProblem:
     """Residuals and their derivatives, computed by several threads: the rod's kernel does not hold the interpreter.
 
     Args:
@@ -153,10 +153,10 @@ class Problem:
         }
         return {**self.start, **fitted}
 
-    def finer(self) -> "Problem":
+    def finer(self) -> "FitProblem":
         """The same with half the time step."""
         simulations = [Simulation(one.recording, one.drive, 0.5 * one.step) for one in self.simulations]
-        return Problem(simulations, self.parameters, self.start, self._load_noise, self._jobs, self._report)
+        return FitProblem(simulations, self.parameters, self.start, self._load_noise, self._jobs, self._report)
 
     def shaped(self, row: Array) -> list[list[Array]]:
         """All residuals in a row as each recording's blocks."""
@@ -169,7 +169,7 @@ class Problem:
             found.append(blocks)
         return found
 
-    def blocks(self, values: Mapping[str, float], motions: Sequence[Motion]) -> list[list[Array]]:
+    def blocks(self, values: Mapping[str, float], motions: Sequence[TipMotion]) -> list[list[Array]]:
         """Each recording's residuals."""
         return [
             simulation.residuals(values, motion, self._load_noise)
@@ -213,10 +213,10 @@ class Problem:
         ]
         return np.column_stack(columns)
 
-    def _motions(self, runs: Sequence[Mapping[str, float]], what: str) -> list[list[Motion]]:
+    def _motions(self, runs: Sequence[Mapping[str, float]], what: str) -> list[list[TipMotion]]:
         """Of each recording for each set of values."""
         tasks = [(simulation, values) for values in runs for simulation in self.simulations]
-        found: list[Motion] = []
+        found: list[TipMotion] = []
         pool = ThreadPoolExecutor(self._jobs)
         try:
             futures = [pool.submit(simulation.motion, values) for simulation, values in tasks]
@@ -234,8 +234,8 @@ def _row(blocks: Sequence[Sequence[Array]]) -> Array:
 
 
 def fit(
-    problem: Problem, memory: Memory, loss: Loss = "linear", noise: float = 1e-4, first: Array | None = None
-) -> Fit:
+    problem: FitProblem, memory: Memory, loss: Loss = "linear", noise: float = 1e-4, first: Array | None = None
+) -> FitResult:
     """Least squares over the problem's parameters.
 
     Args:
@@ -276,8 +276,8 @@ def fit(
 
 
 def refine(
-    fine: Problem, at: Array, jacobian: Array, memory: Memory, loss: Loss, noise: float, evaluations: int = 0
-) -> Fit:
+    fine: FitProblem, at: Array, jacobian: Array, memory: Memory, loss: Loss, noise: float, evaluations: int = 0
+) -> FitResult:
     """Gauss-Newton with half the time step and the whole step's derivatives, from a fit with the whole step.
 
     Raises:
@@ -291,7 +291,7 @@ def refine(
         row = memory.get("fine", at, partial(fine.residuals, at))
         if not np.all(np.isfinite(row)):
             raise FitError("the fit did not stay where the rod has a solution when its time step was halved")
-    return Fit(
+    return FitResult(
         parameters=fine.parameters,
         values=fine.values(at),
         coordinates=at,

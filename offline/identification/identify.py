@@ -9,7 +9,7 @@ import numpy as np
 
 from tendond.offline.identification.checks import Finding, check, errors
 from tendond.offline.identification.data import DataError, Recording
-from tendond.offline.identification.fit import Fit, Loss, Memory, Problem, Report, fit, servo_start
+from tendond.offline.identification.fit import FitProblem, FitResult, Loss, Memory, Report, fit, servo_start
 from tendond.offline.identification.parameters import PARAMETERS, Parameter, chosen, nominal, starts
 from tendond.offline.identification.simulate import Drive, Simulation
 from tendond.offline.identification.statistics import ALIKE, Statistics, statistics
@@ -108,7 +108,7 @@ class Identification:
     parameters: tuple[Found, ...]
     ratios: tuple[Ratio, ...]
     scale: str
-    fit: Fit
+    fit: FitResult
     statistics: Statistics
     held_out: tuple[HeldOut, ...]
     noise: float
@@ -177,7 +177,7 @@ def identify(
         if not free:
             raise DataError("the logs tell none of the parameters: " + "; ".join(why.values()))
         start = starts(config, free)
-        problem = Problem(simulations, free, start, options.load_noise, options.jobs, report)
+        problem = FitProblem(simulations, free, start, options.load_noise, options.jobs, report)
         result = fit(problem, kept, options.loss, noise, servo_start(simulations, free, start))
         spread = statistics(result)
         first = first or spread
@@ -255,7 +255,7 @@ def _weight_hides_tip_mass(recordings: Sequence[Recording], parameters: Sequence
     return alone and recordings[0].weight > 0.0 and len({recording.weight for recording in recordings}) == 1
 
 
-def _lost(result: Fit, spread: Statistics) -> dict[str, str]:
+def _lost(result: FitResult, spread: Statistics) -> dict[str, str]:
     """Return the parameters that are not identifiable, with the reason."""
     names = [parameter.name for parameter in result.parameters]
     lost: dict[str, str] = {}
@@ -277,13 +277,13 @@ def _lost(result: Fit, spread: Statistics) -> dict[str, str]:
     return lost
 
 
-def _is_none(parameter: Parameter, result: Fit) -> bool:
+def _is_none(parameter: Parameter, result: FitResult) -> bool:
     """A delay, lag, backlash or mass on the tip of zero is a result."""
     return parameter.lower < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
 
 
 def _found(
-    parameters: Sequence[Parameter], start: Mapping[str, float], result: Fit, spread: Statistics,
+    parameters: Sequence[Parameter], start: Mapping[str, float], result: FitResult, spread: Statistics,
     why: Mapping[str, str], known: bool,
 ) -> list[Found]:  # fmt: skip
     """Each parameter that was asked for."""
@@ -302,7 +302,7 @@ def _found(
     return found
 
 
-def _ratios(start: Mapping[str, float], result: Fit, spread: Statistics) -> list[Ratio]:
+def _ratios(start: Mapping[str, float], result: FitResult, spread: Statistics) -> list[Ratio]:
     """Of the force's parameters to E, which the fit held: their relative errors are the ratios'."""
     found = []
     for k, parameter in enumerate(result.parameters):

@@ -13,7 +13,7 @@ from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.offline.identification.data import WEIGHT_NOTE
-from tendond.offline.identification.plan import Plan, Request
+from tendond.offline.identification.plan import IdentificationPlan, Request
 from tendond.offline.processes import (
     END_SECONDS,
     POLL_SECONDS,
@@ -31,7 +31,12 @@ PATIENCE_SECONDS = 10.0
 
 
 def record_plan(
-    config: RigConfig, config_file: Path | None, plan: Plan, log: Path, weight: float, say: Callable[[str], None]
+    config: RigConfig,
+    config_file: Path | None,
+    plan: IdentificationPlan,
+    log: Path,
+    weight: float,
+    say: Callable[[str], None],
 ) -> None:
     """Start a controller, carry out the plan, and end the controller.
 
@@ -98,7 +103,7 @@ class _Operator:
         self._controller = controller
         self._say = say
 
-    def carry_out(self, plan: Plan) -> None:
+    def carry_out(self, plan: IdentificationPlan) -> None:
         """Make all requests, each at its time since the one before.
 
         Raises:

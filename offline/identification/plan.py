@@ -68,7 +68,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Plan:
+class IdentificationPlan:
     """What to do, in the order of time.
 
     Attributes:
@@ -140,7 +140,7 @@ def path_of(config: RigConfig) -> EquilibriumPath:
     return EquilibriumPath(curve, curve.arc[rows], agonist[rows])
 
 
-def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.0) -> Plan:
+def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.0) -> IdentificationPlan:
     """A plan for a rig.
 
     Args:
@@ -172,7 +172,7 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
         now += 0.1 + config.pretension.duration + samples[-1][0]
         requests.append(Request(now, ControlAction.STOP))
         now += release + float(motion[-1]) / config.limits.displacement_rate + sway
-    return Plan(tuple(requests), now, tuple(parts))
+    return IdentificationPlan(tuple(requests), now, tuple(parts))
 
 
 def _motions(kinds: tuple[str, ...], low: float, span: float, rate: float) -> Iterator[tuple[str, Array, float]]:

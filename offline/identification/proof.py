@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.data import WEIGHT_NOTE, Recording, load_recording
 from tendond.offline.identification.dry_run import dry_run
-from tendond.offline.identification.fit import Memory, Problem, refine
+from tendond.offline.identification.fit import FitProblem, Memory, refine
 from tendond.offline.identification.identify import Identification, Options, identify
 from tendond.offline.identification.parameters import DEFAULT, chosen
 from tendond.offline.identification.plan import propose
@@ -74,7 +74,7 @@ USED = ("free", "weighted")
 
 
 @dataclass(frozen=True)
-class Task:
+class ProofTask:
     """One rig to identify.
 
     Attributes:
@@ -88,7 +88,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ProofOutcome:
     """What an identification came to, small enough to travel between processes.
 
     Attributes:
@@ -99,7 +99,7 @@ class Outcome:
         held_out: distance of model and tip on the log held out, root mean square [m]: configuration's, identified.
     """
 
-    task: Task
+    task: ProofTask
     values: dict[str, float]
     errors: dict[str, float]
     missing: tuple[str, ...]
@@ -148,7 +148,7 @@ def rig(plant: str, seed: int, weight: float, noise: float = NOISE) -> RigConfig
     return check_config({**CONTROLLER, "rig": {"name": f"proof-{plant}"}, "simulator": simulator}, "proof")
 
 
-def record(task: Task) -> dict[str, Path]:
+def record(task: ProofTask) -> dict[str, Path]:
     """The logs of a rig, by name; those that are there are made anew. Without noise they are for `redraw` alone."""
     folder = Path(task.folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -171,11 +171,11 @@ def identify_logs(paths: Mapping[str, Path], jobs: int) -> Identification:
     return identify(used, held, Options(DEFAULT, jobs=jobs))
 
 
-def prove(task: Task) -> tuple[Outcome, Identification]:
+def prove(task: ProofTask) -> tuple[ProofOutcome, Identification]:
     """Record a rig's logs and identify it, in this process."""
     result = identify_logs(record(task), jobs=1)
     held = [recorded for recorded in result.held_out if not recorded.used]
-    return Outcome(
+    return ProofOutcome(
         task=task,
         values=result.values,
         errors={found.parameter.name: found.error for found in result.parameters if found.found},
@@ -185,7 +185,7 @@ def prove(task: Task) -> tuple[Outcome, Identification]:
     ), result
 
 
-def redraw(task: Task) -> Outcome:
+def redraw(task: ProofTask) -> ProofOutcome:
     """Identify a rig again from logs without noise, that of the task's seed added to the poses.
 
     The derivatives are those at the truth, taken once, and the fit starts there: what is asked is how it scatters.
@@ -196,12 +196,12 @@ def redraw(task: Task) -> Outcome:
     for recording in recordings:
         position = recording.position + NOISE * random.standard_normal(recording.position.shape)
         simulations.append(Simulation(replace(recording, position=position, noise=NOISE), "measured"))
-    noisy = Problem(simulations, problem.parameters, problem.start, None, 1, lambda what, done, total: None)
+    noisy = FitProblem(simulations, problem.parameters, problem.start, None, 1, lambda what, done, total: None)
     nothing = Memory(None, {})
     whole = refine(noisy, np.zeros(len(noisy.parameters)), jacobian, nothing, "linear", NOISE).coordinates
     result = refine(noisy.finer(), whole, jacobian, nothing, "linear", NOISE)
     deviations = statistics(result).deviations
-    return Outcome(
+    return ProofOutcome(
         task=task,
         values={parameter.name: result.values[parameter.name] for parameter in result.parameters},
         errors={
@@ -214,17 +214,17 @@ def redraw(task: Task) -> Outcome:
 
 
 @functools.lru_cache(maxsize=1)
-def _at_truth(plant: str, folder: str) -> tuple[list[Recording], Problem, Array]:
+def _at_truth(plant: str, folder: str) -> tuple[list[Recording], FitProblem, Array]:
     """The logs without noise, the problem, and its derivatives at the truth."""
     recordings = [load_recording(Path(folder) / f"{name}.mcap", {}) for name in USED]
     simulations = [Simulation(recording, "measured") for recording in recordings]
-    problem = Problem(
+    problem = FitProblem(
         simulations, chosen(DEFAULT), truth(plant) | {"zero": 0.0}, None, 1, lambda what, done, total: None
     )
     return recordings, problem, problem.jacobian(np.zeros(len(problem.parameters)))
 
 
-def met(outcome: Outcome) -> dict[str, bool]:
+def met(outcome: ProofOutcome) -> dict[str, bool]:
     """Which goals an outcome meets, by parameter."""
     true = truth(outcome.task.plant)
     return {
@@ -234,7 +234,7 @@ def met(outcome: Outcome) -> dict[str, bool]:
     }
 
 
-def coverage(outcomes: list[Outcome]) -> dict[str, dict[str, float]]:
+def coverage(outcomes: list[ProofOutcome]) -> dict[str, dict[str, float]]:
     """Over many seeds, by parameter: how often the truth lies within two standard errors, and how the errors compare.
 
     `spread` is the root mean square of (value - truth) / standard error: one, where the errors are honest. `bias` is

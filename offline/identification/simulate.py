@@ -56,7 +56,7 @@ class SimulationError(DaemonError):
 
 
 @dataclass(frozen=True)
-class Motion:
+class TipMotion:
     """The rod through a recording.
 
     Attributes:
@@ -164,7 +164,7 @@ class Simulation:
                 filled[inside] = PchipInterpolator(times[rows], reported[rows])(points)
         return filled
 
-    def motion(self, values: Mapping[str, float]) -> Motion:
+    def motion(self, values: Mapping[str, float]) -> TipMotion:
         """The rod's motion.
 
         Args:
@@ -195,9 +195,9 @@ class Simulation:
             at = self._ends_at[found.solved]
             shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items())
             raise SimulationError(f"{recording.path}: the rod has no solution at {at:.2f} s with {shown}")
-        return Motion(self.step, np.vstack([rod.tip(rest).position, found.tips]), found.tensions)
+        return TipMotion(self.step, np.vstack([rod.tip(rest).position, found.tips]), found.tensions)
 
-    def seen(self, motion: Motion, delay: float) -> Array:
+    def seen(self, motion: TipMotion, delay: float) -> Array:
         """The poses that would have arrived [m], shape (m, 3): the tip `delay` [s] before, by cubic interpolation."""
         at = np.clip((self.recording.pose_times - delay) / motion.step + 0.5, 0.0, len(motion.tips) - 1.001)
         whole = at.astype(np.intp)
@@ -211,7 +211,7 @@ class Simulation:
             + t**3 * (3.0 * (one - two) + after - before))
         )  # fmt: skip
 
-    def residuals(self, values: Mapping[str, float], motion: Motion, load_noise: float | None) -> list[Array]:
+    def residuals(self, values: Mapping[str, float], motion: TipMotion, load_noise: float | None) -> list[Array]:
         """Model minus measurement, a row for each sample, in metres of the tip.
 
         Args:

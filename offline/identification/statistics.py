@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.offline.identification.fit import Fit
+from tendond.offline.identification.fit import FitResult
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class Statistics:
         return np.sqrt(np.diag(self.covariance))
 
 
-def statistics(fit: Fit) -> Statistics:
+def statistics(fit: FitResult) -> Statistics:
     """Of a fit."""
     scores, start = [], 0
     bread = fit.jacobian.T @ (fit.weights[:, None] * fit.jacobian)

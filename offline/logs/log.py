@@ -37,7 +37,7 @@ READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
 
 
 @dataclass(frozen=True)
-class Log:
+class LogFile:
     """What a run left behind, in the order in which it was written.
 
     Attributes:
@@ -77,7 +77,7 @@ def as_text(name: str) -> str:
     return os.fsencode(name).decode("utf-8", errors="replace")
 
 
-def load(path: Path) -> Log:
+def load(path: Path) -> LogFile:
     """Read a log of the recorder's, with all the files that it was spread over.
 
     Raises:
@@ -92,7 +92,7 @@ def load(path: Path) -> Log:
     if not messages[CYCLE.topic]:
         raise no_cycles(path)
     scenes = [_scene(path, scene) for scene in messages[ROD_SHAPE.topic]]
-    return Log(
+    return LogFile(
         path=path,
         complete=run.complete,
         config=run.config,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.model.rod.static_curve import StaticCurve
-from tendond.offline.logs.log import Log, LogError
+from tendond.offline.logs.log import LogError, LogFile
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode
@@ -106,7 +106,7 @@ class Metrics:
     least_tension_n: float
 
 
-def tracking(log: Log) -> Tracking:
+def tracking(log: LogFile) -> Tracking:
     """The first stretch of a log's cycles in mode 'tracking'; raises LogError as `tracking_of`."""
     return tracking_of(log.records, log.config, str(log.path))
 

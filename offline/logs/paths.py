@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.phases.modes import ACTIVE
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.schemas.base import Vector3
 from tendond.schemas.messages import Mode
 
@@ -56,7 +56,7 @@ class TipPath:
     shapes: Sequence[Shape]
 
     @staticmethod
-    def of(log: Log) -> "TipPath":
+    def of(log: LogFile) -> "TipPath":
         """Extract the path of a run."""
         tracks = [i for i, record in enumerate(log.records) if record.mode is Mode.TRACKING]
         first = next((i for i, record in enumerate(log.records) if record.mode in ACTIVE), 0) if tracks else 0

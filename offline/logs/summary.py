@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import metrics, tracking
 from tendond.offline.logs.published import Published
 
@@ -36,7 +36,7 @@ LABELS = {
 """Name and unit for people of each number in a summary; defined in docs/metrics.md."""
 
 
-def summary(log: Log) -> dict[str, Any]:
+def summary(log: LogFile) -> dict[str, Any]:
     """Metrics of the first stretch that tracks, and how the loop did over the whole log.
 
     `cycle_ms_*` are from wake-up to command [ms], None without timings (a run in lockstep has none).
@@ -57,7 +57,7 @@ def summary(log: Log) -> dict[str, Any]:
     }
 
 
-def write_summary(log: Log, path: Path) -> dict[str, Any]:
+def write_summary(log: LogFile, path: Path) -> dict[str, Any]:
     """`summary` as JSON at `path`, whose folder is made; returned as well."""
     values = summary(log)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -6,7 +6,7 @@ from tendond.daemon.control.gains import noise_floor
 from tendond.daemon.control.laws import select_law
 from tendond.offline.paper.lyapunov import along_share, find_rises
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
-from tendond.offline.paper.run import Run, Runs
+from tendond.offline.paper.run import PaperRun, Runs
 from tendond.offline.paper.scenarios import DISTURBANCE, DISTURBANCE_CYCLES, DISTURBED_AT, EDGE, HUNG_AT, RIG, WEIGHTS_G
 from tendond.schemas.config.servo import NO_LOAD_SPEED, ServoSection
 
@@ -259,27 +259,27 @@ def _lyapunov(runs: Runs) -> list[str]:
     ]
 
 
-def _tpl(run: Run, count: int) -> float:
+def _tpl(run: PaperRun, count: int) -> float:
     """Total path length of x over the first iterations [mm]."""
     return 1e3 * float(np.abs(np.diff(run.tip[: count + 1, 0])).sum())
 
 
-def _mean_error(run: Run, first: int, last: int | None) -> float:
+def _mean_error(run: PaperRun, first: int, last: int | None) -> float:
     """|target - mean of x| over some iterations [mm]."""
     return 1e3 * abs(float(run.tip[first:last, 0].mean() - run.target[0]))
 
 
-def _off(run: Run) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _off(run: PaperRun) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Tip from target in the plane [m], shape (k, 2)."""
     return np.asarray((run.tip - run.target)[:, [0, 2]])
 
 
-def _deviation(run: Run, start: int) -> float:
+def _deviation(run: PaperRun, start: int) -> float:
     """Maximum distance from the target, from an iteration on [mm]."""
     return 1e3 * float(np.linalg.norm(_off(run)[start:], axis=1).max())
 
 
-def _gains(run: Run) -> tuple[float, float, float, float]:
+def _gains(run: PaperRun) -> tuple[float, float, float, float]:
     """kp [1/s^2] and kd [1/s] of a law, its fast gain times the period [-], and epsilon [m/s^2]."""
     control = run.scenario.config.control
     values = select_law(control.law, control.laws)[1].model_dump()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendond.offline.logs.metrics import SETTLED
 from tendond.offline.paper.lyapunov import CAUSES, find_rises, rate_of
-from tendond.offline.paper.run import Run, Runs
+from tendond.offline.paper.run import PaperRun, Runs
 from tendond.offline.paper.scenarios import DISTURBED_AT, start_of
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
@@ -37,7 +37,7 @@ CAUSE_MARKS = {
 class Line:
     """A run in a figure: its colour, dashes and label."""
 
-    run: Run
+    run: PaperRun
     colour: str
     label: str
     dashes: str = "-"
@@ -150,7 +150,7 @@ def lyapunov(scenarios: Named, runs: Runs, path: Path) -> Path:
         return save(figure, path)
 
 
-def pushes_of(run: Run) -> list[tuple[int, float]]:
+def pushes_of(run: PaperRun) -> list[tuple[int, float]]:
     """Iteration and size [N] of the impacts of a run's scenario."""
     config = run.scenario.config
     return [
@@ -159,7 +159,7 @@ def pushes_of(run: Run) -> list[tuple[int, float]]:
     ]
 
 
-def _lyapunov(axes: Axes, run: Run) -> None:
+def _lyapunov(axes: Axes, run: PaperRun) -> None:
     value, rises = run.lyapunov, find_rises(run)
     axes.semilogy(value, color=COLOURS[run.law])
     top = int(np.nanargmax(value))
@@ -200,6 +200,6 @@ def _error(axes: Axes, lines: Sequence[Line]) -> None:
     axes.set_ylim(bottom=0.0)
 
 
-def _courses(axes: Axes, lines: Sequence[Line], values: Callable[[Run], Array]) -> None:
+def _courses(axes: Axes, lines: Sequence[Line], values: Callable[[PaperRun], Array]) -> None:
     for line in lines:
         axes.plot(values(line.run), line.dashes, color=line.colour, lw=line.width, label=line.label)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.laws import select_law
 from tendond.daemon.control.reference.planar import PLANES
-from tendond.offline.paper.run import Run
+from tendond.offline.paper.run import PaperRun
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class Rises:
         return np.asarray(getattr(self, cause))
 
 
-def find_rises(run: Run) -> Rises:
+def find_rises(run: PaperRun) -> Rises:
     """Sort the rises of V by cause.
 
     The change of V over a cycle is that of its squares along the tip's axis plus that across it, which is the one
@@ -62,14 +62,14 @@ def find_rises(run: Run) -> Rises:
     )
 
 
-def along_share(run: Run) -> float:
+def along_share(run: PaperRun) -> float:
     """Part of the last V that lies along the tip's axis, where b_c does not reach [-]."""
     along, _ = _directions(run)
     last = run.errors[-1]
     return float(np.sum((last @ along[-1]) ** 2) / np.sum(last**2))
 
 
-def rate_of(run: Run) -> float:
+def rate_of(run: PaperRun) -> float:
     """Rate at which V falls in theory [1/s]: V' = -2 rate V, with epsilon and the smaller of the terms left out.
 
     Backstepping: V' = -alpha1 z1'z1 - alpha2 z2'z2 with z2 = -alpha1 z1 + velocity error, which outweighs z1 by
@@ -80,7 +80,7 @@ def rate_of(run: Run) -> float:
     return float(parameters["alpha2" if run.law == "backstepping" else "k"])
 
 
-def measured_rate(run: Run) -> float:
+def measured_rate(run: PaperRun) -> float:
     """Rate at which V falls from its greatest value until it stays below `FALLEN` of it [1/s]; NaN if it does not."""
     value = run.lyapunov
     top = int(np.nanargmax(value))
@@ -91,7 +91,7 @@ def measured_rate(run: Run) -> float:
     return fallen / (passed * run.scenario.config.loop.period)
 
 
-def _directions(run: Run) -> tuple[Array, Array]:
+def _directions(run: PaperRun) -> tuple[Array, Array]:
     """Unit vectors in the plane along the tip's axis and across it, each of shape (k, 2)."""
     ends = run.shapes[:, -3:][:, :, list(PLANES[run.scenario.config.control.plane])]
     along = 1.5 * ends[:, 2] - 2.0 * ends[:, 1] + 0.5 * ends[:, 0]  # derivative at the end of the last three points

@@ -1,6 +1,6 @@
 """What the paper prints: both tables, and the figures that its text gives."""
 
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import tracking
 from tendond.offline.logs.published import Published
 
@@ -28,7 +28,7 @@ INITIAL_TIP_Z_MM = 500.0
 LAWS = tuple(SIMULATION)
 
 
-def published_for(log: Log) -> Published | None:
+def published_for(log: LogFile) -> Published | None:
     """Return the paper's figures of its simulation where a run goes to the paper's target; none elsewhere."""
     series = tracking(log)
     apart = abs(1000.0 * float(series.target[series.axis]) - FINAL_TIP_X_MM)

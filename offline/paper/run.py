@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Run:
+class PaperRun:
     """A scenario that was run; k samples, sample i is iteration i.
 
     Attributes:
@@ -69,7 +69,7 @@ class Run:
         return self.scenario.law
 
 
-Runs = dict[tuple[str, str], Run]
+Runs = dict[tuple[str, str], PaperRun]
 """By the scenario's name and law."""
 
 POINTS = 41
@@ -79,7 +79,7 @@ ERRORS = {"backstepping": ("z1", "z2"), "sliding_mode": ("surface",)}
 """Terms of each law whose squares make 2 V."""
 
 
-def run_scenario(scenario: Scenario) -> Run:
+def run_scenario(scenario: Scenario) -> PaperRun:
     """Run it to its end.
 
     Raises:
@@ -97,7 +97,7 @@ def run_scenario(scenario: Scenario) -> Run:
         )
     curve = _curve(config)
     part = watched[start : start + len(series.ticks)]
-    return Run(
+    return PaperRun(
         scenario=scenario,
         metrics=metrics(series, curve),
         tip=series.tip,

@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from tendond.offline.paper.figures import COLOURS, DARK, Named, name_of, pushes_of
-from tendond.offline.paper.run import Run, Runs
+from tendond.offline.paper.run import PaperRun, Runs
 from tendond.offline.paper.scenarios import start_of
 from tendond.offline.plots.style import REFERENCE, note, save, style
 
@@ -78,14 +78,14 @@ def snapshots(scenarios: Named, law: str, runs: Runs, path: Path) -> Path:
         return save(figure, path)
 
 
-def _moments(run: Run) -> list[int]:
+def _moments(run: PaperRun) -> list[int]:
     """Iterations just after each impact."""
     config = run.scenario.config
     ends = [impact.time + impact.duration for impact in config.simulator.impacts]
     return [round(end / config.loop.period) - start_of(config) + AFTER_IMPACT for end in ends]
 
 
-def _snapshot(axes: Axes, run: Run, i: int) -> None:
+def _snapshot(axes: Axes, run: PaperRun, i: int) -> None:
     config = run.scenario.config
     points = 1e3 * run.shapes[i]
     target = 1e3 * run.target

@@ -10,7 +10,7 @@ from typing import Any
 from tendond.offline.logs.metrics import Metrics
 from tendond.offline.logs.published import Published
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
-from tendond.offline.paper.run import Run, Runs
+from tendond.offline.paper.run import PaperRun, Runs
 
 Number = float | int | None
 
@@ -48,7 +48,7 @@ CRITERIA = (
 
 
 @dataclass(frozen=True)
-class Bound:
+class PaperBound:
     """What a run is held to: `field` of its metrics between `low` and `high`, bounds included."""
 
     scenario: str
@@ -67,7 +67,7 @@ class Bound:
         return value is not None and self.low <= value <= self.high
 
 
-def bounds() -> list[Bound]:
+def bounds() -> list[PaperBound]:
     """How close to the paper's simulation a run must be: backstepping as it is, and the contrast at the edge."""
     same: dict[str, tuple[float, float]] = {
         "tpl_mm": (0.9, 0.0),
@@ -81,21 +81,21 @@ def bounds() -> list[Bound]:
     for criterion in CRITERIA:
         paper, (share, width) = getattr(row, criterion.field), same[criterion.field]
         low, high = paper * share - width, paper * (2.0 - share) + width
-        held.append(Bound("normal", "backstepping", criterion, low, high))
+        held.append(PaperBound("normal", "backstepping", criterion, low, high))
     held += [
-        Bound("normal_edge", "backstepping", one, 0.75 * paper, 1.25 * paper)
+        PaperBound("normal_edge", "backstepping", one, 0.75 * paper, 1.25 * paper)
         for one in CRITERIA[:4]
         for paper in (getattr(row, one.field),)
     ]
     row = SIMULATION["sliding_mode"]
     tpl, settling = CRITERIA[:2]
-    held.append(Bound("normal_edge", "sliding_mode", tpl, max(1000.0, 0.85 * row.tpl_mm), 1.15 * row.tpl_mm))
+    held.append(PaperBound("normal_edge", "sliding_mode", tpl, max(1000.0, 0.85 * row.tpl_mm), 1.15 * row.tpl_mm))
     settled = row.settling_iterations
-    held.append(Bound("normal_edge", "sliding_mode", settling, settled - 6, settled + 6))
+    held.append(PaperBound("normal_edge", "sliding_mode", settling, settled - 6, settled + 6))
     return held
 
 
-def comparison(paper: Mapping[str, Published], runs: Mapping[str, Run]) -> list[list[str]]:
+def comparison(paper: Mapping[str, Published], runs: Mapping[str, PaperRun]) -> list[list[str]]:
     """Lines of a table: criterion, then the paper's, ours and the difference for each law."""
     lines = []
     for one in CRITERIA:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tendond.daemon.control.state import rod_from_section
 from tendond.model.rod.static_curve import static_curve
-from tendond.offline.logs.log import Log, as_text
+from tendond.offline.logs.log import LogFile, as_text
 from tendond.offline.logs.metrics import Tracking, metrics, tracking
 from tendond.offline.plots.style import REFERENCE, style
 
@@ -27,7 +27,7 @@ class Compared:
     metrics: dict[str, Any]
 
 
-def compared(logs: Sequence[Log]) -> list[Compared]:
+def compared(logs: Sequence[LogFile]) -> list[Compared]:
     """Each log's first stretch that tracks.
 
     Raises:
@@ -44,7 +44,7 @@ def compared(logs: Sequence[Log]) -> list[Compared]:
     return found
 
 
-def _names(logs: Sequence[Log]) -> list[str]:
+def _names(logs: Sequence[LogFile]) -> list[str]:
     """The files' names; with their folders where these are not enough."""
     stems = [as_text(log.path.stem) for log in logs]
     return stems if len(set(stems)) == len(stems) else [as_text(str(log.path)) for log in logs]

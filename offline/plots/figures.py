@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import SETTLED, metrics, tracking
 from tendond.offline.logs.published import Published
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, gravity_arrow, level, note, save, style
@@ -28,13 +28,13 @@ SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.4, 4.6)
 
 
-def draw(log: Log, folder: Path, suffix: str = "png", published: Published | None = None) -> list[Path]:
+def draw(log: LogFile, folder: Path, suffix: str = "png", published: Published | None = None) -> list[Path]:
     """Draw the tracking part of a log into `folder`, which is made: PNG files (or SVG), the overview last.
 
     Raises:
         LogError: as `tracking`.
     """
-    run = _Run(log, published)
+    run = _PlottedRun(log, published)
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     with style():
@@ -46,21 +46,21 @@ def draw(log: Log, folder: Path, suffix: str = "png", published: Published | Non
     return paths
 
 
-def overview(log: Log, published: Published | None = None) -> Figure:
+def overview(log: LogFile, published: Published | None = None) -> Figure:
     """The four panels in one figure; raises LogError as `tracking`."""
     with style():
-        return _overview(_Run(log, published), log)
+        return _overview(_PlottedRun(log, published), log)
 
 
-def shapes_figure(log: Log) -> Figure:
+def shapes_figure(log: LogFile) -> Figure:
     """The rod's shapes; raises LogError as `tracking`."""
     with style():
         figure = Figure(SHAPES_SIZE, layout="constrained")
-        _Run(log).shapes(figure.subplots())
+        _PlottedRun(log).shapes(figure.subplots())
     return figure
 
 
-def _overview(run: "_Run", log: Log) -> Figure:
+def _overview(run: "_PlottedRun", log: LogFile) -> Figure:
     figure = Figure((2 * SIZE[0], 2 * SIZE[1]), layout="constrained")
     for axes, panel in zip(figure.subplots(2, 2).flat, run.panels.values(), strict=True):
         panel(axes)
@@ -68,10 +68,10 @@ def _overview(run: "_Run", log: Log) -> Figure:
     return figure
 
 
-class _Run:
+class _PlottedRun:
     """The tracking part of a log, in mm, and how to draw it."""
 
-    def __init__(self, log: Log, published: Published | None = None) -> None:
+    def __init__(self, log: LogFile, published: Published | None = None) -> None:
         series = tracking(log)
         self.law = log.config.control.law.replace("_", " ")
         self.letter = "xyz"[series.axis]

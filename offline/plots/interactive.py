@@ -8,7 +8,7 @@ import numpy as np
 
 from tendond.daemon.errors import UsageError
 from tendond.offline.logs.events import KINDS, events, mode_spans
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.paths import Array, Shape, TipPath
 from tendond.schemas.messages import Mode
 
@@ -26,7 +26,7 @@ AIR_MM = 25.0
 GAP = np.full((1, 3), np.nan)
 
 
-def write_page(log: Log, path: Path) -> Path:
+def write_page(log: LogFile, path: Path) -> Path:
     """Write the page: tip and reference, displacements, tensions, error, events and loop timing on one time axis, and
     the run in space.
 
@@ -83,7 +83,7 @@ def write_page(log: Log, path: Path) -> Path:
     return path
 
 
-def _space(log: Log, go: Any) -> Any:
+def _space(log: LogFile, go: Any) -> Any:
     """Draw the run in space: the tip's path, and rod and tendons at the moment that a slider chooses."""
     run = TipPath.of(log)
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from tendond import __version__
 from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tallies
 from tendond.offline.logs.info import info
-from tendond.offline.logs.log import Log, LogError, load
+from tendond.offline.logs.log import LogError, LogFile, load
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, summary
@@ -50,7 +50,7 @@ td:last-child { overflow-wrap: break-word }
 """
 
 
-def write_report(file: Path, out: Path, published_for: Callable[[Log], Published | None] | None = None) -> Path:
+def write_report(file: Path, out: Path, published_for: Callable[[LogFile], Published | None] | None = None) -> Path:
     """Write the page of a log.
 
     Args:
@@ -65,7 +65,9 @@ def write_report(file: Path, out: Path, published_for: Callable[[Log], Published
     return out
 
 
-def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Published | None] | None = None) -> str:
+def page(
+    log: LogFile, facts: dict[str, Any], published_for: Callable[[LogFile], Published | None] | None = None
+) -> str:
     """Return the page as text; `facts` as of `info`, `published_for` as of `write_report`."""
     found = events(log.records)
     figures: list[tuple[str, Figure]] = []
@@ -107,7 +109,7 @@ def page(log: Log, facts: dict[str, Any], published_for: Callable[[Log], Publish
     return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(parts) + "\n</body></html>\n"
 
 
-def _subtitle(log: Log, facts: dict[str, Any]) -> str:
+def _subtitle(log: LogFile, facts: dict[str, Any]) -> str:
     started = facts["started"].replace("T", " ").replace("+00:00", " UTC")
     rod = log.config.rod
     return (
@@ -178,7 +180,7 @@ def _configuration(config: RigConfig) -> str:
     return f'{head}<p>All keys, in SI units:</p><div class="columns"><table class="dim">{rows}</table></div>'
 
 
-def _calibration(log: Log) -> list[str]:
+def _calibration(log: LogFile) -> list[str]:
     if log.calibration is None:
         return []
     rows = [

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
@@ -26,7 +26,7 @@ MIN_WIDTH = 0.3
 """Of the largest extent: a plane seen from its edge is a strip, not a line."""
 
 
-def space_figure(log: Log) -> Figure:
+def space_figure(log: LogFile) -> Figure:
     """Draw rod, tendons, target and the tip's path: three dimensions, the x-z plane, the y-z plane."""
     run = TipPath.of(log)
     low, high = _limits(run)
@@ -56,7 +56,7 @@ def space_figure(log: Log) -> Figure:
     return figure
 
 
-def draw_space(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
+def draw_space(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
     """Draw it into `folder`, which is made; nothing where the log has no shape and no tip."""
     if not TipPath.of(log).points.size:
         return []

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tendond.offline.logs.events import KINDS, events, mode_spans
-from tendond.offline.logs.log import Log
+from tendond.offline.logs.log import LogFile
 from tendond.offline.plots.style import OURS, PAPERS, style
 from tendond.schemas.messages import Mode
 
@@ -25,7 +25,7 @@ NARROW = 0.08
 SIZE = (10.0, 3.6)  # [inch]
 
 
-def timeline(log: Log) -> Figure:
+def timeline(log: LogFile) -> Figure:
     """Modes as bands, events as marks, a row for each kind."""
     with style():
         figure = Figure(SIZE, layout="constrained")
@@ -49,7 +49,7 @@ def timeline(log: Log) -> Figure:
     return figure
 
 
-def loop_timing(log: Log) -> Figure:
+def loop_timing(log: LogFile) -> Figure:
     """Work and lateness of every cycle, and how they are distributed."""
     with style():
         figure = Figure(SIZE, layout="constrained")
@@ -74,7 +74,7 @@ def loop_timing(log: Log) -> Figure:
     return figure
 
 
-def draw_course(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
+def draw_course(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
     """Draw both into `folder`, which is made."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
@@ -85,6 +85,6 @@ def draw_course(log: Log, folder: Path, suffix: str = "png") -> list[Path]:
     return paths
 
 
-def _span(log: Log) -> tuple[float, float]:
+def _span(log: LogFile) -> tuple[float, float]:
     first, last = log.records[0].time, log.records[-1].time
     return first, max(last, first + log.config.loop.period)

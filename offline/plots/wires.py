@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
-from tendond.offline.logs.log import Array, Log
+from tendond.offline.logs.log import Array, LogFile
 from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE
 from tendond.schemas.messages import Mode, ServoHealth
 
@@ -17,7 +17,7 @@ RESTING = 1e-3
 
 
 @dataclass(frozen=True)
-class Wires:
+class WireTraces:
     """Of one tendon while the rig was armed.
 
     Attributes:
@@ -39,7 +39,7 @@ class Wires:
     motor: float
 
 
-def wires(log: Log) -> list[Wires]:
+def wires(log: LogFile) -> list[WireTraces]:
     """Each tendon of a run with servos that reported.
 
     Returns:
@@ -65,7 +65,7 @@ def wires(log: Log) -> list[Wires]:
         tension = float(tensions[:, tendon].max())
         load = tension * radius / STALL_TORQUE
         found.append(
-            Wires(
+            WireTraces(
                 travel=float(np.ptp(commanded[:, tendon])),
                 lag=lag * period,
                 error=error,
@@ -90,7 +90,7 @@ def _lag(commanded: Array, reported: Array) -> tuple[int, float]:
     return lag, float(left.max())
 
 
-def pace(log: Log, tendons: list[Wires]) -> str:
+def pace(log: LogFile, tendons: list[WireTraces]) -> str:
     """Who sets the pace, in a sentence."""
     section = log.config.servo
     if section is None or not tendons:
@@ -106,7 +106,7 @@ def pace(log: Log, tendons: list[Wires]) -> str:
     )
 
 
-def wires_table(tendons: list[Wires], health: ServoHealth | None) -> Table:
+def wires_table(tendons: list[WireTraces], health: ServoHealth | None) -> Table:
     """Write the table."""
     table = Table(title="Wires: commanded and reported displacements")
     for heading in (

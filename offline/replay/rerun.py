@@ -40,7 +40,7 @@ class RecordedInputs(BaseModel):
 
 
 @dataclass
-class Outcome:
+class ReplayOutcome:
     """What a replay found.
 
     Attributes:
@@ -74,7 +74,7 @@ def rerun(
     last: int | None = None,
     tolerance: float | None = None,
     jobs: int | None = None,
-) -> Outcome:
+) -> ReplayOutcome:
     """Run a log again and compare every output.
 
     Args:
@@ -89,7 +89,7 @@ def rerun(
     run = open_run(path)
     setup = recorded_setup(run.config, str(run.paths[0]))
     warm_up(setup)  # loads the kernels: not a part of the replay's time
-    outcome = Outcome(period=run.config.loop.period)
+    outcome = ReplayOutcome(period=run.config.loop.period)
     started = time.perf_counter()
     for compared, differing, difference in _results(run, setup, outcome.gaps, first, last, tolerance, jobs):
         outcome.compared += compared

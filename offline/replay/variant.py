@@ -9,7 +9,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model import ModelError
-from tendond.offline.logs.log import Log, LogError, Run, as_text, load, open_run
+from tendond.offline.logs.log import LogError, LogFile, Run, as_text, load, open_run
 from tendond.offline.replay.offline import OfflineRunLog, record_lockstep
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import CycleInputs, CycleRecord
@@ -114,7 +114,7 @@ def _setup(config: RigConfig) -> CycleSetup:
         raise UsageError(str(error)) from error
 
 
-def _script(log: Log) -> tuple[dict[int, CycleInputs], int, int]:
+def _script(log: LogFile) -> tuple[dict[int, CycleInputs], int, int]:
     """Requests by tick of a run in lockstep, its length, and by how many cycles the plant was ahead."""
     simulated = log.config.simulator.period / log.config.loop.period
     lead = 0

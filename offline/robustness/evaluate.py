@@ -51,7 +51,7 @@ estimated force is the largest of them."""
 
 
 @dataclass(frozen=True)
-class Result:
+class PointResult:
     """How a point did; the CSV's columns after the point's own. The tip is the simulated one, not the measured.
 
     Attributes:
@@ -92,7 +92,7 @@ class Result:
     meets: bool = False
 
 
-RESULT_COLUMNS = tuple(field.name for field in fields(Result))
+RESULT_COLUMNS = tuple(field.name for field in fields(PointResult))
 
 
 def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> RigConfig:
@@ -158,7 +158,7 @@ def time_constant(part: float, period: float) -> float:
     return -period / math.log(part) if part > 1e-9 else 0.0
 
 
-def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> Result:
+def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> PointResult:
     """Run a point and measure it.
 
     Args:
@@ -180,7 +180,7 @@ def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None 
         reason = seen[-1].record.reason
     fault = next((watched.record.tick for watched in seen if watched.record.mode is Mode.FAULT), None)
     alarm = "" if fault is None else judge_alarm(config, IDLE_CYCLES, fault)
-    result = _tracked(config, point, seen, impact, Result(mode=str(mode), reason=reason, alarm=alarm))
+    result = _tracked(config, point, seen, impact, PointResult(mode=str(mode), reason=reason, alarm=alarm))
     recovers = True
     if point.impact_n and len(seen) > impact:
         ended = impact + max(1, math.ceil(point.impact_ms / 1e3 / base.loop.period - 1e-9))
@@ -196,7 +196,7 @@ def _impact_tick(config: RigConfig) -> int:
     return IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period - 1e-9) + TRACKING_CYCLES
 
 
-def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: int, result: Result) -> Result:
+def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: int, result: PointResult) -> PointResult:
     """`result` with the measures of what was seen up to the cycle `impact`, and the commanded tensions of all."""
     part = [watched for watched in seen[:impact] if watched.record.mode is Mode.TRACKING]
     if not part:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from tendond.daemon.errors import DaemonError
 from tendond.model.warm import warm_up
-from tendond.offline.robustness.evaluate import Result, evaluate
+from tendond.offline.robustness.evaluate import PointResult, evaluate
 from tendond.offline.robustness.points import Point
 from tendond.offline.robustness.settings import SOURCES
 from tendond.offline.source_hash import source_hash
@@ -27,7 +27,7 @@ CHUNK_POINTS = 2
 CONNECT_SECONDS = 10
 INSTALL = "pip install 'tendond[cluster]'"
 
-Done = list[tuple[int, Result]]
+Done = list[tuple[int, PointResult]]
 Task = TypeVar("Task")
 Outcome = TypeVar("Outcome")
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.typing import ColorType
 from numpy.typing import NDArray
 
-from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, Result
+from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, PointResult
 from tendond.offline.robustness.points import AXES, FEEDBACKS, Point
 from tendond.offline.robustness.run import Rows
 
@@ -32,7 +32,7 @@ class _Measure:
     """title, with its unit; what a result has of it; how it is written; its colours' norm and goal."""
 
     title: str
-    value: Callable[[Result], float]
+    value: Callable[[PointResult], float]
     text: Callable[[float], str]
     norm: Normalize
     goal: float

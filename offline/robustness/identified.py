@@ -10,7 +10,7 @@ from typing import Any
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.parameters import with_values
 from tendond.offline.identification.proof import BUILT, CONTROLLER, FACTORS, TIP_MASS
-from tendond.offline.robustness.evaluate import Result, evaluate
+from tendond.offline.robustness.evaluate import PointResult, evaluate
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, check_config
 
@@ -68,7 +68,7 @@ def matches(values: dict[str, dict[str, float]]) -> list[Match]:
     ]
 
 
-def play(match: Match) -> Result:
+def play(match: Match) -> PointResult:
     """Run it. Delay and lag are the point's: what was identified is of another camera and other servos."""
     base = as_built()
     known = {name: value for name, value in (match.values or {}).items() if name not in ("delay", "lag")}
@@ -78,7 +78,7 @@ def play(match: Match) -> Result:
     return evaluate(base.model_copy(update={"rod": built}), match.point, 0, model)
 
 
-def table(played: Sequence[tuple[Match, Result]]) -> list[dict[str, Any]]:
+def table(played: Sequence[tuple[Match, PointResult]]) -> list[dict[str, Any]]:
     """A row for each point, with both models' measures."""
     rows: dict[tuple[str, str, int], dict[str, Any]] = {}
     for match, result in played:

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from tendond.daemon.errors import UsageError
-from tendond.offline.robustness.evaluate import RESULT_COLUMNS, Result
+from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult
 from tendond.offline.robustness.points import Point
 
 NAME = "results.jsonl"
@@ -31,7 +31,7 @@ class ResultsFile:
     def __init__(self, folder: Path, settings: dict[str, Any], *, fresh: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / NAME
-        self.results: dict[str, Result] = {}
+        self.results: dict[str, PointResult] = {}
         self._stream = self.path.open("a+b")
         try:
             try:
@@ -53,7 +53,7 @@ class ResultsFile:
     ) -> None:
         self._stream.close()
 
-    def add(self, point: Point, result: Result) -> None:
+    def add(self, point: Point, result: PointResult) -> None:
         """Write a result, and let it leave this process."""
         self.results[point.key] = result
         self._write({"point": point.key, **asdict(result)})
@@ -77,7 +77,7 @@ class ResultsFile:
             self._compare(json.loads(lines[0])["settings"], settings)
             for line in lines[1:]:
                 values = json.loads(line)
-                self.results[values["point"]] = Result(**{name: values[name] for name in RESULT_COLUMNS})
+                self.results[values["point"]] = PointResult(**{name: values[name] for name in RESULT_COLUMNS})
         except (ValueError, KeyError, TypeError):
             raise UsageError(f"{self.path}: is not a results file of this program; start again with --fresh") from None
 

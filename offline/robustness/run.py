@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tendond.daemon.control.state import CycleSetup
 from tendond.offline.files import write_whole
-from tendond.offline.robustness.evaluate import RESULT_COLUMNS, Result, rig_of
+from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult, rig_of
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
 from tendond.offline.robustness.points import AXES, Point, points_of
 from tendond.offline.robustness.results import ResultsFile
@@ -17,7 +17,7 @@ from tendond.offline.robustness.settings import Settings
 
 POINT_COLUMNS = tuple(field.name for field in fields(Point))
 
-Rows = list[tuple[Point, Result]]
+Rows = list[tuple[Point, PointResult]]
 Executor = Callable[[Sequence[Chunk]], Generator[Done, None, None]]
 Report = Callable[[int, int, int], None]
 """Called with the points done, their total number, and how many miss the goal."""

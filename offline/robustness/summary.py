@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from tendond.offline.robustness.alarms import FALSE, TRUE
-from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, Result
+from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, PointResult
 from tendond.offline.robustness.points import Point
 from tendond.offline.robustness.run import Rows
 
@@ -56,7 +56,7 @@ def summary(rows: Rows, settings: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def misses(result: Result) -> tuple[str, ...]:
+def misses(result: PointResult) -> tuple[str, ...]:
     """The parts of the goal that a point misses; 'fault' alone where it ended in one."""
     if result.mode != "tracking":
         return ("fault",)
@@ -73,7 +73,7 @@ def counts(rows: Rows) -> dict[str, int]:
     return {("misses_" if name in PARTS else "") + name: value for name, value in found.items()}
 
 
-def worst(rows: Rows, measure: str) -> tuple[Point, Result] | None:
+def worst(rows: Rows, measure: str) -> tuple[Point, PointResult] | None:
     """The point that is worst in a measure; none where no point has it."""
     if measure == "impact_settling_iterations":
         rows = [(point, result) for point, result in rows if point.impact_n and result.mode]
@@ -102,7 +102,7 @@ def _group(key: tuple[str, str], rows: Rows) -> dict[str, Any]:
     }
 
 
-def alarms(rows: Iterable[tuple[Point, Result]]) -> dict[str, int]:
+def alarms(rows: Iterable[tuple[Point, PointResult]]) -> dict[str, int]:
     """Faults by whether they were true alarms; see `alarms.judge_alarm`."""
     found = {TRUE: 0, FALSE: 0}
     for _, result in rows:
@@ -111,7 +111,7 @@ def alarms(rows: Iterable[tuple[Point, Result]]) -> dict[str, int]:
     return found
 
 
-def _faults(rows: Iterable[tuple[Point, Result]]) -> dict[str, int]:
+def _faults(rows: Iterable[tuple[Point, PointResult]]) -> dict[str, int]:
     found: dict[str, int] = {}
     for _, result in rows:
         if result.mode != "tracking":

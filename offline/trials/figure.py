@@ -5,13 +5,13 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from tendond.offline.plots.style import OURS, REFERENCE, save, style
-from tendond.offline.trials.measure import Outcome
+from tendond.offline.trials.measure import TrialOutcome
 from tendond.offline.trials.paths import Trial
 
 VIEWS = (("x", "y", 0, 1), ("x", "z", 0, 2), ("y", "z", 1, 2))
 
 
-def draw(trial: Trial, outcome: Outcome, path: Path, plant: str = "") -> Path:
+def draw(trial: Trial, outcome: TrialOutcome, path: Path, plant: str = "") -> Path:
     """Draw it into a PNG file; `plant`: in words, left out: the trial's."""
     with style():
         figure = Figure((12.0, 6.4), layout="constrained")

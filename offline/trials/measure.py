@@ -25,7 +25,7 @@ PLANAR_CYCLES = 250
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialOutcome:
     """Of a trial; the error is the distance of tip and reference from the trajectory's beginning on.
 
     Attributes:
@@ -65,7 +65,7 @@ class Outcome:
         }
 
 
-def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> Outcome:
+def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> TrialOutcome:
     """Run a trial to the end of its trajectory.
 
     Args:
@@ -103,12 +103,12 @@ def outcome_of(
     *, time: Array, tip: Array, reference: Array, tension: Array, limited: int,
     trajectory: SpatialReference, mode: str, reason: str,
     goal_mm: float,
-) -> Outcome:  # fmt: skip
+) -> TrialOutcome:  # fmt: skip
     """The numbers of what was seen; arguments as the attributes of `Outcome`, and the largest RMS that is wanted."""
     on_trajectory = time >= trajectory.approach_time
     error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_trajectory]
     rms = float(np.sqrt(np.mean(error**2)))
-    return Outcome(
+    return TrialOutcome(
         rms_mm=rms,
         worst_mm=float(error.max()),
         largest_change_n=float(np.abs(np.diff(tension[on_trajectory], axis=0)).max()),

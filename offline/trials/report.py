@@ -5,13 +5,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tendond.offline.trials.measure import Outcome
+from tendond.offline.trials.measure import TrialOutcome
 from tendond.offline.trials.paths import MATCHED_RMS_MM, UNLIKE_RMS_MM, Trial
 
 COLUMNS = ("rms_mm", "worst_mm", "largest_change_n", "least_tension_n", "peak_tension_n", "limited", "mode", "reason")
 
 
-def write(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any], out: Path) -> None:
+def write(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any], out: Path) -> None:
     """Write results.csv, summary.json and report.md.
 
     Args:
@@ -39,7 +39,7 @@ def write(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any], ou
     (out / "report.md").write_text(_report(some, outcomes, planar), encoding="utf-8")
 
 
-def _report(some: list[Trial], outcomes: list[Outcome], planar: dict[str, Any]) -> str:
+def _report(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any]) -> str:
     lines = [
         "# Trajectories in space, with the law 'sensitivity'",
         "",

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from tendond.offline.wiring.study import MOVED, PROBED, PULLED, RIGHT, Outcome
+from tendond.offline.wiring.study import MOVED, PROBED, PULLED, RIGHT, WiringOutcome
 
 
 @dataclass(frozen=True)
-class Row:
+class WiringRow:
     """The runs of a kind of mistake in a chain.
 
     Attributes:
@@ -34,20 +34,20 @@ class Row:
         return self.missed == 0
 
 
-def rows(outcomes: Iterable[Outcome]) -> list[Row]:
+def rows(outcomes: Iterable[WiringOutcome]) -> list[WiringRow]:
     """Gather outcomes into rows, in their order."""
-    groups: dict[tuple[str, str], list[Outcome]] = {}
+    groups: dict[tuple[str, str], list[WiringOutcome]] = {}
     for outcome in outcomes:
         groups.setdefault((outcome.chain, outcome.group), []).append(outcome)
     return [_row(chain, group, found) for (chain, group), found in groups.items()]
 
 
-def _row(chain: str, group: str, found: Sequence[Outcome]) -> Row:
+def _row(chain: str, group: str, found: Sequence[WiringOutcome]) -> WiringRow:
     right = group == RIGHT
     missed = [one for one in found if (one.noticed if right else not one.in_time)]
     refused = [one for one in found if one.noticed and one.seconds == 0.0]
     worst = max(missed, key=lambda one: one.moved, default=None)
-    return Row(
+    return WiringRow(
         chain=chain,
         group=group,
         runs=len(found),
@@ -61,7 +61,7 @@ def _row(chain: str, group: str, found: Sequence[Outcome]) -> Row:
     )
 
 
-def markdown(table: Sequence[Row]) -> str:
+def markdown(table: Sequence[WiringRow]) -> str:
     """Write the table for the documents."""
     lines = [
         f"The tip of a wrong rig may move by {100 * (MOVED + PROBED):g} % of the length, including the probe's 3 %, "

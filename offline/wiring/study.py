@@ -38,7 +38,7 @@ EVERY_LAW = ("tendons in another order and reversed",)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class WiringOutcome:
     """Of a run.
 
     Attributes:
@@ -87,7 +87,7 @@ def jobs(laws: Sequence[str], setups: int, groups: Sequence[str] | None = None) 
         yield Job(tuple(CHAINS)[number % 2], laws[number // 2 % len(laws)], None, number)
 
 
-def run_study(work: Sequence[Job], processes: int | None = None) -> Iterator[Outcome]:
+def run_study(work: Sequence[Job], processes: int | None = None) -> Iterator[WiringOutcome]:
     """Run jobs in a pool of processes, in their order."""
     count = processes or os.cpu_count() or 1
     if count == 1:
@@ -97,7 +97,7 @@ def run_study(work: Sequence[Job], processes: int | None = None) -> Iterator[Out
         yield from pool.map(run_job, work, chunksize=8)
 
 
-def run_job(job: Job) -> Outcome:
+def run_job(job: Job) -> WiringOutcome:
     """Run one."""
     if job.mistake is None:
         config, wires, text = right_rig(job)
@@ -106,7 +106,7 @@ def run_job(job: Job) -> Outcome:
     return run(_config(job.chain, job.law), mistake.wires(), mistake.group, mistake.name, job)
 
 
-def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> Outcome:
+def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> WiringOutcome:
     """Arm a rig on its wires, and watch it to its fault or for some seconds."""
     period = config.loop.period
     arm, count = round(ARM_SECONDS / period), round((ARM_SECONDS + 12.0 + TRACK_SECONDS) / period)
@@ -119,7 +119,7 @@ def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> Out
                 start = np.array(truth.position)
                 by = record.reply
                 if not record.accepted:
-                    return Outcome(group, name, job.law, job.chain, True, by, 0.0, 0.0, 0.0)
+                    return WiringOutcome(group, name, job.law, job.chain, True, by, 0.0, 0.0, 0.0)
             if record.tick < arm:
                 continue
             moved = max(moved, float(np.linalg.norm(np.array(truth.position) - start)))
@@ -135,7 +135,9 @@ def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> Out
     except ConvergenceError as error:
         noticed, by = False, f"the plant has no solution: {error}"
     limits = config.limits.tension_max
-    return Outcome(group, name, job.law, job.chain, noticed, by, seconds, moved / config.rod.length, pulled / limits)
+    return WiringOutcome(
+        group, name, job.law, job.chain, noticed, by, seconds, moved / config.rod.length, pulled / limits
+    )
 
 
 @cache

@@ -8,7 +8,7 @@ from tendond.daemon.recording.channels import STATE
 from tendond.daemon.recording.run_log import run_metadata
 from tendond.offline.logs import load
 from tendond.offline.logs.log import open_run
-from tendond.offline.replay.rerun import Outcome, rerun
+from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tests.golden.renew import what_changed
 from tests.golden.scripts import CYCLES, FOLDER, RUNS, record
 
@@ -24,7 +24,7 @@ def path_of(name: str) -> Path:
     return FOLDER / f"{name}.mcap"
 
 
-def replay(path: Path, first: int = 0) -> Outcome:
+def replay(path: Path, first: int = 0) -> ReplayOutcome:
     """To the last bit where the log is of this processor and these libraries."""
     run = open_run(path)
     here = run_metadata(run.config)

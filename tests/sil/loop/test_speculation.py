@@ -11,7 +11,7 @@ from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Wake
 from tendond.drivers.simulator.plant import Plant
-from tendond.offline.logs.log import Log, load
+from tendond.offline.logs.log import LogFile, load
 from tendond.schemas.config.rig import RigConfig, check_config
 from tests.sil.rig import Rig
 
@@ -54,7 +54,7 @@ class Speculating:
         return Wake(time.monotonic(), arrivals, 0.0, int(turn == 3), 1e-4)
 
 
-def run(path: Path, config: RigConfig, *, speculate: bool) -> Log:
+def run(path: Path, config: RigConfig, *, speculate: bool) -> LogFile:
     setup = CycleSetup.from_config(config)
     with Hub(config) as hub, RunLog(path, config, setup.rod) as run_log:
         pacer = Speculating(hub, Plant(config, setup.rod), speculate=speculate)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tendond.offline.wiring.report import markdown, rows
-from tendond.offline.wiring.study import CHAINS, RIGHT, Job, Outcome, jobs, run_job
+from tendond.offline.wiring.study import CHAINS, RIGHT, Job, WiringOutcome, jobs, run_job
 from tests.unit.cli.commands import tendond
 
 LAWS = ("backstepping", "sliding_mode", "sensitivity")
@@ -41,8 +41,8 @@ def test_every_order_and_sign_of_the_tendons_is_among_the_runs() -> None:
     assert sum(job.chain == "ideal" and job.law == "backstepping" for job in ALL) >= 24 * 16 - 1 + 70
 
 
-def outcome(group: str, *, noticed: bool, moved: float) -> Outcome:
-    return Outcome(group, "one", "backstepping", "ideal", noticed, "wiring: it is", 1.0, moved, 0.1)
+def outcome(group: str, *, noticed: bool, moved: float) -> WiringOutcome:
+    return WiringOutcome(group, "one", "backstepping", "ideal", noticed, "wiring: it is", 1.0, moved, 0.1)
 
 
 def test_a_row_falls_short_by_what_is_missed_late_or_a_false_alarm() -> None:

@@ -6,21 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.offline.bench.profiles import HEADING, LAWS, TICK, Row, profile_config, run_profile
+from tendond.offline.bench.profiles import HEADING, LAWS, TICK, ProfileRow, profile_config, run_profile
 from tendond.schemas.config.presets import PROFILES
 
 DOCS = Path(__file__).parents[3] / "docs" / "simulator.md"
 
 
 @pytest.fixture(scope="module")
-def rows() -> dict[tuple[str, str], Row]:
+def rows() -> dict[tuple[str, str], ProfileRow]:
     return {(profile, law): run_profile(profile, law) for profile in PROFILES for law in LAWS}
 
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_law_settles_within_5_percent_stays_there_and_never_faults(
-    rows: dict[tuple[str, str], Row], profile: str, law: str
+    rows: dict[tuple[str, str], ProfileRow], profile: str, law: str
 ) -> None:
     row = rows[profile, law]
     assert row.fault == ""
@@ -32,7 +32,7 @@ def test_the_law_settles_within_5_percent_stays_there_and_never_faults(
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("profile", ["rig", "nasty"])
 def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_written_does(
-    rows: dict[tuple[str, str], Row], profile: str, law: str
+    rows: dict[tuple[str, str], ProfileRow], profile: str, law: str
 ) -> None:
     smooth, chattering = rows[profile, law], run_profile(profile, law, profile_config(profile, law, sampled=False))
     assert chattering.settled is not None  # it tracks, but its servos would not last
@@ -44,7 +44,7 @@ def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_writte
         assert smooth.reversals < 1.0 < chattering.reversals
 
 
-def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dict[tuple[str, str], Row]) -> None:
+def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dict[tuple[str, str], ProfileRow]) -> None:
     slow, fast = rows["rig", "backstepping"], rows["paper", "backstepping"]
     assert fast.settled is not None
     assert slow.settled is not None
@@ -52,7 +52,7 @@ def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dic
     assert fast.settled < slow.full_speed < slow.settled
 
 
-def test_the_table_in_the_docs_is_what_the_profiles_do(rows: dict[tuple[str, str], Row]) -> None:
+def test_the_table_in_the_docs_is_what_the_profiles_do(rows: dict[tuple[str, str], ProfileRow]) -> None:
     """Renew it with `tendond bench profiles`; noise rounds differently on other processors, hence the tolerance."""
     text = DOCS.read_text(encoding="utf-8")
     assert HEADING in text

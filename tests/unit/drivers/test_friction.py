@@ -10,7 +10,15 @@ import pytest
 
 from tendond.drivers.simulator.friction import TendonMiddles, between, grip
 from tendond.model import RodParameters
-from tendond.offline.bench.friction import COEFFICIENTS, FARTHEST, HEADING, STEPS, Loop, pull_and_release, run_rig
+from tendond.offline.bench.friction import (
+    COEFFICIENTS,
+    FARTHEST,
+    HEADING,
+    STEPS,
+    FrictionLoop,
+    pull_and_release,
+    run_rig,
+)
 
 ROD = RodParameters()
 ARM = 0.02
@@ -19,7 +27,7 @@ DOCS = Path(__file__).parents[3] / "docs" / "simulator.md"
 
 
 @cache
-def loop(coefficient: float) -> Loop:
+def loop(coefficient: float) -> FrictionLoop:
     return pull_and_release(coefficient, STIFFNESS)
 
 

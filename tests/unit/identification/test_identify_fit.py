@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from tendond.daemon.errors import UsageError
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.data import DataError, Recording
-from tendond.offline.identification.fit import Memory, Problem, bounded_step
+from tendond.offline.identification.fit import FitProblem, Memory, bounded_step
 from tendond.offline.identification.identify import Identification, Options, identify
 from tendond.offline.identification.parameter_file import parameter_file
 from tendond.offline.identification.parameters import chosen, nominal, starts, with_values
@@ -218,24 +218,24 @@ def test_an_interrupted_fit_goes_on_where_it_was_and_ends_at_the_same_bits(
     assert not (tmp_path / "whole").exists()
     folder = tmp_path / "state"
     made: list[Any] = []
-    honest = Problem.jacobian
+    honest = FitProblem.jacobian
 
-    def counted(self: Problem, at: Any) -> Any:
+    def counted(self: FitProblem, at: Any) -> Any:
         if len(made) == 2:
             raise KeyboardInterrupt
         made.append(at)
         return honest(self, at)
 
-    monkeypatch.setattr(Problem, "jacobian", counted)
+    monkeypatch.setattr(FitProblem, "jacobian", counted)
     with pytest.raises(KeyboardInterrupt):
         identify([free, weighted], [], options, memory=folder)
     assert list(folder.rglob("jacobian-*.npy"))
 
-    def noted(self: Problem, at: Any) -> Any:
+    def noted(self: FitProblem, at: Any) -> Any:
         made.append(at)
         return honest(self, at)
 
-    monkeypatch.setattr(Problem, "jacobian", noted)
+    monkeypatch.setattr(FitProblem, "jacobian", noted)
     resumed = identify([free, weighted], [], options, memory=folder)
     assert resumed.fit.coordinates.tobytes() == whole.fit.coordinates.tobytes()
     assert len({at.tobytes() for at in made}) == len(made), "a derivative was computed twice"
@@ -252,7 +252,7 @@ def test_another_fit_does_not_take_over_what_this_one_has_kept(tmp_path: Path) -
 
 def test_threads_and_their_number_make_no_difference(free: Recording) -> None:
     rows = [
-        Problem(
+        FitProblem(
             [Simulation(free, "measured")], chosen(("E", "delay")), starts(CONFIG, chosen(("E", "delay"))), None, jobs,
             lambda what, done, total: None,
         ).jacobian(np.zeros(2)).tobytes()

@@ -15,7 +15,7 @@ from tendond.daemon.errors import UsageError
 from tendond.offline.identification.data import DataError, load_recording, parse_weights
 from tendond.offline.identification.dry_run import dry_run, rig_of_model
 from tendond.offline.identification.plan import PlanError, Request, propose, proposed_weight
-from tendond.offline.identification.proof import Outcome, Task, coverage, met, truth
+from tendond.offline.identification.proof import ProofOutcome, ProofTask, coverage, met, truth
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.simulator import Weight
 from tendond.schemas.messages import ControlAction
@@ -195,7 +195,7 @@ def test_goals_and_coverage_are_counted_against_the_truth() -> None:
     true = truth("tool")
     values = {**true, "C": 1.3 * true["C"], "tip_mass": true["tip_mass"] + 0.0008}
     errors = {name: 0.01 * value for name, value in true.items()}
-    outcome = Outcome(Task("tool", 1, ""), values, errors, (), 30.0)
+    outcome = ProofOutcome(ProofTask("tool", 1, ""), values, errors, (), 30.0)
     assert met(outcome) == {"E": True, "rho": True, "Bbt": True, "C": False, "tip_mass": True, "delay": True}
     assert not met(replace(outcome, values={**true, "tip_mass": true["tip_mass"] - 0.001}))["tip_mass"]
     counted = coverage([outcome, replace(outcome, values={**values, "E": 1.015 * true["E"]})])

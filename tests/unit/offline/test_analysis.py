@@ -13,7 +13,7 @@ from rich.console import Console
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CYCLE, LOG, TRUTH
 from tendond.daemon.recording.recorder import CONFIG, Recorder
-from tendond.offline.logs.log import Log, LogError, load
+from tendond.offline.logs.log import LogError, LogFile, load
 from tendond.offline.logs.metrics import Metrics, Tracking, metrics, tracking
 from tendond.offline.logs.summary import summary, table, write_summary
 from tendond.offline.paper.published import SIMULATION
@@ -98,7 +98,7 @@ def run() -> list[CycleRecord]:
 
 
 @pytest.fixture
-def log(tmp_path: Path) -> Log:
+def log(tmp_path: Path) -> LogFile:
     return load(write_log(tmp_path / "run.mcap", run()))
 
 
@@ -118,7 +118,7 @@ def test_a_log_gives_back_what_was_recorded(tmp_path: Path) -> None:
     assert (log.timings, log.shapes) == ([], [])
 
 
-def test_a_shape_keeps_its_tick_its_ends_and_its_micrometres(log: Log) -> None:
+def test_a_shape_keeps_its_tick_its_ends_and_its_micrometres(log: LogFile) -> None:
     assert [tick for tick, _ in log.shapes] == list(range(0, 80, 5))
     tick, points = log.shapes[4]
     assert points.shape == (50, 3)
@@ -126,7 +126,7 @@ def test_a_shape_keeps_its_tick_its_ends_and_its_micrometres(log: Log) -> None:
     np.testing.assert_allclose(points[-1], run()[tick].measured or ZERO, atol=0.5e-6)
 
 
-def test_tracking_is_the_first_stretch_from_the_tip_as_it_was_when_tracking_began(log: Log) -> None:
+def test_tracking_is_the_first_stretch_from_the_tip_as_it_was_when_tracking_began(log: LogFile) -> None:
     found = tracking(log)
     assert list(found.ticks) == list(range(10, 70))
     np.testing.assert_array_equal(found.tip, [record.measured for record in run()[10:70]])
@@ -134,7 +134,7 @@ def test_tracking_is_the_first_stretch_from_the_tip_as_it_was_when_tracking_bega
     assert (found.target, found.axis) == (TARGET, 0)
 
 
-def test_a_summary_has_its_keys_and_nothing_else(log: Log, tmp_path: Path) -> None:
+def test_a_summary_has_its_keys_and_nothing_else(log: LogFile, tmp_path: Path) -> None:
     values = write_summary(log, tmp_path / "out" / "summary.json")
     assert json.loads((tmp_path / "out" / "summary.json").read_text()) == values == summary(log)
     assert list(values) == [
@@ -150,7 +150,7 @@ def test_a_summary_has_its_keys_and_nothing_else(log: Log, tmp_path: Path) -> No
     assert values["final_tip_m"] == list(run()[69].measured or ZERO)
 
 
-def test_the_table_shows_the_papers_numbers_where_it_has_the_law(log: Log) -> None:
+def test_the_table_shows_the_papers_numbers_where_it_has_the_law(log: LogFile) -> None:
     console = Console(width=100, record=True, file=StringIO())
     for law in (*SIMULATION, "other"):
         console.print(table(summary(log), law, SIMULATION.get(law)))
@@ -160,7 +160,7 @@ def test_the_table_shows_the_papers_numbers_where_it_has_the_law(log: Log) -> No
     assert text.count("paper") == 2 * len(SIMULATION)  # a column and a caption each
 
 
-def test_figures_are_drawn(log: Log, tmp_path: Path) -> None:
+def test_figures_are_drawn(log: LogFile, tmp_path: Path) -> None:
     paths = draw(log, tmp_path / "out")
     assert [path.name for path in paths] == [
         *("tip_x.png", "tip_z.png", "displacement.png", "error.png", "shapes.png", "overview.png")
@@ -187,7 +187,7 @@ def bulky() -> list[CycleRecord]:
     return [cycle_record(tick, terms=random.random(200).tolist()) for tick in range(300)]
 
 
-def test_a_cut_file_is_read_up_to_the_cut(log: Log, tmp_path: Path) -> None:
+def test_a_cut_file_is_read_up_to_the_cut(log: LogFile, tmp_path: Path) -> None:
     whole = write_log(tmp_path / "long.mcap", bulky())
     data, cut = whole.read_bytes(), tmp_path / "cut.mcap"
     counts = []

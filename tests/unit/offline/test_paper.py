@@ -17,7 +17,7 @@ from tendond.offline.paper.draw import figures
 from tendond.offline.paper.lyapunov import CAUSES, along_share, find_rises, measured_rate, rate_of
 from tendond.offline.paper.page import page
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
-from tendond.offline.paper.run import Run, Runs, process_pool, run_all, run_scenario
+from tendond.offline.paper.run import PaperRun, Runs, process_pool, run_all, run_scenario
 from tendond.offline.paper.scenarios import (
     DISTURBANCE,
     DISTURBED_AT,
@@ -74,7 +74,7 @@ def runs() -> Runs:
         return run_all([one for one in SCENARIOS.values() if one.name in RUN], pool, lambda name: None)
 
 
-def both(runs: Runs, scenario: str) -> tuple[Run, Run]:
+def both(runs: Runs, scenario: str) -> tuple[PaperRun, PaperRun]:
     return runs[scenario, "backstepping"], runs[scenario, "sliding_mode"]
 
 

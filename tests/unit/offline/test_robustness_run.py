@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from tendond.cli.app import app
 from tendond.daemon.errors import UsageError
 from tendond.offline.robustness import executors
-from tendond.offline.robustness.evaluate import Result, evaluate
+from tendond.offline.robustness.evaluate import PointResult, evaluate
 from tendond.offline.robustness.executors import Chunk, Done, ExecutorError, on_cluster, run_chunk
 from tendond.offline.robustness.figure import draw
 from tendond.offline.robustness.points import Point
@@ -152,8 +152,8 @@ def test_a_foreign_results_file_is_refused(tmp_path: Path) -> None:
 
 def test_never_settling_is_worse_than_any_number_and_is_named(whole: tuple[Rows, bytes]) -> None:
     rows = [
-        (NOMINAL, Result(settling_iterations=20, ripple_mm=0.3, mode="tracking", settles=True)),
-        (replace(NOMINAL, lag_part=0.5), Result(ripple_mm=0.1, mode="tracking")),
+        (NOMINAL, PointResult(settling_iterations=20, ripple_mm=0.3, mode="tracking", settles=True)),
+        (replace(NOMINAL, lag_part=0.5), PointResult(ripple_mm=0.1, mode="tracking")),
     ]
     slow, rough = worst(rows, "settling_iterations"), worst(rows, "ripple_mm")
     assert slow is not None

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
-from tendond.offline.logs.log import Log, load
+from tendond.offline.logs.log import LogFile, load
 from tendond.offline.plots.figures import shapes_figure
 from tests.golden.scripts import FOLDER
 
 
-def with_gravity(log: Log, *gravity: float) -> Log:
+def with_gravity(log: LogFile, *gravity: float) -> LogFile:
     rod = log.config.rod.model_copy(update={"gravity": gravity})
     return replace(log, config=log.config.model_copy(update={"rod": rod}))
 

@@ -178,9 +178,9 @@ def test_a_plan_that_the_rig_does_not_survive_is_refused() -> None:
         dry_run(config_with(), early)
 
 
-def test_limits_that_leave_no_way_are_said_so() -> None:
+def test_limits_that_leave_no_room_are_named() -> None:
     narrow = check_config({**BASE, "limits": {**BASE["limits"], "displacement_max": 0.001}}, "test")
-    with pytest.raises(PlanError, match="leave the tip no way to go"):
+    with pytest.raises(PlanError, match="leave the tip no room to move"):
         propose(narrow)
     with pytest.raises(PlanError, match="'jump': choose among sway, steps, chirp"):
         propose(config_with(), ("jump",))

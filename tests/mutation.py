@@ -62,7 +62,7 @@ TARGETS = {
         "unit/control/phases/test_prediction",
     ),
     "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
-    "space": _target("daemon/control/tasks/space", "unit/reference/test_spatial"),
+    "space": _target("daemon/control/tasks/space", "unit/control/phases/test_space"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
         "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_pulls "
@@ -71,7 +71,7 @@ TARGETS = {
     "rests": _target(
         "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "
         "daemon/control/commissioning/rests",
-        "unit/commissioning/test_rest_check unit/commissioning/test_wiring",
+        "unit/commissioning/test_rest_numbers",
     ),
     "monitors": _target(
         "daemon/control/commissioning/tracking daemon/control/phases/monitors", "unit/control/test_monitor_numbers"

@@ -50,7 +50,7 @@ TARGETS = {
         "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
-        "daemon/control/phases/modes",
+        "daemon/control/phases/modes daemon/control/phases/faults",
         "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults "
         "unit/control/test_fault_table unit/commissioning/test_refusals "
         "unit/control/test_sources unit/commissioning/test_probe",
@@ -64,7 +64,8 @@ TARGETS = {
     "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
     "space": _target("daemon/control/tasks/space", "unit/control/phases/test_space"),
     "commissioning": _target(
-        "daemon/control/commissioning/averages daemon/control/commissioning/probe daemon/control/commissioning/verdict",
+        "daemon/control/commissioning/averages daemon/control/commissioning/probe "
+        "daemon/control/commissioning/probe_plan daemon/control/commissioning/verdict",
         "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_pulls "
         "unit/commissioning/test_probe_rest unit/commissioning/test_verdict_numbers",
     ),
@@ -74,7 +75,9 @@ TARGETS = {
         "unit/commissioning/test_rest_numbers",
     ),
     "monitors": _target(
-        "daemon/control/commissioning/tracking daemon/control/phases/monitors", "unit/control/test_monitor_numbers"
+        "daemon/control/commissioning/tracking daemon/control/commissioning/swing "
+        "daemon/control/commissioning/jump daemon/control/phases/monitors",
+        "unit/control/test_monitor_numbers",
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }

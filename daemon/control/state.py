@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.actuation import lag_share
 from tendond.daemon.control.commissioning.averages import RESTLESS, RestWatch
-from tendond.daemon.control.commissioning.probe import Probe, ProbePlan, probe_limits
+from tendond.daemon.control.commissioning.jump import JumpWatch
+from tendond.daemon.control.commissioning.probe import Probe
+from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_limits
 from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests
-from tendond.daemon.control.commissioning.tracking import JumpWatch, TrackingBounds, TrackingWatch
+from tendond.daemon.control.commissioning.tracking import TrackingBounds, TrackingWatch
 from tendond.daemon.control.gains import observer_gains
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import PlanCache, Selection

@@ -6,7 +6,6 @@
 Of a process that is killed, `StreamReader` reads everything up to the last flush, at most a second before the end.
 """
 
-import importlib.util
 import math
 import threading
 import time
@@ -17,15 +16,11 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple, Self
 
-from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import CompressionType, Writer
 from pydantic import BaseModel
 
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.recording.channels import BEGINNING, CHANNELS, Channel, M
-
-METADATA = "tendond"
-"""Name of the metadata record that makes an MCAP file one of our logs."""
+from tendond.daemon.recording.channels import BEGINNING, Channel, M
+from tendond.daemon.recording.mcap_file import McapFile, reason_of
 
 CONFIG = "rig.json"
 """Name of the attachment that holds the configuration, so that the file replays on its own."""
@@ -36,7 +31,6 @@ CALIBRATION = "calibration.json"
 PART = "part"
 """Name in the metadata of the number of a file in its run, from 0."""
 
-CHUNK_BYTES = 128 * 1024
 FLUSH_SECONDS = 0.5
 """Longest wait of an entry before it is flushed to the disk [s]."""
 
@@ -139,15 +133,17 @@ class Recorder:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self._next_file()
         except OSError as error:
-            raise RecorderError(f"{self.path}: no log can be written: {_reason(error)}; choose another file") from error
+            raise RecorderError(
+                f"{self.path}: no log can be written: {reason_of(error)}; choose another file"
+            ) from error
         self._accepting = True
         self._thread.start()
 
-    def _next_file(self) -> "_File":
+    def _next_file(self) -> "McapFile":
         path = self.path if self._part == 0 else part_path(self.path, self._part)
         if self._before_file is not None:
             self._before_file(path)
-        return _File(path, {**self._metadata, PART: str(self._part)}, self._attachments)
+        return McapFile(path, {**self._metadata, PART: str(self._part)}, self._attachments)
 
     def put(self, channel: Channel[M], log_time_ns: int, message: M | Callable[[], M]) -> bool:
         """Queue a message; never waits, never raises.
@@ -221,7 +217,7 @@ class Recorder:
             self._write_until_closed()
             self._file.finish()
         except Exception as error:  # a full disk, as a rule: control goes on without a log, and says so
-            self._end(_reason(error))
+            self._end(reason_of(error))
             self._file.abandon()
 
     def _write_until_closed(self) -> None:
@@ -307,72 +303,3 @@ class Recorder:
 
 def _single(channel: Channel[Any], message: BaseModel | Callable[[], BaseModel], time_ns: int) -> list[Message]:
     return [(channel, message, time_ns)]
-
-
-class _File:
-    """The MCAP file. After the first error mcap's writer holds half a chunk and must not be used again."""
-
-    def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str]) -> None:
-        self._begun = time.monotonic()
-        self._stream = path.open("xb")
-        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=_compression())
-        try:
-            self._begin(metadata, attachments)
-        except OSError:
-            self.abandon()
-            raise
-
-    def _begin(self, metadata: dict[str, str], attachments: dict[str, str]) -> None:
-        self._writer.start()
-        self._writer.add_metadata(METADATA, metadata)
-        now_ns = time.time_ns()
-        for name, text in attachments.items():
-            media_type = "application/json" if name.endswith(".json") else "text/plain"
-            self._writer.add_attachment(now_ns, now_ns, name, media_type, text.encode())
-        # Channels now: their schemas take milliseconds, which the control loop would feel later.
-        self._channels: dict[str, int] = {}
-        for channel in CHANNELS:
-            schema = self._writer.register_schema(channel.schema_name, SchemaEncoding.JSONSchema, channel.schema())
-            self._channels[channel.topic] = self._writer.register_channel(channel.topic, MessageEncoding.JSON, schema)
-        self.flush()
-
-    @property
-    def size(self) -> int:
-        """Size on the disk, without the chunk in progress [bytes]."""
-        return self._stream.tell()
-
-    @property
-    def age(self) -> float:
-        """[s]"""
-        return time.monotonic() - self._begun
-
-    def write(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Add a message to the chunk in progress, which goes to the disk when it is full."""
-        self._writer.add_message(self._channels[topic], time_ns, data, publish_time=time_ns)
-
-    def flush(self) -> None:
-        """Close the chunk in progress and hand everything to the kernel: a kill cannot undo it, a power cut can."""
-        self._writer.flush()
-
-    def finish(self) -> None:
-        """Summary and end."""
-        self._writer.finish()
-        self._stream.close()
-
-    def abandon(self) -> None:
-        """Close as it is."""
-        with suppress(OSError):  # it tries to write what it still holds, which fails again, and closes all the same
-            self._stream.close()
-
-
-def _compression() -> CompressionType:
-    """The best that is installed."""
-    if importlib.util.find_spec("zstandard"):
-        return CompressionType.ZSTD
-    return CompressionType.LZ4 if importlib.util.find_spec("lz4") else CompressionType.NONE
-
-
-def _reason(error: Exception) -> str:
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror
-    return f"{type(error).__name__}: {error}".splitlines()[0]

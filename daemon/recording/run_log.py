@@ -1,19 +1,13 @@
 """The log of a run: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
 
-import platform
-import subprocess
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple, Self
 
-import llvmlite.binding
-
-from tendond import __version__
 from tendond.daemon.control.snapshot import StateSnapshot, encode_state
 from tendond.daemon.control.state import CycleState
 from tendond.daemon.recording import foxglove
@@ -31,6 +25,7 @@ from tendond.daemon.recording.channels import (
 )
 from tendond.daemon.recording.recorder import CALIBRATION, CONFIG, Counts, Message, Recorder
 from tendond.daemon.recording.retention import Retention
+from tendond.daemon.recording.run_metadata import run_metadata
 from tendond.daemon.recording.thinning import Kept, Thinning
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
@@ -39,8 +34,6 @@ from tendond.schemas.calibration import Calibration
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
-
-LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
 
 SNAPSHOT_SECONDS = 1.0
 """Time between two states in the log, each of which a replay can start from [s]."""
@@ -273,38 +266,3 @@ def _frames(now: int, record: CycleRecord) -> foxglove.FrameTransforms:
     if record.inputs.pose is not None:
         frames["tip_measured"] = (record.inputs.pose.position, record.inputs.pose.orientation)
     return foxglove.frame_transforms(now, frames)
-
-
-def run_metadata(config: RigConfig) -> dict[str, str]:
-    """Whose log this is, and of which code: revision and versions."""
-    versions = {}
-    for name in LIBRARIES:
-        try:
-            versions[name] = version(name)
-        except PackageNotFoundError:
-            versions[name] = "unknown"
-    return {
-        "rig": config.rig.name,
-        "tendond": __version__,
-        "revision": _revision(),
-        "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}",
-        "cpu": llvmlite.binding.get_host_cpu_name(),  # compiled code, and so the last bit, is the processor's own
-        **versions,
-    }
-
-
-def _revision() -> str:
-    """Return the revision of the working copy, if it is one."""
-    try:
-        result = subprocess.run(
-            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
-            cwd=Path(__file__).resolve().parent,
-            capture_output=True,
-            text=True,
-            timeout=2.0,
-            check=True,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
-    return result.stdout.strip()

@@ -6,30 +6,26 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 
-import numpy as np
-
 from tendond.bus.systemd import Supervisor
 from tendond.daemon.control.cycle import respond
-from tendond.daemon.control.phases.admission import describe_refusals
 from tendond.daemon.control.phases.modes import ACTIVE, is_taut
 from tendond.daemon.control.record import Response, write_record
-from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.emergency import RELEASE_SECONDS, next_seq, release_at_once, slack_command
 from tendond.daemon.runtime.health import Health
 from tendond.daemon.runtime.pacing import Pacer
 from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.request_queue import RequestQueue
+from tendond.daemon.runtime.status import status_of
 from tendond.daemon.runtime.warm_up import warm_up
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TendonCommand, TipPose
+from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
 from tendond.schemas.wire import decode, encode
 
 STATUS_SECONDS = 1.0
-RELEASE_SECONDS = 4.0
-"""Longest release after SIGTERM, before the loop ends all the same [s]."""
 
 COLLECT_EVERY = 100
 """Cycles between two collections of the youngest garbage."""
@@ -96,12 +92,12 @@ class Loop:
         except Exception as error:
             self._supervisor.stopping()
             self._run_log.crash(traceback.format_exc())
-            self._let_go()
+            release_at_once(self._setup.config, self._hub)
             raise DaemonError(f"the controller failed: {type(error).__name__}: {error}; see its log") from error
         finally:
             gc.enable()
             self._supervisor.stopping()
-            self._hub.publish_last(_slack(self._setup, self._next_seq))
+            self._hub.publish_last(slack_command(self._setup.rod.parameters.tendon_count, next_seq(self._hub)))
 
     def speculate(self, arrivals: Arrivals) -> None:
         """The coming cycle on what has arrived so far: if nothing else comes, its command is ready at the deadline.
@@ -117,38 +113,6 @@ class Loop:
             else:
                 pose = decode(TipPose, encode(pose.model_copy(update={"seq": pose.seq + 1})))
                 encode(respond(self._setup, self._state, CycleInputs(pose=pose)).command.stamped(time.monotonic_ns()))
-
-    @property
-    def _next_seq(self) -> int:
-        """Count of the next command: drivers drop one whose count does not increase."""
-        return 0 if self._hub.last_command is None else self._hub.last_command.seq + 1
-
-    def _let_go(self) -> None:
-        """Release the tendons without the cycle, along a ramp, from what was commanded last.
-
-        The ramp is `limits.release_rate`, or as steep as it must be to end within `RELEASE_SECONDS`.
-        """
-        config, last = self._setup.config, self._hub.last_command
-        if last is None or not last.armed:
-            return
-        tension, displacement = np.array(last.tension), np.array(last.displacement)
-        rate = max(config.limits.release_rate, float(np.max(tension)) / RELEASE_SECONDS)
-        while np.any(tension > 0.0):
-            less = np.maximum(tension - rate * config.loop.period, 0.0)
-            left = float(np.sum(less) / np.sum(tension))
-            displacement = np.where(displacement > 0.0, left * displacement, displacement)
-            tension = less
-            self._hub.publish_command(
-                TendonCommand(
-                    seq=self._next_seq,
-                    stamp_ns=time.monotonic_ns(),
-                    pose_seq=None,
-                    displacement=tuple(displacement.tolist()),
-                    tension=tuple(tension.tolist()),
-                    armed=True,
-                )
-            )
-            time.sleep(config.loop.period)
 
     def _run(self, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None) -> None:
         published: object = None  # the last status, for its changes
@@ -238,26 +202,8 @@ class Loop:
 
     def _status(self, record: CycleRecord) -> Status:
         self._status_seq += 1
-        control = self._setup.config.control
-        return Status(
-            seq=self._status_seq,
-            stamp_ns=time.monotonic_ns(),
-            rig=self._setup.config.rig.name,
-            mode=record.mode,
-            reason=record.reason,
-            tick=record.tick,
-            law=record.law,
-            feedback=control.feedback,
-            tip=record.measured,
-            target=record.reference.target,
-            tension=record.command.tension,
-            tension_estimate=record.tension_estimate,
-            displacement=record.command.displacement,
-            rejected=self._state.rejected,
-            sources=_names(self._state.sources),
-            refused=describe_refusals(self._state),
-            loop=self._health.report(self._run_log.dropped, self._run_log.error, self._run_log.days_left),
-        )
+        health = self._health.report(self._run_log.dropped, self._run_log.error, self._run_log.days_left)
+        return status_of(self._setup.config, self._state, record, self._status_seq, health)
 
 
 def _inputs(
@@ -278,14 +224,6 @@ def _inputs(
     )
 
 
-def _names(sources: Sources) -> dict[str, tuple[str, ...]]:
-    """Identities by key: the followed publisher's first, then that of another one."""
-    names: dict[str, tuple[str, ...]] = {topic: (one.name,) for topic, one in sources.followed.items()}
-    for topic, other in sources.others.items():
-        names[topic] = (*names.get(topic, ()), other.name)
-    return names
-
-
 def _in_words(record: CycleRecord) -> str:
     """Mode and reason."""
     return f"{record.mode.value}: {record.reason}" if record.reason else record.mode.value
@@ -294,11 +232,3 @@ def _in_words(record: CycleRecord) -> str:
 def _holding(state: CycleState) -> bool:
     """True if any tendon may still be taut."""
     return state.mode in (*ACTIVE, Mode.RELEASING) or is_taut(state)
-
-
-def _slack(setup: CycleSetup, tick: int) -> TendonCommand:
-    """The command that is safe whatever has happened."""
-    zeros = (0.0,) * setup.rod.parameters.tendon_count
-    return TendonCommand(
-        seq=tick, stamp_ns=time.monotonic_ns(), pose_seq=None, displacement=zeros, tension=zeros, armed=False
-    )

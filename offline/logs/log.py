@@ -21,7 +21,8 @@ from pydantic import ValidationError
 
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel, M
-from tendond.daemon.recording.recorder import CALIBRATION, CONFIG, METADATA, PART
+from tendond.daemon.recording.mcap_file import METADATA
+from tendond.daemon.recording.recorder import CALIBRATION, CONFIG, PART
 from tendond.offline.logs.container import Damage, records
 from tendond.offline.logs.container import LogError as LogError
 from tendond.schemas.calibration import Calibration

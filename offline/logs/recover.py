@@ -9,7 +9,7 @@ from mcap.writer import CompressionType, Writer
 from tendond import __version__
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.channels import CYCLE, STATE
-from tendond.daemon.recording.recorder import CHUNK_BYTES
+from tendond.daemon.recording.mcap_file import CHUNK_BYTES
 from tendond.offline.logs.container import Damage, LogError, records
 from tendond.offline.logs.ticks import left_out_before, ranges, tick_of
 

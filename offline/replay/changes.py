@@ -5,7 +5,7 @@ import tomllib
 from typing import Any
 
 from tendond.daemon.errors import UsageError
-from tendond.daemon.recording.run_log import run_metadata
+from tendond.daemon.recording.run_metadata import run_metadata
 from tendond.offline.logs.log import Run
 from tendond.offline.replay.difference import MISSING, compare
 from tendond.schemas.config.control import ControlSection

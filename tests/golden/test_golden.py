@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.recording.channels import STATE
-from tendond.daemon.recording.run_log import run_metadata
+from tendond.daemon.recording.run_metadata import run_metadata
 from tendond.offline.logs import load
 from tendond.offline.logs.log import open_run
 from tendond.offline.replay.rerun import ReplayOutcome, rerun

@@ -9,21 +9,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tendond.daemon.control.commissioning.swing import Swing
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config.rig import RigConfig
-
-SWINGS = 12
-"""Half periods of a swing that count as sustained."""
-
-DYING = 0.6
-"""Size of the last half period, of the largest, below which a swing dies down: damping ratio 0.014 over twelve."""
-
-EVEN = 3.0
-"""Longest half period, of their mean: a longer one is a rest between two swings, as a transient and a push
-leave it. Two that alternate, however unequal, last at most twice their mean."""
-
-SLOWEST = 0.4
-"""Lowest frequency of a swing that is watched for [Hz]."""
 
 REST_SPEED = 0.01
 """Speed below which a reference rests, of the rod's length per second."""
@@ -31,66 +19,22 @@ REST_SPEED = 0.01
 MOVING = 2.5
 """Factor on the tolerated distance and swing while the reference moves."""
 
-BEFORE_AND_AFTER = 0.3
-"""Motion in the poses before and after a jump, of the jump, that shows a tip that really moved."""
-
-POSES_AFTER = 3
-"""Number of poses in a row in which a tip that has jumped moves no further. One that was hit springs back: stiff
-tendons, noise and the turning point of a push of a single cycle leave one small step, not three."""
-
-
-@dataclass(frozen=True)
-class Swing:
-    """Reversals of one signal.
-
-    Attributes:
-        up: it rises. extreme: since the last reversal.
-        reversals: tick and size of the newest ones, at most `SWINGS`.
-    """
-
-    up: bool = True
-    extreme: float = -math.inf
-    reversals: tuple[tuple[int, float], ...] = ()
-
-    def add(self, value: float, tick: int, hysteresis: float) -> "Swing":
-        """Return the swing with one more value; one that turns by less than `hysteresis` has not turned."""
-        sign = 1.0 if self.up else -1.0
-        if sign * value >= sign * self.extreme:
-            return Swing(self.up, value, self.reversals)
-        size = sign * (self.extreme - value)
-        if size < hysteresis:
-            return self
-        return Swing(not self.up, value, (*self.reversals, (tick, self.extreme))[-SWINGS - 1 :])
-
-    def sustained(self, period: float) -> tuple[float, float] | None:
-        """Return size and frequency [Hz] of a swing that does not die down; none where there is none."""
-        if len(self.reversals) <= SWINGS:
-            return None
-        sizes = [abs(b[1] - a[1]) for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
-        half_periods = [b[0] - a[0] for a, b in zip(self.reversals, self.reversals[1:], strict=False)]
-        seconds = sum(half_periods) * period
-        frequency = 0.5 * SWINGS / max(seconds, period)
-        if frequency < SLOWEST or min(sizes[-2:]) < DYING * max(sizes):
-            return None
-        if max(half_periods) * SWINGS > EVEN * sum(half_periods):
-            return None
-        return sizes[-1], frequency
-
 
 @dataclass(frozen=True)
 class TrackingBounds:
     """Tolerances during tracking; times in cycles.
 
     Attributes:
-        period: of the cycle [s]. length: of the rod [m].
-        error: of the tip against its reference [m]; error_time: for which it may be larger.
-        swing, tension_swing: of tip [m] and command [N] that may go on for ever.
-        orientation: between measured and model's tip [rad]; orientation_time: for which it may be larger.
-        jump: of the tip between two poses [m].
-        load_max: of a reported tension [N]; load_apart: of it beyond twice the model's [N].
-        displacement_min, displacement_max: of a reported displacement [m].
-        report_time: for which reports may be beyond.
-        age: of a pose [s]; age_time: for which poses may be older.
+        period: period of the cycle [s]. length: length of the rod [m].
+        error: distance of the tip from its reference [m]; error_time: time for which it may be larger.
+        swing, tension_swing: size of a sustained swing of tip [m] and command [N].
+        orientation: angle between the measured and the model's tip [rad]; orientation_time: time for which it may be
+            larger.
+        jump: step of the tip between two poses [m].
+        load_max: largest reported tension [N]; load_excess: excess of a reported tension over twice the model's [N].
+        displacement_min, displacement_max: range of a reported displacement [m].
+        report_time: time for which reports may be beyond.
+        pose_age_max: age of a pose [s]; pose_age_time: time for which poses may be older.
     """
 
     period: float
@@ -144,11 +88,11 @@ class TrackingWatch:
     """Observations since tracking began.
 
     Attributes:
-        error_run: cycles at more than the allowed distance; error: that distance now [m].
-        tip: swings of the tip's three coordinates about its reference, since that last started, stopped or turned back.
-        tension: of each tendon's command.
+        error_cycles: cycles at more than the tolerated distance; error: that distance now [m].
+        tip_swings: swings of the tip's coordinates about its reference, since that last started, stopped or turned.
+        tension_swings: swings of each tendon's command.
         heading: velocity of the reference in the cycle before [m/s]; zeros where it rested.
-        orientation_run: cycles at more than the allowed angle; angle: now [rad].
+        orientation_cycles: cycles at more than the tolerated angle; angle: now [rad].
     """
 
     error_cycles: int = 0
@@ -240,65 +184,6 @@ def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool
                 "not settle; lower observer.integral, or set observer.delay and rod.tip_mass"
             )
     return ""
-
-
-@dataclass(frozen=True)
-class JumpWatch:
-    """The last steps of the measured tip.
-
-    Attributes:
-        last: the newest step [m]; per cycle, as `size`.
-        before: where the tip was before a step that looks like a jump [m]; none where none does.
-        size: of that step [m].
-        lasting: a tip has jumped and rests where it jumped to.
-        over: the pose before the newest one was not believed: a difference of the two is no speed.
-        rested: poses since such a step, in which the tip stayed where it had gone to.
-        gap: cycles over which the distance to the newest pose may be spread: poses that were held up come in quick
-            succession afterwards, and each of them then goes further than its own interval says.
-    """
-
-    last_step: float = 0.0
-    origin: Vector3 | None = None
-    step_size: float = 0.0
-    persistent: bool = False
-    pose_distrusted: bool = False
-    rested: int = 0
-    gap_cycles: int = 1
-
-    @property
-    def withheld(self) -> bool:
-        """True if the newest pose is not to be believed yet."""
-        return self.origin is not None
-
-
-def watch_jump(
-    bounds: TrackingBounds, watch: JumpWatch, interval: int, distance: float, change: float, before: Vector3
-) -> JumpWatch:
-    """Return the watch after a fresh pose.
-
-    A tip has mass: it does not move by a jump in one interval, and rest before and after. One that goes on moving was
-    hit; one that is back was seen wrongly once.
-
-    Args:
-        bounds: of what is tolerated. watch: so far.
-        interval: cycles since the pose before.
-        distance: travelled by the measured tip since then [m].
-        change: of measured against model tip since then [m].
-        before: measured tip before the step [m].
-    """
-    gap = max(interval, watch.gap_cycles - 1)
-    step = distance / gap
-    if watch.origin is not None:
-        if step >= BEFORE_AND_AFTER * watch.step_size:
-            return JumpWatch(step, step_size=watch.step_size, pose_distrusted=True, gap_cycles=gap)
-        rested = watch.rested + 1
-        if rested < POSES_AFTER:
-            return JumpWatch(step, origin=watch.origin, step_size=watch.step_size, rested=rested, gap_cycles=gap)
-        return JumpWatch(
-            step, persistent=True, step_size=watch.step_size, pose_distrusted=True, rested=rested, gap_cycles=gap
-        )
-    sudden = min(distance, change) > bounds.jump * gap and watch.last_step < BEFORE_AND_AFTER * step
-    return JumpWatch(step, origin=before if sudden else None, step_size=step, gap_cycles=gap)
 
 
 def tip_angle(one: Quaternion, other: Quaternion) -> float:

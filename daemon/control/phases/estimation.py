@@ -5,9 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.commissioning.probe import Phase, advance_probe
+from tendond.daemon.control.commissioning.probe import advance_probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.admission import lengthened
-from tendond.daemon.control.phases.modes import ACTIVE, slack_tendon
+from tendond.daemon.control.phases.faults import slack_tendon
+from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.daemon.control.phases.monitors import watch_jumps
 from tendond.daemon.control.state import CycleSetup, CycleState, changed
 from tendond.model.estimation.observer import observe

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendond.daemon.control.commissioning.averages import RestWatch
-from tendond.daemon.control.commissioning.probe import Phase, Probe, start_probe
+from tendond.daemon.control.commissioning.probe import Probe, start_probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.phases.admission import describe_refusals
+from tendond.daemon.control.phases.faults import find_fault, in_seconds
 from tendond.daemon.control.phases.monitors import (
-    monitored_fault,
     pose_age_objection,
     watch_pose_age,
     watch_reports,
@@ -186,81 +187,18 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
     if state.pose_age is None:
         return describe_refusals(state) or "no pose of the tip has arrived yet"
     if state.pose_age > setup.thresholds.pose_timeout:
-        return f"the newest pose is {_seconds(setup, state.pose_age)} old"
+        return f"the newest pose is {in_seconds(setup, state.pose_age)} old"
     if state.tendon_state is None and setup.config.servo is not None:
         return "the servo driver has not reported yet"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"the tendon driver reports {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > setup.thresholds.tendon_timeout:
-        return f"the tendon driver has said nothing for {_seconds(setup, state.tendon_age)}"
+        return f"the tendon driver has said nothing for {in_seconds(setup, state.tendon_age)}"
     if state.bad_cycles.solver_failures:
         return "the model has no solution"
     if old := pose_age_objection(setup, state, 1):
         return old
     return "" if setup.rests is None else rest_objection(setup.rests, state.rest_watch)
-
-
-def find_fault(setup: CycleSetup, state: CycleState) -> str:
-    """Return the reason to end pretension or tracking now; empty if there is none."""
-    limits, bad, allowed = setup.config.faults, state.bad_cycles, setup.thresholds
-    if second_source := state.sources.in_words():
-        return second_source
-    if bad.missed_ticks >= allowed.overrun_time:
-        return f"overrun: {bad.missed_ticks} deadlines missed in a row"
-    if state.pose_age is None or state.pose_age > allowed.pose_timeout:
-        if state.pose_age is None:
-            return "no pose"
-        cause = "occluded: the tip was not seen" if bad.occluded else "pose stale: none accepted"
-        return f"{cause} for {_seconds(setup, state.pose_age)}"
-    if bad.teleports >= allowed.teleport_time:
-        return f"teleport: poses beyond what the tip can do for {_seconds(setup, bad.teleports)}"
-    if bad.rejected >= allowed.rejected_time:
-        return f"bad poses: {bad.objection or 'unreadable'} for {_seconds(setup, bad.rejected)}"
-    if bad.solver_failures > allowed.solver_timeout:
-        return f"model: no solution for {_seconds(setup, bad.solver_failures)}"
-    if bad.limited >= allowed.limit_time:
-        return f"limits: the command stood at one for {_seconds(setup, bad.limited)}"
-    if state.tendon_state is not None and state.tendon_state.fault:
-        return f"tendons: {state.tendon_state.fault}"
-    if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
-        return f"tendons stale: no state for {_seconds(setup, state.tendon_age)}"
-    if (
-        state.mode is not Mode.PROBE
-        and bad.equal_poses >= allowed.frozen_time
-        and state.path_length > limits.frozen_distance
-    ):
-        duration = _seconds(setup, bad.equal_poses)
-        return f"pose frozen: equal ones for {duration} while the model's tip went {state.path_length * 1e3:.0f} mm"
-    if bad.mismatches >= allowed.mismatch_time:
-        apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
-        return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {_seconds(setup, bad.mismatches)}"
-    if monitored := monitored_fault(setup, state):
-        return monitored
-    if bad.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
-        assert state.tendon_state is not None
-        return (
-            f"tendon {tendon} slack: {state.tendon_state.tension[tendon]:.1f} N reported where the model has "
-            f"{state.tension_estimate[tendon]:.1f} N, for {_seconds(setup, bad.slack)}; is it cut, or off its spool?"
-        )
-    return ""
-
-
-def _seconds(setup: CycleSetup, cycles: int) -> str:
-    """A number of cycles as a time, for people."""
-    return f"{cycles * setup.config.loop.period:.3g} s"
-
-
-def slack_tendon(setup: CycleSetup, state: CycleState) -> int | None:
-    """Index of a tendon that ought to pull and is reported not to; none if there is none."""
-    limits, reported = setup.config.faults, state.tendon_state
-    if reported is None or len(reported.tension) != len(state.tension_estimate):
-        return None
-    for index, (reported_tension, expected) in enumerate(
-        zip(reported.tension, state.tension_estimate.tolist(), strict=True)
-    ):
-        if expected > limits.slack_tension and abs(reported_tension) < limits.slack_fraction * expected:
-            return index
-    return None
 
 
 def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:

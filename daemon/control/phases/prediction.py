@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.actuation import attainable, follow, lead, limit_displacement, limit_tension
-from tendond.daemon.control.commissioning.probe import TAKE_UP, Phase
+from tendond.daemon.control.commissioning.probe import TAKE_UP
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.modes import ACTIVE, enter
 from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, changed
 from tendond.model.errors import ConvergenceError

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import EMPTY, ENOUGH, RESTLESS, STILL, Average, RestWatch
-from tendond.daemon.control.commissioning.probe import (
-    Phase,
-    Probe,
-    ProbePlan,
-    advance_probe,
-    probe_limits,
-    probe_tension,
-)
+from tendond.daemon.control.commissioning.probe import Probe, advance_probe, probe_tension
+from tendond.daemon.control.commissioning.probe_plan import Phase, ProbePlan, probe_limits
 from tendond.daemon.control.commissioning.verdict import Bounds, Motion, agrees, judge
 from tendond.daemon.control.state import rod_from_section
 from tendond.schemas.base import Quaternion, Vector3

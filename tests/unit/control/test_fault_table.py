@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendond.daemon.control.phases.modes import find_fault, is_taut, slack_tendon
+from tendond.daemon.control.phases.faults import find_fault, slack_tendon
+from tendond.daemon.control.phases.modes import is_taut
 from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.messages import TendonState
 from tests.unit.control.cycles import SETUP, START, armed

@@ -6,20 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendond.daemon.control.commissioning.jump import BEFORE_AND_AFTER, POSES_AFTER, JumpWatch, watch_jump
+from tendond.daemon.control.commissioning.swing import DYING, SWINGS, Swing
 from tendond.daemon.control.commissioning.tracking import (
-    BEFORE_AND_AFTER,
-    DYING,
     MOVING,
-    POSES_AFTER,
     REST_SPEED,
-    SWINGS,
-    JumpWatch,
-    Swing,
     TrackingBounds,
     TrackingWatch,
     tip_angle,
     tracking_fault,
-    watch_jump,
     watch_tracking,
 )
 from tendond.daemon.control.phases.monitors import (

@@ -7,16 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tendond.daemon.control.commissioning.tracking import (
-    POSES_AFTER,
-    JumpWatch,
-    Swing,
-    TrackingBounds,
-    TrackingWatch,
-    tracking_fault,
-    watch_jump,
-    watch_tracking,
-)
+from tendond.daemon.control.commissioning.jump import POSES_AFTER, JumpWatch, watch_jump
+from tendond.daemon.control.commissioning.swing import Swing
+from tendond.daemon.control.commissioning.tracking import TrackingBounds, TrackingWatch, tracking_fault, watch_tracking
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.drivers.simulator.lockstep import STRAIGHT, Wires, watched_loop

@@ -16,7 +16,8 @@ from pydantic import model_serializer
 from tendond.daemon.control.snapshot import StateSnapshot
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CHANNELS, CYCLE, LOG, STATE
-from tendond.daemon.recording.recorder import CONFIG, METADATA, WAKE_AT, Recorder, RecorderError
+from tendond.daemon.recording.mcap_file import METADATA
+from tendond.daemon.recording.recorder import CONFIG, WAKE_AT, Recorder, RecorderError
 from tendond.offline.logs.log import LogError, load
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import CycleRecord

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import EMPTY
-from tendond.daemon.control.commissioning.probe import (
-    Phase,
-    Probe,
-    probe_tension,
-)
+from tendond.daemon.control.commissioning.probe import Probe, probe_tension
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.commissioning.verdict import Motion
 from tests.unit.commissioning.blocks import (
     ALLOWED,

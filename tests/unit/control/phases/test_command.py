@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendond.daemon.control.commissioning.probe import Phase, Probe
+from tendond.daemon.control.commissioning.probe import Probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import BadCycles
 from tendond.schemas.base import SCHEMA_VERSION

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendond.daemon.control.commissioning.probe import Phase, Probe, probe_tension
+from tendond.daemon.control.commissioning.probe import Probe, probe_tension
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.laws.law import StatefulLaw

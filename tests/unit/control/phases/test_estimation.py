@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendond.daemon.control.commissioning.probe import Phase, Probe
-from tendond.daemon.control.commissioning.tracking import JumpWatch
+from tendond.daemon.control.commissioning.jump import JumpWatch
+from tendond.daemon.control.commissioning.probe import Probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.state import BadCycles, changed
 from tendond.schemas.messages import Mode, TendonState
 from tests.unit.control.phases.scripted_rod import MakeBench

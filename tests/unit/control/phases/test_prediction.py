@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendond.daemon.control.commissioning.probe import TAKE_UP, Phase, Probe
+from tendond.daemon.control.commissioning.probe import TAKE_UP, Probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.state import BadCycles
 from tendond.schemas.messages import Mode
 from tests.unit.control.phases.scripted_rod import Bench, MakeBench

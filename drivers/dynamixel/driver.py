@@ -217,6 +217,8 @@ class ServoDriver:
                 self._fail(now, fault + session.bus.lateness)
             return
         self._unanswered = 0
+        if self.phase is not DriverPhase.OFF:
+            session.limit_output()
         if self.phase is DriverPhase.OFF:
             self.objection = session.objection() or self._not_disarmed()
             session.stand_still()

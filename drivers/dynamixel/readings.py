@@ -37,6 +37,7 @@ class TendonReadings:
         servo: newest reading of each servo.
         displacement: of the tendons [m]. tension: as the servos estimate it [N].
         speed: size of the tendons' speed between the two newest readings [m/s].
+        rise: of each servo's load between the two newest readings, as a fraction of its stall torque [-].
     """
 
     def __init__(self, servos: ServoGroup, places: dict[int, float]) -> None:
@@ -47,6 +48,7 @@ class TendonReadings:
         self.displacement: tuple[float, ...] = servos.displacements(self.servo)
         self.tension: tuple[float, ...] = servos.tensions(self.servo)
         self.speed: tuple[float, ...] = (0.0,) * len(self.servo)
+        self.rise: tuple[float, ...] = (0.0,) * len(self.servo)
         for one, place in zip(servos.located, self.displacement, strict=True):
             if one.certain:
                 places[one.spool.calibration.servo] = place
@@ -66,12 +68,14 @@ class TendonReadings:
         Raises:
             ServoError: not all of them answered; nothing has changed.
         """
+        loads = self.loads
         readings = self._servos.read()
         before, since = self.displacement, None if self._time is None else now - self._time
         self._time = now
         self._take(readings, relocate=relocate)
         if since:
             self.speed = tuple(abs(b - a) / since for a, b in zip(before, self.displacement, strict=True))
+        self.rise = tuple(b - a for a, b in zip(loads, self.loads, strict=True))
 
     def read_again(self) -> None:
         """Read all servos, again where an answer is lost.
@@ -82,8 +86,8 @@ class TendonReadings:
         self._take(self._servos.read_again(), relocate=False)
 
     def reset_speed(self) -> None:
-        """Assume that all tendons stand still."""
-        self.speed = (0.0,) * len(self.servo)
+        """Assume that all tendons stand still, under steady loads."""
+        self.speed = self.rise = (0.0,) * len(self.servo)
 
     def _take(self, readings: tuple[ServoReading, ...], *, relocate: bool) -> None:
         """Accept readings; a displacement that no tendon can have reached in a cycle is not kept as its place."""

@@ -1,6 +1,6 @@
 """Open bus with servos that are set up: readings, goals, monitors. Reads no clock."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 from tendond.drivers.dynamixel.calibration import Calibration
@@ -17,6 +17,7 @@ from tendond.drivers.dynamixel.readings import TendonReadings
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.servos import ServoGroup
+from tendond.drivers.dynamixel.strength import speed_share
 from tendond.schemas.config.servo import ServoSection
 
 
@@ -66,6 +67,7 @@ class ServoSession:
         self._guard = Guard(self._section, self.servos.watchdog, self.servos.limits)
         self._release = ReleaseMonitor(self.servos.limits, self._section.pretension_load)
         self._output.reset()
+        self._rates = (0.0,) * len(self.servos.ids)
         self.readings.reset_speed()
         self.dropped: dict[int, str] = {}
 
@@ -83,9 +85,27 @@ class ServoSession:
         Raises:
             ServoError: they were not sent.
         """
-        rates = self._output.allowed(self.goals, duration, self.readings.speed)
-        self.servos.bound(rates, self.readings.servo)
+        self._rates = self._output.allowed(self.goals, duration, self.readings.speed)
+        self._bound_output(self._speed_shares())
         self.servos.go(self.goals)
+
+    def limit_output(self) -> None:
+        """Take output from motors whose load asks for it, as soon as it has been read.
+
+        Raises:
+            ServoError: the packet was not sent.
+        """
+        shares = self._speed_shares()
+        if min(shares) < 1.0:
+            self._bound_output(shares)
+
+    def _speed_shares(self) -> tuple[float, ...]:
+        readings, limits = self.readings, self.servos.limits
+        return tuple(map(speed_share, readings.loads, readings.rise, limits))
+
+    def _bound_output(self, shares: Sequence[float]) -> None:
+        rates = tuple(rate * share for rate, share in zip(self._rates, shares, strict=True))
+        self.servos.bound(rates, self.readings.servo)
 
     def stop(self) -> None:
         """Stop all tendons where they are, within their range; a failure shows in the next cycle."""

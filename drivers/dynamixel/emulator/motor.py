@@ -153,11 +153,17 @@ class EmulatedMotor:
             self._shaft.place(self._shaft.shaft)
         elif not self.energised:
             self._give_way(outside, duration)
-        elif abs(outside) > self._holds:
+        elif abs(outside) > self._holds and not self._is_helped(outside):
             self._shaft.place(self._shaft.shaft + math.copysign(SLIP_RATE, outside) * duration / table.TICK)
         else:
             self._drive(outside, duration)
         self._measure(outside)
+
+    def _is_helped(self, outside: float) -> bool:
+        """Return true where an external torque turns the shaft towards its goal."""
+        if self.value(table.OPERATING_MODE) in MOVES_IN_MODE:
+            return False
+        return (self._meant(self.value(table.GOAL_POSITION)) - self._shaft.shaft) * outside > 0.0
 
     def _power(self, duration: float) -> bool:
         """Stop at a brown-out and reboot after it; true while it lasts."""

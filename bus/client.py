@@ -1,4 +1,4 @@
-"""A driver's end of the bus: a Zenoh client session to the controller, which is the hub."""
+"""Zenoh client session to the controller, which is the hub."""
 
 import json
 import os
@@ -15,20 +15,20 @@ RETRY_SECONDS = 0.2
 
 QUEUE_SIZE = "transport/link/tx/queue/size/data"
 ZENOHS_QUEUE, OUR_QUEUE = 2, 16
-"""Messages that may wait to be sent. Zenoh drops what finds its queue full for 1 ms, and says nothing: of three put in
-a row (truth, tendon state, pose) the pose, wherever its sending thread is not run at once."""
+"""Messages that may wait to be sent. Zenoh silently drops a message whose queue is full for 1 ms: of three put in a row
+(truth, tendon state, pose) the pose, if its sending thread does not run at once."""
 
 
 class BusError(TendondError):
-    """The controller cannot be reached."""
+    """Error of a controller, or another process on the bus, that cannot be reached."""
 
 
 class StoppedError(Exception):
-    """The process was asked to end while it waited."""
+    """Signal that the process was asked to stop while it waited for the controller."""
 
 
 def client_config(endpoint: str) -> zenoh.Config:
-    """A client of one endpoint; nothing is searched for on the network.
+    """Configure a client of one endpoint, without scouting.
 
     Raises:
         ConfigError: the file that ZENOH_CONFIG names cannot be used.
@@ -37,7 +37,7 @@ def client_config(endpoint: str) -> zenoh.Config:
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     config.insert_json5("scouting/multicast/enabled", "false")
-    if int(config.get_json(QUEUE_SIZE)) == ZENOHS_QUEUE:  # else it was chosen
+    if int(config.get_json(QUEUE_SIZE)) == ZENOHS_QUEUE:  # else it was configured
         config.insert_json5(QUEUE_SIZE, str(OUR_QUEUE))
     return config
 
@@ -47,12 +47,12 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
 
     Args:
         endpoint: of the controller.
-        timeout: for how long to try [s].
-        stopped: asked between two tries; true gives up.
+        timeout: time to keep trying [s].
+        stopped: called between two tries; true gives up.
 
     Raises:
-        StoppedError: it gave up because it was asked to.
-        BusError: the controller was not there in time.
+        StoppedError: `stopped` returned true.
+        BusError: the controller did not appear in time.
         ConfigError: the file that ZENOH_CONFIG names cannot be used.
     """
     zenoh.init_log_from_env_or("off")

@@ -1,4 +1,4 @@
-"""The Zenoh configuration that ZENOH_CONFIG names: users, certificates, access; part of the configuration."""
+"""Zenoh configuration named by ZENOH_CONFIG: users, certificates, access; part of the configuration."""
 
 import json
 import os

@@ -4,5 +4,5 @@ import secrets
 
 
 def new_source(kind: str) -> str:
-    """A name that no other process has, for instance "vicon-3f9c2a"; `kind` is what the process is."""
+    """Generate a name that no other process has, for instance "vicon-3f9c2a"; `kind` is the kind of process."""
     return f"{kind}-{secrets.token_hex(3)}"

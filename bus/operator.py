@@ -31,7 +31,7 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
         asked: the request, or its action alone.
 
     Raises:
-        BusError: no answer, or one that cannot be read; or two controllers answer.
+        BusError: no answer, or an unreadable one; or two controllers answer.
     """
     wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
     if wanted.action is ControlAction.STOP:
@@ -95,7 +95,7 @@ def ask_status(session: zenoh.Session, rig: str) -> Status:
 
 
 def request(config: RigConfig, asked: ControlAction | ControlRequest, timeout: float = 1.0) -> ControlReply:
-    """Connect, ask, disconnect.
+    """Connect, send a request, disconnect.
 
     Raises:
         BusError: there is no controller, or no answer.

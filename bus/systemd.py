@@ -20,7 +20,7 @@ class Supervisor:
     """The service manager's end of this process.
 
     Args:
-        environment: with NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID; left out: the process's own.
+        environment: with NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID; default: the process's own.
     """
 
     def __init__(self, environment: Mapping[str, str] = os.environ) -> None:

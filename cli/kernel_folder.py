@@ -59,7 +59,7 @@ def prepare(say: Callable[[str], None]) -> None:
     if folder is None:
         return  # a command that needs a kernel says so: see `NOWHERE`
     if not any(folder.iterdir()):
-        with suppress(OSError):  # else they are compiled anew
+        with suppress(OSError):  # else they are compiled again
             for one in folders:
                 _copy(one / "__pycache__", folder / numbas_name(one))
             for one in Path(given).iterdir() if given and Path(given).is_dir() else []:

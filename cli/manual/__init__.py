@@ -1,1 +1,1 @@
-"""The reference pages of the documentation, written from the code; and what mkdocs needs beside its own."""
+"""The reference pages of the documentation, generated from the code, and mkdocs hooks."""

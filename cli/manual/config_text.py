@@ -67,7 +67,7 @@ def _lines(rows: list[tuple[Key, Any]], comments: bool) -> list[str]:
 
 
 def comment_of(key: Key) -> str:
-    """What a key may be, its unit, and what it means: 'a number > 0 [m]; of the backbone'."""
+    """Describe a key's values, unit and meaning: 'a number > 0 [m]; of the backbone'."""
     unit = f" [{key.unit}]" if key.unit else ""
     return f"{key.words}{unit}{'; ' if key.meaning else ''}{key.meaning}"
 

@@ -28,7 +28,7 @@ _LINK = re.compile(r"(\[[^\]]*\]\()([^)\s#]+)((?:#[^)]*)?\))")
 
 
 def site_path(repository: Path, path: str) -> str | None:
-    """Where a file or folder of the repository is in the site; none where there is no such thing."""
+    """Return the page of a file or folder of the repository; none if it does not exist."""
     if path in ROOT_PAGES:
         return ROOT_PAGES[path]
     if path.startswith(DOCS) and not (repository / path).is_dir():
@@ -44,7 +44,7 @@ def with_links(text: str, repository: Path, folder: str, page: str, note: Callab
         repository: its folder.
         folder: of the text, in the repository, from which its links count.
         page: the page in the site that the text becomes.
-        note: is told of each file and folder of the repository that a link leads to, outside the documentation.
+        note: called with each file and folder of the repository that a link leads to, outside the documentation.
     """
 
     def lead(match: re.Match[str]) -> str:

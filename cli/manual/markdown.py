@@ -18,7 +18,7 @@ def _cell(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """As code in a line; nothing stays nothing."""
+    """Format as inline code; an empty text stays empty."""
     return f"`{text}`" if text else ""
 
 

@@ -81,7 +81,10 @@ def robustness(
 
     if points == "space":
         if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh:
-            raise typer.BadParameter("'space' runs the law sensitivity only, anew, locally", param_hint="--points")
+            raise typer.BadParameter(
+                "'space' takes no --feedback, --count, --cluster, --fresh, and no law but sensitivity",
+                param_hint="--points",
+            )
         from tendond.cli.study.trials import run_trials
 
         run_trials(config, out, seed, jobs)

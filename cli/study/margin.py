@@ -29,7 +29,7 @@ def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: 
                 f"| {one.observer:.2f} |"
             )
         print("\nthe loop in lockstep\n")
-        print("| law | rate Hz | mass g | E | delay told | untold | settling s | ripple mm | |")
+        print("| law | rate Hz | mass g | E | delay known | unknown | settling s | ripple mm | |")
         print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |", flush=True)
     runs: list[LoopRow] = []
     for run in loop_rows(config, loop_cases(config, short=short), processes):

@@ -180,17 +180,17 @@ class _Demo:
     def _drive(self, session: zenoh.Session) -> None:
         """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
         with Progress(*progress_columns(), console=self.console, disable=not self.console.is_terminal) as progress:
-            task = progress.add_task("arming", total=self._hold, seen="")
+            task = progress.add_task("arming", total=self._hold, state="")
             deadline = time.monotonic() + START_SECONDS
             while not (reply := self._ask(session, ControlAction.ARM)).done:
-                progress.update(task, seen=reply.message)
+                progress.update(task, state=reply.message)
                 if time.monotonic() > deadline:
                     raise DaemonError(f"the demo could not be armed: {reply.message}")
                 time.sleep(POLL_SECONDS)
             started = time.monotonic()
             while (elapsed := time.monotonic() - started) < self._hold:
                 status = status_in(self._ask(session, ControlAction.STATUS))
-                progress.update(task, completed=elapsed, description=status.mode.value, seen=tip_in_words(status))
+                progress.update(task, completed=elapsed, description=status.mode.value, state=tip_in_words(status))
                 if status.mode is Mode.FAULT:
                     busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""
                     raise DaemonError(f"the demo ended in a fault: {status.reason}{busy}")
@@ -198,6 +198,6 @@ class _Demo:
             progress.update(task, completed=self._hold)
             self._ask(session, ControlAction.STOP)
             while (status := status_in(self._ask(session, ControlAction.STATUS))).mode is Mode.RELEASING:
-                progress.update(task, description=status.mode.value, seen=tip_in_words(status))
+                progress.update(task, description=status.mode.value, state=tip_in_words(status))
                 time.sleep(POLL_SECONDS)
-            progress.update(task, description=status.mode.value, seen=tip_in_words(status))
+            progress.update(task, description=status.mode.value, state=tip_in_words(status))

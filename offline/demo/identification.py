@@ -64,7 +64,7 @@ def validate(out: Path, seeds: int, workers: int, progress: Progress) -> tuple[P
 
 
 def _each(work: Any, tasks: Sequence[Any], workers: int, progress: Progress, words: str) -> list[tuple[Any, Any]]:
-    """What `work` makes of each task, beside it, in the order of the tasks."""
+    """Run `work` on each task in processes; pairs of task and result, in the order of the tasks."""
     bar = progress.add_task(words, total=len(tasks))
     found: dict[int, Any] = {}
     with closing(spread(_Numbered(work), list(enumerate(tasks)), workers)) as results:

@@ -111,7 +111,7 @@ class _Operator:
         """
         console = Console()
         with Progress(*progress_columns(), console=console, disable=not console.is_terminal) as progress:
-            task = progress.add_task("waiting", total=plan.duration, seen="")
+            task = progress.add_task("waiting", total=plan.duration, state="")
             self._await_tip()
             try:
                 before = 0.0
@@ -121,7 +121,7 @@ class _Operator:
                     while (now := time.monotonic()) < until:
                         status = self._status()
                         done = request.time - (until - now)
-                        progress.update(task, completed=done, description=status.mode.value, seen=tip_in_words(status))
+                        progress.update(task, completed=done, description=status.mode.value, state=tip_in_words(status))
                         time.sleep(min(POLL_SECONDS, max(0.0, until - time.monotonic())))
                     self._put(request)
                     before, last = request.time, time.monotonic()

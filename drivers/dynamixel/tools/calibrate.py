@@ -43,7 +43,7 @@ Ask = Callable[[str], str]
 
 
 class MismatchError(TendondError):
-    """What was observed does not fit the configuration."""
+    """Error of an observation that does not fit the configuration."""
 
 
 def calibrate(rig: ServoRig, ask: Ask, show: Callable[[str], None]) -> None:
@@ -76,7 +76,7 @@ def calibrate(rig: ServoRig, ask: Ask, show: Callable[[str], None]) -> None:
 
 
 def _begun(rig: ServoRig) -> list[TendonCalibration]:
-    """What an earlier, unfinished calibration of this rig has already; a torn file is set aside."""
+    """Return the tendons of an earlier, unfinished calibration of this rig; a damaged file is set aside."""
     path = rig.calibration_file
     if not path.exists():
         return []

@@ -86,10 +86,10 @@ def test_what_cannot_be_caused_is_refused_in_one_line(shared: tuple[Rig, zenoh.S
     for arguments, code, message in [
         (("crc",), 1, "crc needs wires"),
         (("stuck", "--servo", "7"), 1, "there is no servo 7; the servos are 1 to 4"),
-        (("stuck",), 2, "stuck is a servo's: name it with servo"),
+        (("stuck",), 2, "stuck needs a servo"),
         (("occlusion", "--size", "1"), 2, "occlusion takes no size"),
         (("noise", "--size", "9"), 2, "noise takes at most 0.05 m"),
-        (("earthquake",), 2, "'earthquake' is no fault"),
+        (("earthquake",), 2, "'earthquake' is not a fault"),
     ]:
         process = one.start("rig", "inject", *arguments)
         _, said = process.communicate(timeout=PATIENCE_SECONDS)

@@ -26,9 +26,9 @@ def warm_up() -> None:
         integral=1.0,
         proportional=1.0,
         derivative=0.0,
-        quiet=1.0,
-        quiet_share=1.0,
-        quiet_time=1.0,
+        noise_floor=1.0,
+        noise_share=1.0,
+        innovation_time=1.0,
         force_max=1.0,
         offset_gain=1.0,
     )

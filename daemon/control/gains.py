@@ -3,30 +3,25 @@
 from functools import lru_cache
 
 from tendond.daemon.control.laws import backstepping, sensitivity, sliding_mode
-from tendond.model.estimation.margin import FeedbackGains, LawRates, admitted_gains, default_tip_mass
-from tendond.model.estimation.observer import ObserverGains
+from tendond.model.estimation.margin import admitted_gains, default_tip_mass
+from tendond.model.estimation.observer import (
+    INNOVATION_TIME,
+    NOISE_FLOOR,
+    NOISE_SHARE,
+    ObserverGains,
+    default_force_max,
+)
+from tendond.model.estimation.poles import FeedbackGains, LawRates
 from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.config.rig import RigConfig
-
-NOISE_FLOOR = 1.8e-3
-"""Default of observer.quiet, of the rod's length: ten standard deviations of a camera's 0.1 mm on half a metre."""
-
-FORCE_SCALE = 3.0
-"""Default of observer.force_max, in EI/L^2, beside the weights: a stiffness wrong by 15 % in an arm bent by a right
-angle looks like 0.9 of it; an impact is borne with what is left."""
 
 
 def observer_gains(config: RigConfig, rod: RodParameters) -> ObserverGains:
     """Gains of the observer for a configuration and its rod's parameters."""
     section, period = config.observer, config.loop.period
     mass = unknown_tip_mass(config, rod)
-    wanted = FeedbackGains(
-        section.integral, section.proportional, section.derivative, section.quiet_time, section.quiet_share
-    )
+    wanted = FeedbackGains(section.integral, section.proportional, section.derivative, INNOVATION_TIME, NOISE_SHARE)
     gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config), section.delay, mass)
-    gravity = max(1e-9, sum(component**2 for component in rod.gravity)) ** 0.5
-    weight = gravity * (rod.mass_per_length * rod.length + rod.tip_mass + mass)
-    force = FORCE_SCALE * rod.bending_stiffness / rod.length**2 + weight
     return ObserverGains(
         kind=section.kind if config.control.feedback == "observer" else "offset",
         period=period,
@@ -34,18 +29,12 @@ def observer_gains(config: RigConfig, rod: RodParameters) -> ObserverGains:
         integral=gains.integral,
         proportional=gains.proportional,
         derivative=gains.derivative,
-        quiet=noise_floor(config),
-        quiet_share=section.quiet_share,
-        quiet_time=section.quiet_time,
-        force_max=force if section.force_max is None else section.force_max,
+        noise_floor=NOISE_FLOOR * rod.length,
+        noise_share=NOISE_SHARE,
+        innovation_time=INNOVATION_TIME,
+        force_max=default_force_max(rod, mass) if section.force_max is None else section.force_max,
         offset_gain=section.offset_gain,
     )
-
-
-def noise_floor(config: RigConfig) -> float:
-    """Size of a mean innovation below which most of it is taken for noise [m]."""
-    given = config.observer.quiet
-    return NOISE_FLOOR * config.rod.length if given is None else given
 
 
 def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:

@@ -1,4 +1,4 @@
-"""Say so when a kernel really is compiled: it takes a while, and happens once."""
+"""Announce the compilation of a kernel: it takes a minute, and happens once."""
 
 from collections.abc import Callable
 

@@ -1,8 +1,8 @@
-"""How the rod's kernels are compiled: one set of numba options for all of them.
+"""Compilation of the rod's kernels: one set of numba options for all of them.
 
-`fastmath` keeps NaN and infinity meaningful (no `nnan`, `ninf`): a diverged shot must be seen as such. It keeps the
-order of sums as well (no `reassoc`): a compiler that is free to sort a long sum makes one chain of it and may put first
-what comes last; a march is a tenth faster in the order that is written. Kernels release the GIL, are cached on disk,
+`fastmath` keeps NaN and infinity meaningful (no `nnan`, `ninf`): a diverged shot must be recognised. It keeps the
+order of sums as well (no `reassoc`): a compiler that is free to sort a long sum makes one chain of it, in any order; a
+march is a tenth faster in the order that is written. Kernels release the GIL, are cached on disk,
 and follow IEEE on division by zero instead of raising.
 """
 
@@ -39,7 +39,7 @@ def kernel(function: Any) -> Any:
 
 
 def uncached() -> list[str]:
-    """Names of the kernels imported so far of which the disk has no code of these sources for this processor."""
+    """Names of the imported kernels whose code, of these sources and for this processor, is not on the disk."""
     target = cpu_target.target_context.codegen().magic_tuple()
     return [
         one.py_func.__name__

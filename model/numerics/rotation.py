@@ -1,4 +1,4 @@
-"""Between rotation matrices and quaternions."""
+"""Conversion of rotation matrices to quaternions."""
 
 import math
 

@@ -125,7 +125,7 @@ def plus_diagonal(a: Matrix, value: float) -> Matrix:
 
 @inlined
 def inverse(m: Matrix) -> Matrix:
-    """Of a matrix, by its adjugate; not finite where there is none."""
+    """Inverse of a matrix, by its adjugate; not finite where it is singular."""
     p, q, r = m[4] * m[8] - m[5] * m[7], m[5] * m[6] - m[3] * m[8], m[3] * m[7] - m[4] * m[6]
     d = 1.0 / (m[0] * p + m[1] * q + m[2] * r)
     return (

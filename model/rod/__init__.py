@@ -1,1 +1,1 @@
-"""The paper's rod: parameters, statics, time steps, tip, sensitivities, and what follows from them."""
+"""The paper's rod: parameters, statics, time steps, tip, sensitivities, predictions."""

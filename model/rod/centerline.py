@@ -1,4 +1,4 @@
-"""The backbone as a curve for the eye."""
+"""The backbone as a smooth curve, for display."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ Array = NDArray[np.float64]
 
 
 def hermite_curve(places: Array, strains: Array, ds: float, points: int) -> Array:
-    """Equally spaced points from base to tip, world frame [m], shape (points, 3).
+    """Interpolate equally spaced points from base to tip, world frame [m], shape (points, 3).
 
     Cubic Hermite interpolation of the nodes with their tangents R v; the error falls with the fourth power of their
     distance.

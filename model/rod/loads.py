@@ -1,4 +1,4 @@
-"""What acts on a rod, checked and packed into the one array that the kernels take.
+"""Loads on a rod, checked and packed into the one array that the kernels take.
 
 Tendon commands n, tip force 3, tip moment 3, distributed force with gravity's share 3, distributed moment 3, push 3.
 """
@@ -18,7 +18,7 @@ _NAMES = ("tendon commands", "tip_force", "tip_moment", "distributed_force", "di
 
 
 def pack_loads(count: int, weight: Array, parts: tuple[ArrayLike, ...]) -> Array:
-    """One array of all loads, shape (n + 15,).
+    """Pack all loads into one array, shape (n + 15,).
 
     Args:
         count: of tendons, n.
@@ -44,7 +44,7 @@ def pack_loads(count: int, weight: Array, parts: tuple[ArrayLike, ...]) -> Array
 
 
 def tendon_commands(count: int, tensions: ArrayLike | None, displacements: ArrayLike | None) -> tuple[ArrayLike, bool]:
-    """The commands of the tendons, and whether they are displacements; none of either are tensions of zero.
+    """Check the commands of the tendons; return them, and True if they are displacements. Default: zero tensions.
 
     Raises:
         ParameterError: both, or a negative tension.

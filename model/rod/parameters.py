@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
 from tendond.model.solver.problem import CONSTANTS
+from tendond.schemas import paper_robot
 
 Triple = tuple[float, float, float]
 
@@ -29,8 +30,7 @@ _NAMES = {(): "a number", (3,): "three numbers", (None, 2): "pairs of numbers, o
 class RodParameters:
     """A straight rod of circular cross-section with tendons parallel to it.
 
-    The defaults are the paper's robot (Danesh & Janabi-Sharifi, table 1 and section 5): a steel wire whose density
-    includes disks, glue and markers. The paper leaves Poisson's ratio and the tendons' stiffness open.
+    The defaults are the paper's robot (`schemas.paper_robot`); the paper leaves the tendons' stiffness open.
 
     Attributes:
         length: [m].
@@ -49,16 +49,16 @@ class RodParameters:
         tip_offset: from the tip to its centre of mass, body frame [m].
     """
 
-    length: float = 0.5
-    radius: float = 1e-3
-    youngs_modulus: float = 190e9
-    poisson_ratio: float = 0.3
-    density: float = 17189.0
-    shear_damping: Triple = (0.0, 0.0, 0.0)
-    bending_damping: Triple = (0.008, 0.008, 0.008)
-    drag: Triple = (0.1, 0.1, 0.1)
-    gravity: Triple = (-9.81, 0.0, 0.0)
-    tendon_positions: tuple[tuple[float, float], ...] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
+    length: float = paper_robot.LENGTH
+    radius: float = paper_robot.RADIUS
+    youngs_modulus: float = paper_robot.YOUNGS_MODULUS
+    poisson_ratio: float = paper_robot.POISSON_RATIO
+    density: float = paper_robot.DENSITY
+    shear_damping: Triple = paper_robot.SHEAR_DAMPING
+    bending_damping: Triple = paper_robot.BENDING_DAMPING
+    drag: Triple = paper_robot.DRAG
+    gravity: Triple = paper_robot.GRAVITY
+    tendon_positions: tuple[tuple[float, float], ...] = paper_robot.TENDON_POSITIONS
     tendon_stiffness: float = 2.0e4
     tip_mass: float = 0.0
     tip_inertia: Triple = (0.0, 0.0, 0.0)
@@ -72,7 +72,7 @@ class RodParameters:
             try:
                 shape = np.shape(np.asarray(getattr(self, field.name), dtype=np.float64))
             except (TypeError, ValueError) as error:
-                raise ParameterError(f"{field.name} = {getattr(self, field.name)!r} is no number or numbers") from error
+                raise ParameterError(f"{field.name} = {getattr(self, field.name)!r} must be numeric") from error
             if len(shape) != len(wanted) or any(w is not None and s != w for s, w in zip(shape, wanted, strict=True)):
                 raise ParameterError(f"{field.name} = {getattr(self, field.name)!r} must be {_NAMES[wanted]}")
             if not np.all(np.isfinite(np.asarray(getattr(self, field.name), dtype=np.float64))):

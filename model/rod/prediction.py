@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import borrowed, inlined, kernel
 from tendond.model.numerics.linear import solve_in_place
 from tendond.model.rod.sensitivity import tip_derivative
 from tendond.model.solver.lanes import STATE
 from tendond.model.solver.march import march
 from tendond.model.solver.predictor import predict
-from tendond.model.solver.problem import Bdf, Problem, Profile, RodData, StateData
+from tendond.model.solver.problem import Bdf, Problem, Profile, RodData, StateData, borrowed_rod, borrowed_state
 from tendond.model.solver.shooting import change, evaluate, perturb, perturbation, spread
 from tendond.model.solver.timestep import step_history
 from tendond.model.solver.work import LANES, Work, open_work
@@ -57,7 +57,7 @@ def predict_tip(
 ) -> bool:  # fmt: skip
     """Fill `tip`, shape (9,), with position, velocity, direction after the next step; and its jacobian, shape (9, 2).
 
-    The step's equations are linearised at its first guess; what that misses when the motion changes fast is corrected
+    The step's equations are linearised at its first guess; its error in a fast motion is corrected
     by a march or two with the same Jacobian. False where they are singular.
 
     Args:
@@ -69,7 +69,7 @@ def predict_tip(
         scratch, tip, tip_jacobian: written.
     """
     n = len(rod.x)
-    work = open_work(memory, n)
+    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), n)
     step_history(bdf, state, scratch.history)
     problem, profile, jacobian = Problem(bdf[0], False, loads, scratch.history), scratch.profile, scratch.jacobian
     unknown, node = work.last, work.shots.node

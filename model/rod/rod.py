@@ -99,7 +99,7 @@ class Rod:
             tip_force, tip_moment: world frame [N], [N m].
             distributed_force, distributed_moment: beside gravity, world frame [N/m], [N].
             push: force spread as `spread_push` says, world frame [N].
-            start: a neighbouring equilibrium of this rod, driven in the same way.
+            start: a neighbouring equilibrium of this rod, with the same drive.
 
         Raises:
             ParameterError: loads of the wrong shape, not finite, negative tensions; a `start` of another rod or drive.
@@ -269,7 +269,7 @@ class Rod:
         )
 
     def curve(self, state: RodState, points: int = 50) -> Array:
-        """The backbone from base to tip for the eye: equally spaced points, world frame [m], shape (points, 3)."""
+        """The backbone from base to tip, for display: equally spaced points, world frame [m], shape (points, 3)."""
         strains = state.levels[state.count % 3, :: len(self.scheme.weights), :3]
         return hermite_curve(state.geometries[state.count % 2], strains, self._data.ds, points)
 
@@ -368,7 +368,7 @@ class Rod:
         distributed_moment: ArrayLike = ZERO,
         push: ArrayLike = ZERO,
     ) -> Array:
-        """The loads as `advance` takes them, gravity added, shape (n + 15,).
+        """Pack loads as `advance` takes them, with gravity, shape (n + 15,).
 
         Raises:
             ParameterError: loads of the wrong shape or not finite.

@@ -62,7 +62,7 @@ class RodState:
         )
 
     def successor(self) -> "RodState":
-        """A copy to be advanced by one step: what that step overwrites in the rings is not copied."""
+        """Copy the state to be advanced by one step: entries of the rings that this step overwrites are not copied."""
         levels, histories = np.empty_like(self.levels), np.empty_like(self.histories)
         geometries = np.empty_like(self.geometries)
         now, last = self.count % 3, (self.count - 1) % 3

@@ -1,4 +1,4 @@
-"""Where the tip can rest: its curve under the tension of one tendon, for references that a rod can follow."""
+"""The curve of the resting tip under the tension of one tendon, for references that a rod can follow."""
 
 from bisect import bisect_right
 from collections.abc import Callable
@@ -14,10 +14,10 @@ from tendond.model.rod.rod import Rod
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
-"""In the bending plane: across the straight rod, and along it."""
+"""Coordinates in the bending plane: across the straight rod, and along it."""
 
 POINTS = 161
-"""Equilibria that the curve is laid through."""
+"""Number of equilibria through which the curve is interpolated."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class StaticCurve:
     Attributes:
         axes: of the bending plane, across the straight rod and along it: indices of world axes.
         tension: [N], shape (k,), increasing.
-        arc: length of the tip's way from the first equilibrium [m], shape (k,), increasing.
+        arc: distance travelled by the tip from the first equilibrium [m], shape (k,), increasing.
         displacement: of that tendon's end, its own stretch included [m], shape (k,).
         angle: of the tip's direction against the straight rod [rad], in the plane, shape (k,).
         spline: of the tip's two coordinates in the plane against `arc` [m]; twice differentiable.
@@ -42,7 +42,7 @@ class StaticCurve:
 
     @property
     def length(self) -> float:
-        """Of the curve [m]."""
+        """Length of the curve [m]."""
         return float(self.arc[-1])
 
     def at(self, arc: float) -> tuple[Array, Array, Array]:
@@ -72,7 +72,7 @@ class StaticCurve:
 def point_evaluator(spline: CubicSpline) -> Callable[[float], tuple[Pair, Pair, Pair]]:
     """Value and first two derivatives of a spline in the plane, for one point at a time.
 
-    To the last bit as scipy has them, in a twentieth of the time.
+    The same as scipy's to the last bit, in a twentieth of the time.
     """
     knots: list[float] = spline.x.tolist()
     pieces: Any = spline.c.transpose(1, 0, 2).tolist()
@@ -93,13 +93,13 @@ def point_evaluator(spline: CubicSpline) -> Callable[[float], tuple[Pair, Pair, 
 
 
 def _roots(arc: Array, values: Array, wanted: float) -> Array:
-    """Where a spline through `values` equals `wanted`."""
+    """Arc lengths at which a spline through `values` equals `wanted`, increasing."""
     found = CubicSpline(arc, values).solve(wanted, extrapolate=False)
     return np.sort(found[np.isfinite(found)])
 
 
 def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int]) -> StaticCurve:
-    """The curve of a rod without load but its own weight.
+    """Compute the curve of a rod under its own weight.
 
     Args:
         rod: solved with its own scheme: a coarse one has its own curve.
@@ -114,7 +114,7 @@ def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int
     tensions = tension_max * np.linspace(0.0, 1.0, POINTS) ** 2
     pull = np.zeros(rod.parameters.tendon_count)
     state = rod.solve_static(pull)
-    tips, wound = [rod.tip(state)], [rod.displacements(state, elastic=True)[tendon]]
+    tips, displacements = [rod.tip(state)], [rod.displacements(state, elastic=True)[tendon]]
     for tension in tensions[1:]:
         pull[tendon] = tension
         try:
@@ -122,9 +122,9 @@ def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int
         except ConvergenceError:
             break
         tips.append(rod.tip(state))
-        wound.append(rod.displacements(state, elastic=True)[tendon])
+        displacements.append(rod.displacements(state, elastic=True)[tendon])
     points = np.array([tip.position[list(axes)] for tip in tips])
     directions = np.array([tip.rotation[:, 2][list(axes)] for tip in tips])
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     angle = np.unwrap(np.arctan2(directions[:, 0], directions[:, 1]))
-    return StaticCurve(axes, tensions[: len(tips)], arc, np.array(wound), angle, CubicSpline(arc, points))
+    return StaticCurve(axes, tensions[: len(tips)], arc, np.array(displacements), angle, CubicSpline(arc, points))

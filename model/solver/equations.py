@@ -105,7 +105,7 @@ def strain_gradients(
 ) -> tuple[Vector, Vector]:
     """Solve the symmetric positive definite 6x6 block for (v_s, u_s) by its Schur complement.
 
-    Inverses are adjugates divided by determinants; what can be done before the two divisions end does not wait.
+    Inverses are adjugates divided by determinants; work that does not need the two divisions is not delayed by them.
     """
     A, B, H, _, _ = sums
     C, d = symmetric_adjugate((Kse[0] + A[0], A[1], A[2], Kse[1] + A[3], A[4], Kse[2] + A[5]))

@@ -1,6 +1,6 @@
 """One march along the rod, from the base's force and moment to the tip's residual, for one or several rods at once.
 
-`lanes` is a tuple whose length is the number of rods: a compile-time constant. What belongs to a rod is a float for one
+`lanes` is a tuple whose length is the number of rods: a compile-time constant. A quantity of a rod is a float for one
 rod and a SIMD vector (see `simd`) for several: one rod is a shot; eight are the seven shots of a difference Jacobian,
 at less than twice the cost. The tendons of all rods make one wide vector. Space schemes are explicit Runge-Kutta
 tableaus. The time history belongs to a stage of a node: the method then is the same Runge-Kutta method applied to all
@@ -35,7 +35,7 @@ from tendond.model.solver.problem import Problem, Profile, RodData
 
 
 class Shots(NamedTuple):
-    """Base loads of the rods that march together, and what a march writes; rows of one float per rod."""
+    """Base loads of the rods that march together, and results of their march; rows of one float per rod."""
 
     base: Any  # n(0) [N], m(0) [N m], shape (6 * lanes,)
     tension: Any  # [N], shape (n * lanes,)
@@ -145,7 +145,7 @@ def march(lanes: Any, rod: RodData, problem: Problem, shots: Shots, profile: Pro
 
     Args:
         lanes: tuple, one entry per rod (its values do not matter).
-        rod: what the rods have in common.
+        rod: common to all lanes.
         problem: their loads and their past.
         shots: base loads and tensions in; last node, tendon lengths and residual out.
         profile: the state along the rod, written when there is one lane.

@@ -13,7 +13,7 @@ class Scheme:
     """An explicit Runge-Kutta method along the rod.
 
     Attributes:
-        name: by which it is chosen.
+        name: by which it is selected.
         tableau: Butcher's a, shape (s, s), strictly lower triangular.
         weights: Butcher's b, shape (s,).
         order: of convergence in the step length.

@@ -19,10 +19,10 @@ from tendond.model.solver.work import LANES, Work
 SOLVED, DIVERGED = 0, 1
 
 CONTRACTION_MAX = 0.5
-"""Of the residual in one iteration: a poorer one makes the Jacobian anew."""
+"""Residual after an iteration, of that before, above which the Jacobian is made anew."""
 
 DIFFERENCE_STEP = 1e-7
-"""Of an unknown, for the Jacobian: some ten times the square root of the rounding, where both errors are small."""
+"""Difference step of the Jacobian, of an unknown: some ten times the square root of the rounding."""
 
 
 @inlined
@@ -149,7 +149,7 @@ def _newton_step(rod: RodData, work: Work, problem: Problem, unknown: Any, jacob
 
 @inlined
 def _broyden(work: Work, m: int, jacobian: Any) -> None:
-    """Broyden's rank-one update of the raw Jacobian, from the step taken and what it changed."""
+    """Update the raw Jacobian by Broyden's rank-one formula, from the step taken and the change of the raw map."""
     square = 0.0
     for column in range(m):
         square += (work.step[column] / work.scale[column]) ** 2

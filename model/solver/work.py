@@ -14,7 +14,7 @@ LANES = 8
 """Rods that march together for a Jacobian."""
 
 MOMENT_ARM = 0.1
-"""Of the rod's length: makes n(0) and m(0) comparable; about the arm of the tip's load on a bent rod."""
+"""Arm that makes n(0) and m(0) comparable, of the rod's length; about that of the tip's load on a bent rod."""
 
 
 class Work(NamedTuple):

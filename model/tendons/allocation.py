@@ -27,10 +27,10 @@ from tendond.model.numerics.compile import Bound, kernel
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
-"""Of the largest moment: precision to which M is met."""
+"""Precision to which M is met, of the largest moment."""
 
 RIDGE = 1e-9
-"""Added to the second derivative, of its size, where a piece is flat in one direction."""
+"""Regularisation of the second derivative, of its size, where a piece is flat in one direction."""
 
 EDGE = 1e-5
 """Distance of the moments from the edge of the feasible ones, of that to the middle: on it the dual has no minimum."""
@@ -46,8 +46,8 @@ class Allocation:
         tension_min, tension_max: bounds of every tension [N].
 
     Raises:
-        ParameterError: the tendons do not surround the rod, so that some direction cannot be bent to; or the bounds
-            leave no room.
+        ParameterError: the tendons do not surround the rod, so that it cannot bend in some direction; or the bounds
+            are empty.
 
     Attributes:
         arms: r_i, shape (2, n). shares: their pseudo-inverse, transposed: tensions per moment [1/m], shape (2, n).

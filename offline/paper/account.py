@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tendond.daemon.control.gains import noise_floor
 from tendond.daemon.control.laws import select_law
+from tendond.model.estimation.observer import NOISE_FLOOR
 from tendond.offline.paper.lyapunov import along_share, find_rises
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
 from tendond.offline.paper.run import PaperRun, Runs
@@ -203,7 +203,7 @@ def _rig(runs: Runs) -> list[str]:
         f"radius of {1e3 * speed / NO_LOAD_SPEED:.0f} mm or more; the paper gives neither.",
         f"The steady-state error is {_mean_error(run, 100, 120):.2f} mm at iteration 100 and "
         f"{_mean_error(run, -20, None):.2f} mm at the end: the observer treats innovations below "
-        f"{1e3 * noise_floor(config):.2g} mm mostly as noise and corrects them slowly.",
+        f"{1e3 * NOISE_FLOOR * config.rod.length:.2g} mm mostly as noise and corrects them slowly.",
     ]
 
 

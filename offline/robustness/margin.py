@@ -14,8 +14,9 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
-from tendond.model.estimation.margin import FeedbackGains, UnknownPlant, loop_poles, min_stiffness_ratio
+from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.observer import tip_compliance
+from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode
 
@@ -110,7 +111,7 @@ def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
     for rate, delay in product(RATES, range(4)):
         changed = at_rate(config, rate, delay)
         gains, mass = observer_gains(changed, rod), unknown_tip_mass(changed, rod)
-        used = FeedbackGains(gains.integral, gains.proportional, gains.derivative, gains.quiet_time, 1.0)
+        used = FeedbackGains(gains.integral, gains.proportional, gains.derivative, gains.innovation_time, 1.0)
 
         def decay(plant: UnknownPlant, rate: float = rate, delay: int = delay, used: FeedbackGains = used) -> float:
             poles = [

@@ -79,11 +79,6 @@ class ObserverSection(Schema):
     derivative: Annotated[
         float, Field(ge=0.0, le=1.0, description="largest derivative gain on the model's motion [s]; lowered likewise")
     ] = 0.1
-    quiet: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
-        None, description="a smaller mean innovation is held for noise [m]; none: 0.0018 of the rod's length"
-    )
-    quiet_time: Annotated[float, Field(gt=0.0, le=10.0, description="over which that mean is taken [s]")] = 0.07
-    quiet_share: Annotated[float, Field(gt=0.0, le=1.0, description="of the gains that is left for noise [-]")] = 0.5
     force_max: Annotated[float, Field(gt=0.0, le=1000.0)] | None = Field(
         None, description="largest estimated force [N]; default: from the rod's stiffness and weight"
     )

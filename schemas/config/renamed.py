@@ -35,6 +35,9 @@ RENAMED_VALUES = {("reference", "branch"): {"far": "above_135", "near": "below_1
 
 REMOVED = {
     ("observer", "delay_scale"): "the gains follow from the loop's margin at the configured delay",
+    ("observer", "quiet"): "the noise floor is 0.0018 of the rod's length",
+    ("observer", "quiet_time"): "the innovation is averaged over 0.07 s",
+    ("observer", "quiet_share"): "half of the gains is left below the noise floor",
 }
 """Reason by section and name, of keys that no longer have a meaning: they are ignored, with a warning each."""
 

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from tendond.schemas import paper_robot
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import NotNegative, Positive
 
@@ -13,27 +14,31 @@ Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 class RodSection(Schema):
     """[rod] and [simulator.rod]: parameters of the Cosserat rod; the defaults are the paper's robot."""
 
-    length: Annotated[float, Field(gt=0.0, le=10.0, description="length of the backbone [m]")] = 0.5
-    radius: Annotated[float, Field(gt=0.0, le=0.1, description="radius of the backbone [m]")] = 1e-3
-    youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="Young's modulus of the backbone [Pa]")] = 190e9
-    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio of the backbone [-]")] = 0.3
+    length: Annotated[float, Field(gt=0.0, le=10.0, description="length of the backbone [m]")] = paper_robot.LENGTH
+    radius: Annotated[float, Field(gt=0.0, le=0.1, description="radius of the backbone [m]")] = paper_robot.RADIUS
+    youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="Young's modulus of the backbone [Pa]")] = (
+        paper_robot.YOUNGS_MODULUS
+    )
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio of the backbone [-]")] = (
+        paper_robot.POISSON_RATIO
+    )
     density: Annotated[
         float, Field(gt=0.0, le=1e6, description="density of the backbone with disks, glue and markers [kg/m^3]")
-    ] = 17189.0
+    ] = paper_robot.DENSITY
     shear_damping: Diagonal = Field(
-        (0.0, 0.0, 0.0), description="damping of shear and extension, diagonal of Bse [N s]"
+        paper_robot.SHEAR_DAMPING, description="damping of shear and extension, diagonal of Bse [N s]"
     )
     bending_damping: Diagonal = Field(
-        (0.008, 0.008, 0.008), description="damping of bending and torsion, diagonal of Bbt [N m^2 s]"
+        paper_robot.BENDING_DAMPING, description="damping of bending and torsion, diagonal of Bbt [N m^2 s]"
     )
-    drag: Diagonal = Field((0.1, 0.1, 0.1), description="drag of the air, diagonal of C [kg/m^2]")
+    drag: Diagonal = Field(paper_robot.DRAG, description="drag of the air, diagonal of C [kg/m^2]")
     gravity: Vector3 = Field(
-        (-9.81, 0.0, 0.0), description="gravity in the world frame, with the straight rod along +z [m/s^2]"
+        paper_robot.GRAVITY, description="gravity in the world frame, with the straight rod along +z [m/s^2]"
     )
     tendon_positions: Annotated[
         tuple[tuple[float, float], ...],
         Field(min_length=1, max_length=16, description="position (x, y) of each tendon in the cross-section [m]"),
-    ] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
+    ] = paper_robot.TENDON_POSITIONS
     tip_mass: Annotated[float, Field(ge=0.0, le=10.0, description="mass of a tool or marker body on the tip [kg]")] = (
         0.0
     )

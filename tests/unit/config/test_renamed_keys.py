@@ -3,7 +3,7 @@
 import pytest
 
 from tendond.schemas.config.reference import ReferenceSection
-from tendond.schemas.config.renamed import RENAMED, RenamedKeyWarning
+from tendond.schemas.config.renamed import REMOVED, RENAMED, RenamedKeyWarning
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
 
 OTHER_VALUES: dict[str, object] = {
@@ -52,3 +52,12 @@ def test_an_old_name_of_a_branch_is_read_with_one_line_and_in_requests_and_logs_
     said = [str(warning.message) for warning in caught]
     assert said == [f"rig.toml: reference.branch = '{old}' was renamed to '{new}': use that value"]
     assert ReferenceSection.model_validate({"across": 0.34, "branch": old}).branch == new
+
+
+@pytest.mark.parametrize(("section", "old"), REMOVED)
+def test_a_removed_key_changes_nothing_and_one_line_says_why(section: str, old: str) -> None:
+    with pytest.warns(RenamedKeyWarning) as caught:
+        config = parse_config(f"[{section}]\n{old} = 0.02\n", "rig.toml")
+    assert config == RigConfig()
+    said = [str(warning.message) for warning in caught]
+    assert said == [f"rig.toml: {section}.{old} is no longer used ({REMOVED[section, old]}): remove it"]

@@ -19,14 +19,11 @@ from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.estimation.margin import (
     GAIN_MARGIN,
     STIFFNESS_RANGE,
-    FeedbackGains,
-    LawRates,
-    UnknownPlant,
     admitted_gains,
     default_tip_mass,
-    loop_poles,
     min_stiffness_ratio,
 )
+from tendond.model.estimation.poles import FeedbackGains, LawRates, UnknownPlant, loop_poles
 from tendond.model.rod.parameters import RodParameters
 from tendond.offline.robustness.evaluate import evaluate
 from tendond.offline.robustness.margin import LoopRow, run_loop, stiffness_rows
@@ -36,14 +33,14 @@ from tendond.schemas.messages import ControlAction, Mode
 
 ROD = RodParameters()
 RATES = LawRates(12.4, 30.0, 100.0)
-ASKED = FeedbackGains(integral=5.0, proportional=0.8, derivative=0.15, time=0.07, quiet_share=0.75)
+ASKED = FeedbackGains(integral=5.0, proportional=0.8, derivative=0.15, time=0.07, noise_share=0.75)
 
 
 def growth(
     gains: FeedbackGains, plant: UnknownPlant, period: float = 0.01, delay: int = 0, ahead: bool = False
 ) -> float:
     """Of the slowest decaying (or fastest growing) motion of the loop [1/s]; negative: stable."""
-    poles = loop_poles(ROD, period, -0.2, replace(gains, quiet_share=1.0), RATES, plant, delay, ahead=ahead)
+    poles = loop_poles(ROD, period, -0.2, replace(gains, noise_share=1.0), RATES, plant, delay, ahead=ahead)
     return math.log(abs(poles[0])) / period
 
 
@@ -71,10 +68,11 @@ def test_a_heavy_mass_bounds_the_integral_as_rouths_criterion_of_one_mode_says(m
 def ripple(gains: tuple[float, float, float], mass: float, monkeypatch: pytest.MonkeyPatch) -> float:
     """Peak to peak of the true tip's x in the last of eight seconds of the real loop, with these very gains [m]."""
     monkeypatch.setattr(feedback, "_admitted", lambda rod, period, alpha, wanted, *rest: wanted)
+    monkeypatch.setattr(feedback, "NOISE_SHARE", 1.0)
     integral, proportional, derivative = gains
     config = parse_config(
         f"[observer]\nintegral = {integral}\nproportional = {proportional}\nderivative = {derivative}\n"
-        f"quiet_share = 1.0\n[simulator.weight]\nmass = {mass}\n[commissioning]\nrest = false\nprobe = false\n"
+        f"[simulator.weight]\nmass = {mass}\n[commissioning]\nrest = false\nprobe = false\n"
         "[faults]\nswing = 10.0\ntension_swing = 10.0\n",
         "margin",
     )
@@ -104,7 +102,8 @@ def test_the_real_loop_with_a_hundred_grams_settles_by_default(law: str) -> None
 
 def test_a_run_that_swings_fails_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(feedback, "_admitted", lambda rod, period, alpha, wanted, *rest: wanted)
-    eager = parse_config("[observer]\nintegral = 12.0\nderivative = 0.02\nquiet_share = 1.0\n", "eager")
+    monkeypatch.setattr(feedback, "NOISE_SHARE", 1.0)
+    eager = parse_config("[observer]\nintegral = 12.0\nderivative = 0.02\n", "eager")
     found = run_loop(eager, LoopRow("backstepping", 100.0, 0.1, 1.0, 0, 0, None, None, "", passes=False))
     assert not found.passes
 

@@ -12,10 +12,10 @@ from tendond.daemon.control.laws.law import SpatialObservation
 from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.model.estimation.observer import (
-    PULL,
-    SIDEWAYS,
-    THROWN,
-    UNSEEN,
+    INNOVATION_LIMIT,
+    LATERAL_VARIANCE,
+    PULL_MAX,
+    UNOBSERVABLE,
     ObserverGains,
     observe,
     start_observer,
@@ -67,8 +67,8 @@ def test_the_law_in_space_lets_an_error_decay_at_two_rates_whatever_it_is_doing(
 
 
 GAINS = ObserverGains(
-    kind="force", period=0.01, delay=0.013, integral=12.0, proportional=0.4, derivative=0.02, quiet=2e-3,
-    quiet_share=0.1, quiet_time=0.05, force_max=3.0, offset_gain=0.2,
+    kind="force", period=0.01, delay=0.013, integral=12.0, proportional=0.4, derivative=0.02, noise_floor=2e-3,
+    noise_share=0.1, innovation_time=0.05, force_max=3.0, offset_gain=0.2,
 )  # fmt: skip
 BENT = [20.0, 6.0, 0.0, 0.0]
 """Tensions [N] under which the rod leaves the plane."""
@@ -84,9 +84,9 @@ def documented_gain(positions: np.ndarray, length: float, stiffness: float, grav
     compliance *= length / (len(positions) - 1) / stiffness
     size = np.linalg.norm(gravity)
     down = gravity / size if size else gravity
-    prior = SIDEWAYS * np.eye(3) + (1.0 - SIDEWAYS) * np.outer(down, down) if size else np.eye(3)
-    unseen = (UNSEEN * 0.5 * np.trace(compliance)) ** 2
-    return np.asarray(prior @ compliance @ np.linalg.inv(compliance @ prior @ compliance + unseen * np.eye(3)))
+    prior = LATERAL_VARIANCE * np.eye(3) + (1.0 - LATERAL_VARIANCE) * np.outer(down, down) if size else np.eye(3)
+    floor = (UNOBSERVABLE * 0.5 * np.trace(compliance)) ** 2
+    return np.asarray(prior @ compliance @ np.linalg.inv(compliance @ prior @ compliance + floor * np.eye(3)))
 
 
 @pytest.mark.parametrize("gravity", [(-9.81, 0.0, 0.0), (3.0, -4.0, 8.0), (0.0, 0.0, 0.0)])
@@ -106,11 +106,11 @@ def test_force_and_pull_follow_the_documented_equations(gravity: tuple[float, fl
         past = [*past[1:], tips[k]]
         measured = 0.7 * past[-2] + 0.3 * past[-3] + size * np.array(direction)
         e = size * np.array(direction)
-        mean = mean + 0.2 * (e - mean)  # period / quiet_time
+        mean = mean + 0.2 * (e - mean)  # period / innovation_time
         weight = 0.1 + 0.9 * (mean @ mean) / (mean @ mean + 2e-3**2)
-        thrown = min(1.0, THROWN * rod.parameters.length / size)
-        force = bounded(force + weight * thrown * 12.0 * 0.01 * spring @ e, 3.0)
-        pull = bounded(weight * spring @ (0.4 * e + 0.02 / 0.05 * (e - mean)), PULL * 3.0)
+        limit = min(1.0, INNOVATION_LIMIT * rod.parameters.length / size)
+        force = bounded(force + weight * limit * 12.0 * 0.01 * spring @ e, 3.0)
+        pull = bounded(weight * spring @ (0.4 * e + 0.02 / 0.05 * (e - mean)), PULL_MAX * 3.0)
         state = observe(GAINS, state, rod, model, tips[k], measured)
         np.testing.assert_allclose(state.innovation, e, atol=1e-14)
         np.testing.assert_allclose(state.mean, mean, atol=1e-14)

@@ -31,6 +31,7 @@ CHECKS: dict[str, Check] = {
     "poses": bus.poses,
     "rest": commissioning.rest,
     "pose sender": camera.sender,
+    "base": camera.level,
     "servo driver": bus.driver,
     "servo port": servos.port,
     "latency": servos.latency,

@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
 from tests.rig.bench import PATIENCE_SECONDS, PULLED, SLACK, Bench, section
-from tests.rig.servos import BAUDRATE, calibration, emulated
+from tests.rig.servos import BAUDRATE, SHORT_SECONDS, calibration, emulated
 
 pytestmark = pytest.mark.rig
 
@@ -185,7 +185,7 @@ def test_at_exit_wound_tendons_are_let_out_and_the_torque_goes_off_in_order(benc
 
 def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section())
+        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         bench.driver.session.bus.close()
         servos.servos[1].silent = True
         with pytest.raises(NoAnswerError, match=r"no answer from servo 2: .*tendond servo scan"):
@@ -205,5 +205,5 @@ def test_servos_that_do_not_know_fast_sync_read_are_named_and_work_without_it(tm
     with emulated(tmp_path) as servos:
         servos.knows_fast = False
         with pytest.raises(ServoError, match=r"do not know Fast Sync Read.* servo.fast_read = false"):
-            Bench(servos, tmp_path / "ttyUSB0", section())
+            Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         Bench(servos, tmp_path / "ttyUSB0", section(fast_read=False)).pull()

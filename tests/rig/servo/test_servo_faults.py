@@ -117,14 +117,17 @@ def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: 
     bench.pull()
 
 
-def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(bench: Bench) -> None:
-    bench.pull()
-    bench.servos.apply(lambda: setattr(bench.servos.servos[0], "voltage", 3.0))
-    bench.until(lambda one: bool(one.fault), PULLED)
-    bench.servos.apply(lambda: setattr(bench.servos.servos[0], "voltage", 12.0))
-    bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
-    assert bench.driver.reset(time.monotonic()) == "the fault is reset"
-    bench.pull()
+def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(tmp_path: Path) -> None:
+    with emulated(tmp_path) as servos:
+        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench.pull()
+        servos.apply(lambda: setattr(servos.servos[0], "voltage", 3.0))
+        bench.until(lambda one: bool(one.fault), PULLED)
+        servos.apply(lambda: setattr(servos.servos[0], "voltage", 12.0))
+        bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
+        assert bench.driver.reset(time.monotonic()) == "the fault is reset"
+        bench.pull()
+        bench.driver.session.bus.close()
 
 
 def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:

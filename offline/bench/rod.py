@@ -1,8 +1,8 @@
-"""How long the rod takes, and how far off it is: one motion, every solver, in one run.
+"""Benchmark of the rod: time of a step and error of the tip; one motion, every solver, in one run.
 
 The motion: four tendons at 3 +- 2 N, sines of 0.5 Hz a quarter period apart, gravity across, 10 s of 10 ms steps.
-Times are of one call from Python, every one of them: median, p99 and max are over all steps of all runs, whatever the
-machine did meanwhile.
+Times are of one call from Python, every one of them: median, p99 and max are over all steps of all runs, under
+whatever load.
 """
 
 import importlib
@@ -56,12 +56,12 @@ class _TimedRun:
 
 
 def tensions(step: int) -> Array:
-    """Of the motion [N], shape (4,)."""
+    """Tensions of the motion [N], shape (4,)."""
     return np.asarray(3.0 + 2.0 * np.sin(2.0 * np.pi * 0.5 * step * TIME_STEP + np.arange(4) * np.pi / 2.0))
 
 
 def bench_rod(progress: Callable[[str], None] = lambda name: None) -> list[RodRow]:
-    """Every row; `progress` is told the name of the one that comes next. Takes about 15 s."""
+    """Every row; `progress` is called with the name of the next one. Takes about 15 s."""
     parameters = RodParameters()
     fine = Rod(parameters, nodes=FINE_NODES)
     progress("converged solution")
@@ -109,7 +109,7 @@ def _dynamic(rod: Rod, displacements: Array | None = None) -> _TimedRun:
     loads = np.array([rod.loads(commands) for commands in actuation])
     start = {"displacements" if driven else "tensions": actuation[0]}
     state = rod.solve_static(**start)
-    rod.advance(state.copy(), loads[1], driven)  # for practice: a rod's first step loads its kernel
+    rod.advance(state.copy(), loads[1], driven)  # to warm up: a rod's first step loads its kernel
     times, marches, tips = np.zeros(STEPS), np.zeros(STEPS), np.zeros((STEPS, 3))
     for k in range(STEPS):
         begin = time.perf_counter()

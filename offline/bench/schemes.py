@@ -1,6 +1,6 @@
-"""Space schemes compared: how far the tip is from the converged solution, for what time, with how many nodes.
+"""Comparison of space schemes: error of the tip against the converged solution, time of a step, number of nodes.
 
-The candidates that are no registered schemes stand here, so that the comparison can be made again.
+Candidates that are not registered schemes are defined here, so that the comparison can be repeated.
 """
 
 import time
@@ -65,7 +65,7 @@ STATIC_CASES: dict[str, dict[str, Any]] = {
     "43 N, 50 g": {"tensions": (43.0, 0.0, 0.0, 0.0), "tip_force": (-0.4905, 0.0, 0.0)},
     "in space": {"tensions": (30.0, 20.0, 5.0, 1.0), "tip_force": (0.3, -0.4, 0.2)},
 }
-"""Under gravity."""
+"""Loads of the static cases; gravity acts in all of them."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def compare_schemes(progress: Callable[[str], None] = lambda name: None) -> list
 
 
 def _tips(rod: Rod) -> tuple[Array, Array]:
-    """Of every static case, and along a step from rest to 43 N and on to three tendons."""
+    """Tips of every static case, and along a step from rest to 43 N and on to three tendons."""
     static = [rod.tip(rod.solve_static(**case)).position for case in STATIC_CASES.values()]
     state = rod.solve_static()
     dynamic = []
@@ -125,7 +125,7 @@ def _tips(rod: Rod) -> tuple[Array, Array]:
 
 
 def _times(rod: Rod) -> Array:
-    """Of steps in a smooth motion [s]."""
+    """Times of steps in a smooth motion [s]."""
     state = rod.solve_static(tensions(0))
     times = np.zeros(TIMED_STEPS)
     for k in range(TIMED_STEPS):

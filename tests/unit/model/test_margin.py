@@ -117,13 +117,15 @@ def test_a_hanging_mass_softens_the_bent_arm_no_more_than_the_margin_assumes() -
 @pytest.mark.parametrize("period", [0.01, 0.004])
 @pytest.mark.parametrize("late", [0, 1, 3])
 @pytest.mark.parametrize("ahead", [False, True])
-def test_admitted_gains_bear_every_mass_stiffness_and_untold_cycle(period: float, late: int, ahead: bool) -> None:
+def test_admitted_gains_keep_the_margin_for_every_mass_stiffness_and_delay(
+    period: float, late: int, ahead: bool
+) -> None:
     mass = default_tip_mass(ROD)
     gains = admitted_gains(ROD, period, -0.2, ASKED, RATES, late * period, mass)
     for load in (0.0, 0.2 * mass, mass):
         for stiffness in (min_stiffness_ratio(ROD, load), 1.15):
-            for untold in (0, 1):
-                plant = UnknownPlant(load, stiffness, delay=late + untold)
+            for unknown in (0, 1):
+                plant = UnknownPlant(load, stiffness, delay=late + unknown)
                 more = replace(gains, integral=GAIN_MARGIN * gains.integral)
                 assert growth(more, plant, period, late, ahead) < 0.0
 
@@ -136,7 +138,7 @@ def test_gains_are_never_raised_and_fall_with_mass_and_delay() -> None:
     assert ASKED.integral >= integral(0.0, 0.05) > integral(0.0, 0.1) > integral(0.03, 0.1) > 0.0
 
 
-def test_the_papers_robot_bears_a_hundred_grams_by_default() -> None:
+def test_the_papers_robot_is_stable_with_a_hundred_grams_by_default() -> None:
     assert default_tip_mass(ROD) == pytest.approx(0.1, rel=0.01)
     config = parse_config("[observer]\nintegral = 20.0\n", "eager")
     said = lowered(config, rod_from_section(config.rod, 0.01).parameters)
@@ -154,7 +156,7 @@ def test_a_configured_mass_on_the_tip_does_not_switch_the_observer_off(mass: flo
     assert loaded.proportional > 0.4 * bare.proportional
 
 
-def test_an_unknown_weight_beside_a_configured_mass_is_borne_and_found() -> None:
+def test_an_unknown_weight_beside_a_configured_mass_is_tolerated_and_found() -> None:
     """In the closed loop, on the full rod: 30 g known, 50 g not."""
     base = RigConfig()
     base = base.model_copy(update={"rod": base.rod.model_copy(update={"tip_mass": 0.03})})

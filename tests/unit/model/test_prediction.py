@@ -1,4 +1,4 @@
-"""Rod.predict says what the coming step will do, and how that answers to the tendons: the step itself is the judge."""
+"""Rod.predict gives the tip after the coming step and its jacobian by the tendons, as the step itself does."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from tendond.model import Rod, RodParameters, RodState
 from tests.unit.rod.rods import Array
 
 PARAMETERS = RodParameters()
-WAYS: Array = np.ascontiguousarray(np.linalg.pinv(np.array(PARAMETERS.tendon_positions).T).T)
+INPUTS: Array = np.ascontiguousarray(np.linalg.pinv(np.array(PARAMETERS.tendon_positions).T).T)
 """Tensions per bending moment."""
 
 FORCE = np.array([0.1, 0.05, -0.02])
@@ -24,36 +24,36 @@ def moving(rod: Rod, cycles: int) -> tuple[RodState, Array]:
 
 
 @pytest.mark.parametrize("jump", [0.0, 2.0])
-def test_a_forecast_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump: float) -> None:
-    """Where it ends, as well as the step's own tolerance; the answers are those at the first guess of it."""
+def test_a_prediction_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump: float) -> None:
+    """Where it ends, within the step's own tolerance; the jacobians are those at its first guess."""
     rod = Rod(PARAMETERS, tolerance=1e-10)
     state, tensions = moving(rod, 12)
     tensions = tensions + np.array([jump, 0.0, 0.0, 0.0])
-    said = rod.predict(state, tensions, WAYS, FORCE)
+    predicted = rod.predict(state, tensions, INPUTS, FORCE)
     tip = rod.tip(rod.step(state, tensions, tip_force=FORCE))
     # The guess of the step is further off after a jump, and so is what two corrections leave.
-    near = 1e-9 if jump == 0.0 else 1e-6
-    assert said.position == pytest.approx(tip.position, abs=near)
-    assert said.velocity == pytest.approx(tip.velocity, abs=200.0 * near)
-    assert said.direction == pytest.approx(tip.rotation[:, 2], abs=10.0 * near)
-    # The answers are those at the guess: near the step's where the motion goes on as it was.
+    close = 1e-9 if jump == 0.0 else 1e-6
+    assert predicted.position == pytest.approx(tip.position, abs=close)
+    assert predicted.velocity == pytest.approx(tip.velocity, abs=200.0 * close)
+    assert predicted.direction == pytest.approx(tip.rotation[:, 2], abs=10.0 * close)
+    # The jacobians are those at the guess: close to the step's where the motion continues.
     small, rough = 1e-3, 1e-2 if jump == 0.0 else 5e-2
-    for way in range(2):
+    for column in range(2):
         more, less = (
-            rod.tip(rod.step(state, tensions + sign * small * WAYS[way], tip_force=FORCE)) for sign in (1.0, -1.0)
+            rod.tip(rod.step(state, tensions + sign * small * INPUTS[column], tip_force=FORCE)) for sign in (1.0, -1.0)
         )
         by_position = (more.position - less.position) / (2.0 * small)
         by_direction = (more.rotation[:, 2] - less.rotation[:, 2]) / (2.0 * small)
         size, turn = float(np.linalg.norm(by_position)), float(np.linalg.norm(by_direction))
-        assert said.position_jacobian[:, way] == pytest.approx(by_position, abs=rough * size)
-        assert said.direction_jacobian[:, way] == pytest.approx(by_direction, abs=rough * turn)
+        assert predicted.position_jacobian[:, column] == pytest.approx(by_position, abs=rough * size)
+        assert predicted.direction_jacobian[:, column] == pytest.approx(by_direction, abs=rough * turn)
 
 
-def test_a_forecast_leaves_the_state_as_it_was() -> None:
+def test_a_prediction_leaves_the_state_as_it_was() -> None:
     rod = Rod(PARAMETERS)
     state, tensions = moving(rod, 3)
     before = rod.tip(state)
-    rod.predict(state, tensions + 5.0, WAYS, FORCE)
+    rod.predict(state, tensions + 5.0, INPUTS, FORCE)
     after = rod.tip(state)
     assert np.array_equal(before.position, after.position)
     assert np.array_equal(before.velocity, after.velocity)

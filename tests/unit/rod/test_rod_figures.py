@@ -1,6 +1,8 @@
-"""The paper's scheme (forward Euler, N = 200, dt 0.01 s) gives the figures of docs/physics to the digits given there.
+"""The paper's scheme (forward Euler, N = 200, dt 0.01 s) gives the figures of an independent implementation.
 
-They were found by an independent prototype of the equations of Danesh & Janabi-Sharifi (sections 2 and 3, table 1).
+The equations and the robot are those of Danesh & Janabi-Sharifi, "Backstepping Control of Tendon-Driven Continuum
+Robots in Large Deflections Using the Cosserat Rod Model", arXiv:2412.12035 (2024), sections 2 and 3 and table 1. `python -m
+tests.reference.check` prints them beside those of its own implementation, which shares no code with the kernels.
 """
 
 import math
@@ -61,7 +63,7 @@ def test_euler_is_off_the_arc_by_a_first_order_error(difference: float, off: str
     assert f"{1e3 * np.linalg.norm(rod.tip(rod.solve_static(tensions)).position - arc):.2f}" == off
 
 
-def test_43_newtons_at_once_swing_the_rod_past_its_place_of_rest() -> None:
+def test_43_newtons_at_once_swing_the_rod_past_its_equilibrium() -> None:
     rod, tensions = Rod(PAPER, "euler"), one_tendon(43.0)
     state = rod.solve_static()
     x = []
@@ -76,7 +78,7 @@ def test_43_newtons_at_once_swing_the_rod_past_its_place_of_rest() -> None:
 
 
 def test_340_mm_is_reached_twice_and_passed_by_362_mm_in_between() -> None:
-    """The near shape's figures are this scheme's, as the plain reference confirms; converged: 266 and 36.9 mm."""
+    """The figures of the less bent shape are this scheme's; converged: 266 and 36.9 mm."""
     rod = Rod(PAPER, "euler")
 
     def pulled(tension: float) -> RodState:
@@ -86,13 +88,13 @@ def test_340_mm_is_reached_twice_and_passed_by_362_mm_in_between() -> None:
         return float(rod.tip(pulled(tension)).position[0]) - 0.340
 
     farthest = max(beyond(tension) for tension in np.arange(34.0, 38.0, 0.25)) + 0.340
-    near, far = brentq(beyond, 20.0, 36.0), brentq(beyond, 36.0, 46.0)
+    less_bent, more_bent = brentq(beyond, 20.0, 36.0), brentq(beyond, 36.0, 46.0)
     assert f"{1e3 * farthest:.0f}" == "362"
-    assert f"{1e3 * rod.tip(pulled(near)).position[2]:.0f}" == "269"
-    assert f"{1e3 * rod.displacements(pulled(near))[0]:.1f}" == "36.8"
-    assert f"{far:.1f}" == "43.8"
-    assert f"{1e3 * rod.tip(pulled(far)).position[2]:.0f}" == "40"
-    assert f"{1e3 * rod.displacements(pulled(far))[0]:.1f}" == "58.6"
+    assert f"{1e3 * rod.tip(pulled(less_bent)).position[2]:.0f}" == "269"
+    assert f"{1e3 * rod.displacements(pulled(less_bent))[0]:.1f}" == "36.8"
+    assert f"{more_bent:.1f}" == "43.8"
+    assert f"{1e3 * rod.tip(pulled(more_bent)).position[2]:.0f}" == "40"
+    assert f"{1e3 * rod.displacements(pulled(more_bent))[0]:.1f}" == "58.6"
 
 
 def test_a_tendons_elastic_stretch_adds_to_its_displacement() -> None:

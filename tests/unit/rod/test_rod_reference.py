@@ -182,7 +182,7 @@ def followed(model: ReferenceModel, rod: Rod, state: RodState, loads: Loads, pre
 
 
 @pytest.mark.parametrize("space", list(SCHEMES))
-@pytest.mark.parametrize("tendons", [3, 4, 6])
+@pytest.mark.parametrize("tendons", [3, 4])
 def test_a_tension_driven_motion_in_three_dimensions_is_the_references(space: str, tendons: int) -> None:
     rng = np.random.default_rng(tendons)
     parameters, tensions, loads = some_rod(rng, tendons), rng.uniform(0.0, 6.0, tendons), some_loads(rng)
@@ -197,7 +197,7 @@ def test_a_tension_driven_motion_in_three_dimensions_is_the_references(space: st
 
 
 @pytest.mark.parametrize("space", list(SCHEMES))
-@pytest.mark.parametrize("tendons", [3, 4, 6])
+@pytest.mark.parametrize("tendons", [3, 4])
 def test_a_displacement_driven_motion_obeys_the_springs_by_the_references_lengths(space: str, tendons: int) -> None:
     rng = np.random.default_rng(10 + tendons)
     parameters, loads, taut = some_rod(rng, tendons), some_loads(rng), []

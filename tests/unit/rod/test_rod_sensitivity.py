@@ -15,7 +15,7 @@ import pytest
 
 from tendond.model import ParameterError, Rod, RodParameters, RodState, Sensitivity
 from tendond.model.solver.schemes import SCHEMES
-from tests.unit.rod.rods import PAPER, SIX_TENDONS, WEIGHTLESS, Array, External, tip_motion
+from tests.unit.rod.rods import PAPER, THREE_TENDONS, WEIGHTLESS, Array, External, tip_motion
 
 TRUNCATION = 1e-5
 ROUNDING = 1.1e-9
@@ -25,7 +25,7 @@ TENSIONS = np.array([8.0, 4.0, 1.0, 0.5, 2.0, 3.0])
 DISPLACEMENTS = np.array([6e-3, 3e-3, -5e-3, -4e-3, 0.0, 2e-3])
 FORCE = np.array([0.2, 0.1, -0.1])
 
-RODS = {"four tendons": PAPER, "six tendons, Bse": replace(SIX_TENDONS, shear_damping=(1.0, 1.0, 1.0))}
+RODS = {"four tendons": PAPER, "three tendons, Bse": replace(THREE_TENDONS, shear_damping=(1.0, 1.0, 1.0))}
 
 
 def differentiated(function: Callable[[Array], Array], at: Array, step: float) -> Array:
@@ -137,7 +137,7 @@ def test_a_slack_tendons_command_changes_nothing() -> None:
 
 @pytest.mark.parametrize("space", list(SCHEMES))
 @pytest.mark.parametrize("name", list(RODS))
-def test_the_tips_response_is_a_column_of_the_sensitivity_and_leaves_the_state_alone(space: str, name: str) -> None:
+def test_the_velocity_jacobian_is_a_column_of_the_sensitivity_and_leaves_the_state_alone(space: str, name: str) -> None:
     parameters = RODS[name]
     n = parameters.tendon_count
     rod = Rod(parameters, space)

@@ -1,8 +1,9 @@
 """The paper's scheme (forward Euler, N = 200, dt 0.01 s) gives the figures of an independent implementation.
 
 The equations and the robot are those of Danesh & Janabi-Sharifi, "Backstepping Control of Tendon-Driven Continuum
-Robots in Large Deflections Using the Cosserat Rod Model", arXiv:2412.12035 (2024), sections 2 and 3 and table 1. `python -m
-tests.reference.check` prints them beside those of its own implementation, which shares no code with the kernels.
+Robots in Large Deflections Using the Cosserat Rod Model", arXiv:2412.12035 (2024), sections 2 and 3 and table 1. The
+command `python -m tests.reference.check` prints the figures beside those of its own implementation, which shares no
+code with the kernels.
 """
 
 import math

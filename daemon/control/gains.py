@@ -1,4 +1,4 @@
-"""The observer's gains: those that the configuration asks for, as far as the loop's margin admits them."""
+"""Gains of the observer: those of the configuration, as far as the loop's margin admits them."""
 
 from functools import lru_cache
 

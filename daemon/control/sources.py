@@ -15,7 +15,7 @@ UNNAMED = "one without a name"
 
 @dataclass(frozen=True)
 class Source:
-    """A publisher: its identity, and the tick of the cycle in which it was heard last."""
+    """A publisher: its identity, and the tick at which it was heard last."""
 
     name: str
     heard: int
@@ -63,7 +63,7 @@ def _differs(other: Source, first: Source | None) -> bool:
 
 
 def with_unnamed(sources: Sources, topic: str, tick: int) -> Sources:
-    """The sources with one that has no name, but a count of its own, beside the followed one."""
+    """Return the sources with one more, that has no name but a count of its own."""
     return Sources(sources.followed, {**sources.others, topic: Source("", tick)})
 
 

@@ -44,7 +44,7 @@ def changed(old: T, **changes: Any) -> T:
 
 
 def rod_from_section(section: RodSection, time_step: float) -> Rod:
-    """The rod that a configuration describes.
+    """Make the rod that a configuration describes.
 
     Args:
         section: [rod] or [simulator.rod].
@@ -87,7 +87,7 @@ class CycleSetup:
 
     @staticmethod
     def from_config(config: RigConfig) -> "CycleSetup":
-        """The setup of a configuration.
+        """Make the setup of a configuration.
 
         Raises:
             LawError: an unknown law or parameter.

@@ -1,4 +1,4 @@
-"""The fault thresholds of a configuration in cycles: the only place where seconds become counts."""
+"""Fault thresholds of a configuration in cycles: the only place where seconds become counts."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,16 @@ class Thresholds:
     """Fault thresholds of [faults] and [limits] in cycles, 1 or more.
 
     Attributes:
-        pose_timeout: since the newest pose. rejected_time: of rejected poses only.
+        pose_timeout: age of the newest pose.
+        rejected_time: duration of rejected poses only.
         teleport_time, frozen_time, slack_time: from the first report to the newest one, all of them bad.
-        solver_timeout: without a solution of the model. overrun_time: of missed deadlines in a row.
-        tendon_timeout: since the newest tendon state. mismatch_time: of a model far from the measurement.
-        limit_time: at a limit.
-        source_time: since another publisher was heard.
-        rest_block: of the poses whose mean is a rest.
+        solver_timeout: duration without a solution of the model.
+        overrun_time: missed deadlines in a row.
+        tendon_timeout: age of the newest tendon state.
+        mismatch_time: duration of a model far from the measurement.
+        limit_time: duration at a limit.
+        source_time: time for which another publisher is remembered.
+        rest_block: length of the blocks whose mean is a rest.
     """
 
     pose_timeout: int

@@ -24,7 +24,7 @@ from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]
 
-BORNE = 2.0
+MISFIT_MAX = 2.0
 """Misfit up to which a rest is right: base turned and displaced by its tolerance, both at once."""
 
 FREE = 1e6
@@ -71,7 +71,7 @@ class Fit:
     @property
     def is_tolerated(self) -> bool:
         """True if a right rig may rest so."""
-        return self.misfit <= BORNE
+        return self.misfit <= MISFIT_MAX
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class RestFamily:
 
     def may_fit(self, position: Array) -> bool:
         """True if a tip there [m], shape (3,), can be one of a right rig: `fit` in a fraction of its time, too kind."""
-        tolerances = BORNE**0.5 * (self.tolerances.tilt * self.length + self.tolerances.offset)
+        tolerances = MISFIT_MAX**0.5 * (self.tolerances.tilt * self.length + self.tolerances.offset)
         apart = self.positions - position
         return bool(np.min(np.einsum("mi,mi->m", apart, apart)) <= (2.0 * tolerances) ** 2)
 

@@ -1,4 +1,4 @@
-"""Admit: select the inputs that a cycle uses, and name each other one with its reason."""
+"""Admit: select the inputs that a cycle uses, and give the reason for each one that it does not use."""
 
 import math
 from dataclasses import dataclass
@@ -143,7 +143,7 @@ def _disorder(
 
 
 def lengthened(run: int, cycles: int) -> int:
-    """The length of a run of bad reports with one more, `cycles` after the one before it; the first counts as one."""
+    """Return the length of a run of bad reports with one more, `cycles` after the last; the first counts as one."""
     return run + cycles if run else 1
 
 

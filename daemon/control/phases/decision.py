@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Wanted(NamedTuple):
-    """The tension wanted, and how it came about.
+    """The tension wanted, with the input and the output of the law.
 
     Attributes:
         tension: before any limit [N], shape (n,).

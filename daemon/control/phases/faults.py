@@ -55,7 +55,7 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
 
 
 def in_seconds(setup: CycleSetup, cycles: int) -> str:
-    """A number of cycles as a time, for people."""
+    """Format a number of cycles as a time."""
     return f"{cycles * setup.config.loop.period:.3g} s"
 
 

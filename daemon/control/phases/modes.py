@@ -1,4 +1,4 @@
-"""The mode machine: what an operator may ask for when, and what ends tracking.
+"""Advance mode: the requests that an operator may make in each mode, and the reasons that end tracking.
 
 idle -> (arm) -> probe, the first time -> pretension -> tracking -> (stop) -> releasing -> idle
 any but idle and releasing -> fault, until reset
@@ -157,7 +157,7 @@ def _end_probe(state: CycleState, probe: Probe) -> CycleState:
 
 
 def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
-    """Another law or reference, validated as the configuration's; only while nothing moves."""
+    """Select another law or reference, validated as the configuration's; only while nothing moves."""
     if state.mode is not Mode.IDLE:
         remedy = "reset" if state.mode is Mode.FAULT else "stop"
         return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
@@ -202,7 +202,7 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
 
 
 def _restart_lost_model(setup: CycleSetup, state: CycleState) -> CycleState:
-    """A released arm rests: a model that has long been far from it is lost, and starts at rest again."""
+    """Restart a model at rest that has long been far from a released arm, which rests."""
     if state.mode in ACTIVE or state.bad_cycles.mismatches < setup.thresholds.mismatch_time:
         return state
     if pulls(state):

@@ -30,7 +30,7 @@ class Limited(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """The model one step on.
+    """The model after the step.
 
     Attributes:
         state: with the new rod, tensions and displacements.

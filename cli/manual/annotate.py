@@ -54,7 +54,7 @@ def _heading(text: str, meaning: str, off: bool) -> Iterator[str]:
     yield ""
     yield from _comment(meaning)
     if off:
-        yield "# Left out by default: take away the '#' before the heading and before the keys to be set."
+        yield "# Optional: remove the '#' before the heading and before the keys to be set."
     yield f"{'#' if off else ''}{text}"
 
 

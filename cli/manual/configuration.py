@@ -15,7 +15,7 @@ One TOML file describes a rig. Every key has a default, so an empty file is the 
 refused by name. `tendond config show` prints this with the values in effect, `tendond config check` says all that is
 wrong with a file, `tendond config schema` gives editors what they need ([how](../howto/configure.md)).
 
-Units are SI. A key without a default is left out by default.
+Units are SI. Keys without a default are optional.
 """
 
 

@@ -65,19 +65,19 @@ def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapR
         topics: whose messages are wanted; left out: all.
 
     Raises:
-        LogError: the file cannot be read, or is no MCAP file.
+        LogError: the file cannot be read, or is not an MCAP file.
     """
     try:
         size = path.stat().st_size
         with path.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
-                raise LogError(f"{path}: is no MCAP file; give a log that 'tendond run' has written")
+                raise LogError(f"{path}: is not an MCAP file; give a log that 'tendond run' has written")
             stream.seek(max(0, size - len(MAGIC)))
             finished = size > 2 * len(MAGIC) and stream.read() == MAGIC
             stream.seek(len(MAGIC))
             end = size - len(MAGIC) * finished
             if stream.read(1) != bytes([Opcode.HEADER]):
-                raise LogError(f"{path}: is no MCAP file; give a log that 'tendond run' has written")
+                raise LogError(f"{path}: is not an MCAP file; give a log that 'tendond run' has written")
             stream.seek(len(MAGIC))
             wanted = _Wanted(topics)
             while (offset := stream.tell()) < end:

@@ -40,7 +40,7 @@ def recover(path: Path, out: Path) -> Recovered:
     """Write every whole record of a file into a new, finished file.
 
     Raises:
-        LogError: it is no MCAP file, or nothing in it is whole.
+        LogError: it is not an MCAP file, or nothing in it is whole.
         UsageError: the new file is there already, or cannot be written.
     """
     found = Recovered()

@@ -84,7 +84,7 @@ def draw(rows: Rows, path: Path) -> Path:
                 if line == 0:
                     axes.set_title(title)
                 if line == len(grid) - 1:
-                    axes.set_xlabel("lag [part lacking after a cycle]")
+                    axes.set_xlabel("lag [fraction remaining after one cycle]")
                 if column == 0:
                     axes.set_ylabel(f"{law.replace('_', ' ')}\n{measure.title}\n\ndelay [cycles]")
         figure.suptitle(

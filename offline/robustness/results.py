@@ -1,4 +1,4 @@
-"""Results on disk while a run goes on: a line each, so that a run that was ended, however, can be gone on with."""
+"""Results on disk during a run, a line each, so that a run that was interrupted in any way can be resumed."""
 
 import fcntl
 import json

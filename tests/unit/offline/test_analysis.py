@@ -217,7 +217,7 @@ def test_a_damaged_file_is_refused_with_the_way_to_save_it(tmp_path: Path) -> No
 @pytest.mark.parametrize("content", [b"", b"[rig]\n", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" + bytes(100)])
 def test_a_file_that_is_no_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.mcap").write_bytes(content)
-    fails(tmp_path / "a.mcap", "is no MCAP file; give a log")
+    fails(tmp_path / "a.mcap", "is not an MCAP file; give a log")
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

@@ -222,8 +222,8 @@ def future_state(path: Path) -> None:
 
 
 BAD = {
-    "no-mcap": (lambda path: path.write_bytes(b"time,x\n0,1\n" * 9), "is no MCAP file"),
-    "empty": (lambda path: path.write_bytes(b""), "is no MCAP file"),
+    "no-mcap": (lambda path: path.write_bytes(b"time,x\n0,1\n" * 9), "is not an MCAP file"),
+    "empty": (lambda path: path.write_bytes(b""), "is not an MCAP file"),
     "else": (something_else, "is an MCAP file, but not of tendond"),
     "no-cycles": (lambda path: rewritten(NORMAL, path, lambda topic, data: None), "holds no cycles"),
     "no-attachment": (lambda path: rewritten(NORMAL, path, attach=False), "has no configuration ('rig.json')"),

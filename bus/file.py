@@ -58,10 +58,10 @@ def _objection(file: Path, *, pem: bool) -> str:
 
 
 def _tls_objection(tls: dict[str, str | None]) -> str:
-    """Load certificates and keys as TLS will: the key at fault and what is wrong; empty where all can be used.
+    """Load certificates and keys as TLS does; return the wrong key and its error, empty where all can be used.
 
     A base64 body that is damaged, a key in place of a certificate, or a key that is another certificate's has the same
-    first line as a good file, and Zenoh says of each only that nobody can be connected to.
+    first line as a good file, and Zenoh only reports that it cannot connect.
     """
     if authority := tls.get("root_ca_certificate"):
         try:

@@ -10,10 +10,10 @@ RADIUS = 1e-3
 """Radius of the backbone [m]."""
 
 YOUNGS_MODULUS = 190e9
-"""[Pa]"""
+"""Young's modulus of the backbone [Pa]."""
 
 POISSON_RATIO = 0.3
-"""[-], of steel: the paper leaves it open."""
+"""Poisson's ratio of steel [-]; the paper does not give it."""
 
 DENSITY = 17189.0
 """Density with disks, glue and markers [kg/m^3]."""

@@ -21,7 +21,7 @@ class CycleInputs(Schema):
         request: of the operator, if there is one; law, reference: what it is about.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         unreadable_detail: which field of the first of those was wrong, and how.
-        others: further publishers that were heard since the last cycle, by key: their newest identity. "controller" is
+        others: further publishers received since the last cycle, by key: their newest identity. "controller" is
             another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
         pose_lag: arrival of the pose by the receiver's clock minus its `stamp_ns` [s]; none where no clock ran.

@@ -10,7 +10,7 @@ from tendond.drivers.dynamixel.process import ServoProcess, request_reset
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.tools.calibrate import Ask
 from tendond.drivers.dynamixel.tools.rig import open_bus
-from tendond.drivers.dynamixel.tools.scan import PATIENCE, ports, scan
+from tendond.drivers.dynamixel.tools.scan import GARBLED, PATIENCE, ports, scan
 from tendond.drivers.dynamixel.tools.setup import reboot, set_up
 from tendond.schemas.config.servo import BAUD_RATES, ServoSection
 
@@ -68,7 +68,7 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
 
 
 def _garbled(heard: list[str]) -> bool:
-    return any("answers that are none" in line for line in heard)
+    return any(GARBLED in line for line in heard)
 
 
 def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | None, yes: bool, ask: Ask) -> None:

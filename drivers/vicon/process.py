@@ -128,10 +128,10 @@ class ViconDriver:
                     block = source.receive()
                     for line in source.news():
                         self._log(line)
-                    self._listen(block is not None, source)
+                    self._report_silence(block is not None, source)
                     for frame in [] if block is None else self._sequencer.add(block):
                         pose = self._builder.build(frame)
-                        self._tell()
+                        self._report_validity()
                         if pose is not None:
                             publisher.put(encode(pose.named(identity)))
                     if time.monotonic() > report:
@@ -144,10 +144,10 @@ class ViconDriver:
             source.close()
             self._report(source)
 
-    def _listen(self, heard: bool, source: FrameSource) -> None:
+    def _report_silence(self, received: bool, source: FrameSource) -> None:
         """Say when the stream falls silent, and when it is back."""
         now = time.monotonic()
-        if heard:
+        if received:
             self._heard = now
             if source.counts != self._unheard:
                 self._unheard = source.counts.copy()
@@ -159,11 +159,11 @@ class ViconDriver:
                 f"nothing from Tracker for {self._section.silence:g} s" + (f"; other packets: {cause}" if cause else "")
             )
 
-    def _tell(self) -> None:
-        """Say when the poses become invalid or valid again, and when the base is seen to be tilted or level."""
+    def _report_validity(self) -> None:
+        """Say when the poses become invalid or valid again, and when the base becomes tilted or level."""
         objections, level = self._builder.objections, self._builder.level
         if objections != self._objections and self._log(
-            f"no valid pose: {', '.join(objections)}" if objections else "the tip is seen"
+            f"no valid pose: {', '.join(objections)}" if objections else "the tip is visible"
         ):
             self._objections = objections
         if level.tilted != self._tilted and self._log(level.objection() or "the base is level"):

@@ -26,6 +26,7 @@ from tendond.offline.identification.plan import propose
 from tendond.offline.identification.simulate import Simulation
 from tendond.offline.identification.statistics import statistics
 from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.paper_robot import YOUNGS_MODULUS
 
 Array = NDArray[np.float64]
 
@@ -110,7 +111,7 @@ class ProofOutcome:
 def truth(plant: str) -> dict[str, float]:
     """The plant's parameters, by name."""
     return {
-        "E": 190e9 * FACTORS[plant],
+        "E": YOUNGS_MODULUS * FACTORS[plant],
         "rho": BUILT["density"],
         "Bbt": BUILT["bending_damping"][0],
         "C": BUILT["drag"][0],
@@ -133,7 +134,7 @@ def unknowns() -> list[tuple[str, list[str]]]:
 def rig(plant: str, seed: int, weight: float, noise: float = NOISE) -> RigConfig:
     """Controller and simulated plant."""
     rod = {
-        **BUILT, "youngs_modulus": 190e9 * FACTORS[plant], "space": "rk4", "nodes": 15, "alpha": 0.0,
+        **BUILT, "youngs_modulus": YOUNGS_MODULUS * FACTORS[plant], "space": "rk4", "nodes": 15, "alpha": 0.0,
         "tip_mass": TIP_MASS[plant], "tip_inertia": ball_inertia(TIP_MASS[plant]),
     }  # fmt: skip
     simulator = {

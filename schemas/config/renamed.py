@@ -4,6 +4,8 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
+from tendond.schemas.config.reference import BRANCHES
+
 DEFAULT_PERIOD = 0.01
 """Period of the loop where a configuration names none [s], to convert a count of cycles."""
 
@@ -30,7 +32,7 @@ IN_SECONDS = {
 }
 """New name [s] by section and old name, of thresholds that were counted in cycles."""
 
-RENAMED_VALUES = {("reference", "branch"): {"far": "above_135", "near": "below_135"}}
+RENAMED_VALUES = {("reference", "branch"): BRANCHES}
 """New value by section, key and old value."""
 
 REMOVED = {

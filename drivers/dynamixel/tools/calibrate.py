@@ -61,7 +61,7 @@ def calibrate(rig: ServoRig, ask: Ask, show: Callable[[str], None]) -> None:
     done = _begun(rig)
     if len(done) == len(rig.ids):
         kept = set_aside(path)
-        show(f"{path} is complete: starting anew, it is kept as {kept.name if kept else path.name}")
+        show(f"{path} is complete: starting again, the old one is kept as {kept.name if kept else path.name}")
         done = []
     elif done:
         show(f"resuming with tendon {len(done)}: {len(done)} of {len(rig.ids)} are in {path}")
@@ -84,7 +84,7 @@ def _begun(rig: ServoRig) -> list[TendonCalibration]:
         calibration = read_calibration(path)
     except CalibrationError as error:
         kept = set_aside(path)
-        rig.say(f"{error}; it is set aside as {kept.name if kept else '-'}, all tendons are calibrated anew")
+        rig.say(f"{error}; it is set aside as {kept.name if kept else '-'}, all tendons are calibrated again")
         return []
     servos = tuple(tendon.servo for tendon in calibration.tendons)
     if calibration.rig != rig.config.rig.name or servos != rig.ids[: len(servos)]:
@@ -199,9 +199,10 @@ class _Tendon:
             raise MismatchError(f"tendon {self.index}: the camera lost the tip while the servo pulled")
         if objection := camera_objection(self.index, positions, pulled, before, after):
             raise MismatchError(f"tendon {self.index} (servo {self.servo}): {objection}")
-        seen = shortened(positions[self.index], before, after)
+        measured = shortened(positions[self.index], before, after)
         self.show(
-            f"tendon {self.index}: pulled {pulled * 1e3:.1f} mm, the camera saw {seen * 1e3:.1f} mm: id, sign, radius"
+            f"tendon {self.index}: pulled {pulled * 1e3:.1f} mm, the camera measured {measured * 1e3:.1f} mm: id,"
+            f" sign, radius"
             " fit"
         )
 
@@ -218,17 +219,18 @@ def camera_objection(
         before: bend of the tip.
         after: bend of the tip.
     """
-    seen = [shortened(position, before, after) for position in positions]
-    towards = max(range(len(seen)), key=lambda one: seen[one] / math.hypot(*positions[one]))
-    share = seen[index] / pulled
+    measured = [shortened(position, before, after) for position in positions]
+    towards = max(range(len(measured)), key=lambda one: measured[one] / math.hypot(*positions[one]))
+    share = measured[index] / pulled
     low, high = CAMERA_DIFFERENCE
-    if towards != index and seen[towards] > low * pulled:
+    if towards != index and measured[towards] > low * pulled:
         return f"the tip bent towards tendon {towards}: is the servo's id, or its sign, correct?"
     if share < -low:
         return "the tip bent away from it: is its sign correct?"
     if not low <= share <= high:
         return (
-            f"pulled {pulled * 1e3:.1f} mm, the camera saw {seen[index] * 1e3:.1f} mm: is servo.spool_radius correct,"
+            f"pulled {pulled * 1e3:.1f} mm, the camera measured {measured[index] * 1e3:.1f} mm: is"
+            f" servo.spool_radius correct,"
             " the tendon on its spool?"
         )
     return ""

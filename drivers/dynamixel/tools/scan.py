@@ -25,6 +25,9 @@ PATIENT_SECONDS = 0.04
 LATE_SECONDS = 0.012
 """Answer time above which the adapter is slow [s]: a register takes 10 ms on the wire at 9600 bit/s, 1 ms at 57600."""
 
+GARBLED = "unintelligible answers"
+"""Words of a progress line about answers that are not from a single servo."""
+
 PROOFS = 4
 """Reads of each register that show whether two servos answer at once: their answers to a ping may be equal."""
 
@@ -108,9 +111,7 @@ def _at_rate(
             progress(f"{bus.port}: {baudrate} bit/s: id {identifier} answers as well, beyond --last-id")
     if garbled:
         progress(
-            f"{bus.port}: {baudrate} bit/s: unintelligible answers: several servos with one id, or noise? Connect"
-            f" one at"
-            " a time"
+            f"{bus.port}: {baudrate} bit/s: {GARBLED}: several servos with one id, or noise? Connect one at a time"
         )
 
 

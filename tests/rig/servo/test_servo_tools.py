@@ -120,7 +120,7 @@ def test_scan_finds_servos_behind_an_adapter_as_it_is_shipped_and_says_so(
 
 def test_a_port_that_this_user_may_not_open_is_named_with_the_remedy() -> None:
     denied = open_failure("/dev/ttyUSB0", PermissionError(13, "Permission denied"))
-    assert str(denied).endswith("cannot be opened: this user may not use it: adduser USER dialout, then log in again")
+    assert str(denied).endswith("cannot be opened: permission denied: adduser USER dialout, then log in again")
 
 
 def test_each_adapter_is_scanned_once(tmp_path: Path) -> None:
@@ -577,6 +577,6 @@ def test_a_camera_confirms_each_tendon_or_says_what_does_not_fit(
     else:
         calibrate_servos(config, operator)
         said = capsys.readouterr().out
-        assert said.count("the camera saw") == 2
+        assert said.count("the camera measured") == 2
         assert said.count("id, sign, radius fit") == 2
     assert not any(servo.energised for servo in servos.servos)

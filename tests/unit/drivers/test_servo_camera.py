@@ -47,11 +47,11 @@ def test_the_rods_own_statics_shorten_a_tendon_by_its_distance_times_the_bend() 
     [
         (0.004, (0.2, 0.0), ""),
         (0.004, (0.16, 0.03), ""),  # a stretched tendon, and one beside the axis
-        (0.004, (0.1, 0.0), "the camera saw 2.0 mm: is servo.spool_radius correct"),
-        (0.004, (0.4, 0.0), "the camera saw 8.0 mm: is servo.spool_radius correct"),
+        (0.004, (0.1, 0.0), "the camera measured 2.0 mm: is servo.spool_radius correct"),
+        (0.004, (0.4, 0.0), "the camera measured 8.0 mm: is servo.spool_radius correct"),
         (0.004, (0.0, 0.2), "the tip bent towards tendon 1: is the servo's id, or its sign, correct?"),
         (0.004, (-0.2, 0.0), "the tip bent towards tendon 2: is the servo's id, or its sign, correct?"),
-        (0.004, (0.0, 0.0), "the camera saw 0.0 mm"),
+        (0.004, (0.0, 0.0), "the camera measured 0.0 mm"),
     ],
 )
 def test_a_swapped_id_a_wrong_sign_and_a_wrong_radius_are_named(

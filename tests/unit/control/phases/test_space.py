@@ -1,5 +1,6 @@
 """A law's observation in space, number by number: place, prediction and target by the model's linearisation."""
 
+import math
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -8,7 +9,7 @@ import pytest
 
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
-from tendond.daemon.control.tasks.space import SPACE, SpatialTask, tendon_allocation
+from tendond.daemon.control.tasks.space import PERIODS_MIN, SPACE, TIP_LOAD_MAX, SpatialTask, tendon_allocation
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.rod import Rod
@@ -86,6 +87,7 @@ def test_a_position_is_predicted_as_far_beside_the_model_as_the_tip_is_now() -> 
     assert seen.prediction is not None
     assert seen.prediction.position == pytest.approx(np.array([0.111, 0.218, 0.333]))
     assert seen.prediction.jacobian.tolist() == [[5.0, 5.0]] * 3
+    assert np.array_equal(seen.prediction.allocation.tensions(np.zeros(2)), [1.5] * 4)
     assert seen.prediction.target == pytest.approx([ELAPSED + PERIOD, OFFSET, 1.0])
     assert seen.prediction.directions == pytest.approx(np.full((3, 2), ELAPSED + PERIOD))
 
@@ -142,3 +144,21 @@ def test_a_task_in_space_follows_any_reference_with_all_tendons_between_pretensi
     )
     with pytest.raises(ParameterError):
         tendon_allocation(two)
+
+
+def test_the_heaviest_tip_is_a_part_of_the_rods_stiffness_and_less_where_a_cycle_is_long() -> None:
+    """m = c EI/(g L^2), times (t/15 T)^3 where the rod's time t = sqrt(rho A L^4/EI) is below 15 cycles T."""
+
+    def bound(period: float, **rod: float) -> float:
+        lines = "".join(f"{name} = {value}\n" for name, value in rod.items())
+        text = f"[loop]\nperiod = {period}\n[rod]\ntendon_stiffness = 2e4\n{lines}[reference]\nacross = 0.1\n"
+        return SPACE.tip_mass_max(parse_config(text, "test"))
+
+    stiffness = 190e9 * math.pi * 1e-3**4 / 4.0
+    rho_a = SETUP.rod.parameters.mass_per_length
+    for length in (0.4, 0.5):
+        whole = TIP_LOAD_MAX * stiffness / (9.80665 * length**2)
+        time = math.sqrt(rho_a * length**4 / stiffness)
+        assert bound(0.001, length=length) == pytest.approx(whole, rel=1e-3)
+        long = 2.0 * time / PERIODS_MIN
+        assert bound(long, length=length) == pytest.approx(whole / 8.0, rel=1e-3)

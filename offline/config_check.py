@@ -66,6 +66,38 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
         yield f"simulator.rod: {error}"
 
 
+FINE_NODES = 41
+"""Nodes of the comparison: the sixth-order scheme differs from the fourth-order one with 200 nodes by
+0.1 mm at most."""
+
+RESOLVED = 0.005
+"""Largest difference of the tip, as a fraction of the rod's length, that is not reported."""
+
+
+def resolution_remarks(config: RigConfig) -> Iterator[str]:
+    """Compare the rod's tip at limits.tension_max with that of a finer rod; a message where its nodes are too few."""
+    import numpy as np
+
+    from tendond.daemon.control.state import rod_from_section
+    from tendond.model import ModelError
+
+    tensions = [0.0] * len(config.rod.tendon_positions)
+    tensions[config.control.agonist] = config.limits.tension_max
+    tips = []
+    try:
+        for section in (config.rod, config.rod.model_copy(update={"space": "rk6", "nodes": FINE_NODES})):
+            rod = rod_from_section(section, config.loop.period)
+            tips.append(rod.tip(rod.solve_static(tensions)).position)
+    except ModelError:
+        return  # a bend without a solution is the solver's fault while running, and named there
+    error = float(np.linalg.norm(tips[0] - tips[1]))
+    if error > RESOLVED * config.rod.length:
+        yield (
+            f"rod.nodes: at limits.tension_max = {config.limits.tension_max:g} N the tip is {error * 1e3:.1f} mm"
+            f" from that of a rod with {FINE_NODES} nodes: set more rod.nodes, or a lower limits.tension_max"
+        )
+
+
 def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     """Yield what is valid, but keeps a process from running as the machine is now, or makes it run badly."""
     from tendond.daemon.control.gains import lowered

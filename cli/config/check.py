@@ -5,7 +5,14 @@ from pathlib import Path
 
 from tendond.cli.common import chosen_config, say
 from tendond.cli.manual.config_text import config_schema, config_toml
-from tendond.offline.config_check import control_of, law_objections, located, remarks, start_objections
+from tendond.offline.config_check import (
+    control_of,
+    law_objections,
+    located,
+    remarks,
+    resolution_remarks,
+    start_objections,
+)
 from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.errors.explain import Objection, dotted, in_file
 
@@ -41,6 +48,8 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         wrong = located([*law_objections(config.control), *(start_objections(config, say) if model else ())], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
+        if model and not wrong:
+            notes += resolution_remarks(config)
     if as_json:
         found = [
             {"line": one.line, "key": one.key or dotted(one.path), "value": one.value, "message": one.message}

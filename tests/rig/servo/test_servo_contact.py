@@ -59,6 +59,27 @@ def test_a_tendon_caught_at_full_speed_pulls_no_harder_than_a_standing_motor_may
         assert tension_max < pulled < bound(tension_max) + 1.5
 
 
+def test_a_release_that_pulls_a_stiff_tendon_ends_near_tension_max(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong sign: after 3 mm the release pulls at 20 kN/m, at the default servo.release_rate."""
+    bench = SteppedBench(section(answer_timeout=0.01, release_rate=0.05), 20.0, monkeypatch)
+    servo = bench.servos[0]
+
+    def tension(ticks: float) -> float:
+        return 20e3 * max(0.0, 0.012 - (ticks - 2048.0) * table.TICK * RADIUS)
+
+    for _ in range(5):
+        bench.cycle(SLACK, armed=False)
+    for number in range(60):
+        bench.cycle((min(0.015, 0.00085 * number), 0.0, 0.0, 0.0), armed=True)
+    servo.torque = lambda ticks: RADIUS * tension(ticks)
+    found = [0.0]
+    while bench.driver.phase is not DriverPhase.OFF:
+        bench.cycle(SLACK, armed=False, during=lambda: found.append(tension(servo.position)))
+    assert "its load rises" in bench.driver.fault
+    assert 10.0 < max(found) < 25.0
+    assert not servo.energised
+
+
 def test_what_is_stiffer_pulls_until_the_next_reading(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 50 kN/m a cycle is 42 N: the bound is passed before a load has been read at all, by half a cycle at most."""
     pulled = [pulls(monkeypatch, 50e3, 20.0, float(one))[0] for one in CAUGHT + np.linspace(0.0, SPEED * 0.01, 5)]

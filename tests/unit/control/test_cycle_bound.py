@@ -20,10 +20,11 @@ from tendond.schemas.config.spatial import SPACE_KINDS
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs
 
-PART, PART_WITH_REQUEST = 0.1, 0.3
+PART, PART_WITH_REQUEST = 0.2, 0.3
 """Of the period: of any cycle, of one with a request. Planning takes seconds, compiling tenths of one.
 
-Measured at 100 Hz in CPU time: 0.01 in the median, 0.09 for a change of law with 16 tendons while idle.
+Measured at 100 Hz in CPU time: 0.01 in the median, at most 0.03 while tracking and 0.09 for a change of law with 16
+tendons on an idle machine; 0.1 and 0.17 where ten other processes want its two cores.
 """
 
 IN_THE_PLANE: dict[str, dict[str, Any]] = {

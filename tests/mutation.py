@@ -77,7 +77,7 @@ TARGETS = {
     "monitors": _target(
         "daemon/control/commissioning/tracking daemon/control/commissioning/swing "
         "daemon/control/commissioning/jump daemon/control/phases/monitors",
-        "unit/control/test_monitor_numbers",
+        "unit/commissioning/test_monitor_numbers",
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }

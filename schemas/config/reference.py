@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.renamed import BRANCHES
 from tendond.schemas.config.spatial import SPACE_KINDS, SpaceKeys
 
 TARGETS = ("position", "across", "angle", "direction")
@@ -13,9 +14,6 @@ TARGETS = ("position", "across", "angle", "direction")
 
 SAMPLE_SPACING_MIN = 1e-4
 """Smallest time between two samples [s]: a tenth of the shortest cycle."""
-
-BRANCHES = {"far": "above_135", "near": "below_135"}
-"""Old names of the branches, which logs and operators may still have, with the present ones."""
 
 
 def _present_branch(value: Any) -> Any:

@@ -4,10 +4,11 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from tendond.schemas.config.reference import BRANCHES
-
 DEFAULT_PERIOD = 0.01
 """Period of the loop where a configuration names none [s], to convert a count of cycles."""
+
+BRANCHES = {"far": "above_135", "near": "below_135"}
+"""Old names of the branches, which logs and operators may still have, with the present ones."""
 
 RENAMED = {
     ("loop", "rehearse"): "speculate",

@@ -87,7 +87,7 @@ class StatefulLaw(Generic[P, O, S]):
 
     name: str
     parameters: type[P]
-    state: Callable[[], S]
+    state: type[S]
     function: Callable[[P, O, S], Decision]
     task_space: TaskSpace
 

@@ -92,7 +92,7 @@ def test_a_tendon_whose_load_rises_while_it_is_let_out_is_dropped_alone_and_name
     assert "tendon 0 (servo 1): its load rises" in weak.driver.fault
     assert "is its sign right?" in weak.driver.fault
     assert max(pulls) < 60.0
-    assert pulls[-1] < 8.0
+    assert pulls[-1] < 10.0  # without torque the gears hold up to a tenth of the stall torque: 9.3 N here
     assert not any(weak.torques)
 
 

@@ -67,7 +67,7 @@ def test_a_signal_while_tracking_releases_the_tendons_and_exits_with_0_or_130(tm
             time.sleep(0.5)
             code, said = one.end(controller, number)
         assert code == (130 if number == signal.SIGINT else 0)
-        assert "ended" in said
+        assert "stopped" in said
         assert "Traceback" not in said
     last = load(tmp_path / "run.mcap").records[-1]
     assert (last.mode, last.tension_estimate, last.command.armed) == (Mode.IDLE, (0.0,) * 4, False)

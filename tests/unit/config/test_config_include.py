@@ -42,7 +42,7 @@ def test_a_list_is_one_value(tmp_path: Path) -> None:
         ("[rod]\nlength = -1.0\n", "[rod]\nlength = 0.4\n", "rig.toml", r"rod\.length"),
         ("[rod]\nlenght = 1.0\n", "[rod]\ndensity = 1.0\n", "rig.toml", "lenght"),
         ("", "[rod\n", "one.toml", "is not valid TOML"),
-        ("", 'include = ["two.toml"]\n', "one.toml", "includes no others"),
+        ("", 'include = ["two.toml"]\n', "one.toml", "must not include others"),
     ],
 )
 def test_an_error_names_the_file_that_it_is_in(tmp_path: Path, rig: str, one: str, named: str, match: str) -> None:

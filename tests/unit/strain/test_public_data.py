@@ -23,7 +23,7 @@ HALF = Section.round(0.3, 0.8e-3, 200e9, 7870.0, 0.33, torsion_modes=3)
 
 pytestmark = pytest.mark.skipif(
     not os.environ.get("TENDOND_REFERENCE_DATA") or not STATICS.exists(),
-    reason="TENDOND_REFERENCE_DATA does not name a folder with opencr-mujoco's reference data (see docs/strain.md)",
+    reason="TENDOND_REFERENCE_DATA does not name a folder with others' data: see the page on the general rod",
 )
 
 

@@ -7,7 +7,7 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo demo-3d rig-demo paper robustness identify figures docs test check format bench example \
+.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify figures docs test check format bench example \
 	dist pythons lock golden clean
 
 help: ## list the targets
@@ -21,20 +21,20 @@ demo: .venv/.runtime ## run the demo, results in out/demo
 	@$(BIN)/tendond demo --out out/demo
 
 robustness: .venv/.runtime ## run the closed loop on plants unlike the model, results in out/robustness
-	@$(BIN)/tendond robustness --out out/robustness
+	@$(BIN)/tendond study robustness --out out/robustness
 
-demo-3d: .venv/.runtime ## run a circle of the tip in space, results in out/demo-3d
-	@$(BIN)/tendond demo-3d --out out/demo-3d
+demo-spatial: .venv/.runtime ## run a circle of the tip in space, results in out/demo-spatial
+	@$(BIN)/tendond demo --scenario spatial --out out/demo-spatial
 
 identify: .venv/.runtime ## prove the identification on simulated rigs, results in out/identify
 	@$(BIN)/tendond identify demo --out out/identify
 
-rig-demo: .venv/.runtime ## run the robot behind its real drivers, results in out/rig-demo
-	@$(BIN)/tendond rig-demo --out out/rig-demo
+demo-wired: .venv/.runtime ## run the robot behind its real drivers, results in out/demo-wired
+	@$(BIN)/tendond demo --scenario wired --out out/demo-wired
 
 figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
-	@$(BIN)/python -m tendond.daemon.manual.pictures out/demo/demo.mcap docs/images/watch.svg
+	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap docs/images/watch.svg
 	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site
@@ -42,7 +42,7 @@ docs: .venv/.dev ## build the documentation, strictly, in out/site
 	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
-	@$(BIN)/tendond paper --out out/paper
+	@$(BIN)/tendond study paper --out out/paper
 
 test: .venv/.dev ## run all checks, then the tests
 	@$(MAKE) --no-print-directory check docs
@@ -62,7 +62,7 @@ bench: .venv/.dev ## time the rod model, the plain reference beside it
 	@$(BIN)/tendond bench rod
 
 example: .venv/.dev ## write deploy/rig.toml, the example with every key, anew from the schema
-	@$(BIN)/python -m tendond.daemon.annotate > deploy/rig.toml
+	@$(BIN)/python -m tendond.cli.manual.annotate > deploy/rig.toml
 
 dist: .venv/.dev ## build source distribution and wheel into dist/; tests/deploy installs them
 	@rm -rf dist && $(BIN)/uv build -q --no-build-isolation --python $(BIN)/python

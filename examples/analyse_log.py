@@ -1,4 +1,4 @@
-"""What a log has for a notebook: arrays with names and units, a row per cycle.
+"""Read a log into a notebook: arrays with names and units, a row per cycle.
 
 python examples/analyse_log.py run.mcap
 """
@@ -7,13 +7,13 @@ import sys
 
 import numpy as np
 
-from tendond.daemon.analysis import load
+from tendond.offline.logs import load
 
 run = load(sys.argv[1])
 print(f"{run.path}: {len(run)} cycles of rig '{run.config.rig.name}', law {run.config.control.law}")
 
 # Every field of the cycle's record by its name, with its unit; `run.names` has them all.
-for name in ("time", "measured", "reference.position", "command.displacement", "tension", "observer.force"):
+for name in ("time", "measured", "reference.position", "command.displacement", "tension_estimate", "observer.force"):
     print(f"  {name}: shape {run[name].shape}, unit {run.units[name]}")
 
 # Masks are arrays too: the part that tracks.

@@ -1,4 +1,4 @@
-"""What the rod model raises."""
+"""Errors of the rod model."""
 
 from tendond import TendondError
 

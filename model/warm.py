@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tendond.model.allocation import Allocation
-from tendond.model.announce import announce_compilation
-from tendond.model.course import course
-from tendond.model.observer import ObserverGains, observe, start_observer, tip_compliance
-from tendond.model.parameters import RodParameters
-from tendond.model.rod import Rod
+from tendond.model.estimation.observer import ObserverGains, observe, start_observer, tip_compliance
+from tendond.model.numerics.announce import announce_compilation
+from tendond.model.rod.parameters import RodParameters
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.trajectory import simulate_trajectory
+from tendond.model.tendons.allocation import Allocation
 
 
 def warm_up() -> None:
@@ -16,8 +16,8 @@ def warm_up() -> None:
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
-    rod.forecast(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
-    rod.tip_response(state, 0)
+    rod.predict(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
+    rod.velocity_jacobian(state, 0)
     tip = rod.tip(state).position
     gains = ObserverGains(
         kind="force",
@@ -26,16 +26,16 @@ def warm_up() -> None:
         integral=1.0,
         proportional=1.0,
         derivative=0.0,
-        quiet=1.0,
-        quiet_share=1.0,
-        quiet_time=1.0,
+        noise_floor=1.0,
+        noise_share=1.0,
+        innovation_time=1.0,
         force_max=1.0,
         offset_gain=1.0,
     )
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
     rest = rod.solve_static(displacements=[0.0] * 4)
-    course(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
+    simulate_trajectory(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
     allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     allocation.tensions(allocation.nearest(np.zeros(2)))
 

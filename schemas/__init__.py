@@ -1,1 +1,1 @@
-"""What crosses a boundary: messages, key expressions, configuration. No I/O."""
+"""Data that cross a boundary: messages, key expressions, records, configuration. No I/O."""

@@ -1,4 +1,4 @@
-"""A rig's calibration: where each tendon's zero is, which way its servo winds, and on what."""
+"""Calibration of a rig: zero, sign and spool of each tendon's servo."""
 
 from typing import Annotated, Literal
 
@@ -8,12 +8,12 @@ from tendond.schemas.base import SCHEMA_VERSION, Schema
 
 
 class TendonCalibration(Schema):
-    """Of one tendon.
+    """Calibration of one tendon.
 
     Attributes:
         servo: id of its servo.
-        zero: position at which the straight robot's tendon is just not slack [ticks].
-        sign: +1 where larger positions wind the tendon up.
+        zero: position at which the tendon of the straight robot becomes taut [ticks].
+        sign: +1 where larger positions pull the tendon.
         spool_radius: to the middle of the tendon [m].
     """
 
@@ -24,7 +24,7 @@ class TendonCalibration(Schema):
 
 
 class Calibration(Schema):
-    """Of a rig.
+    """Calibration of a rig.
 
     Attributes:
         rig: name of the rig that it was made on.

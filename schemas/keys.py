@@ -1,4 +1,4 @@
-"""Zenoh key expressions: all of them start with the rig's name."""
+"""Zenoh key expressions: all start with the rig's name."""
 
 import re
 
@@ -17,11 +17,11 @@ SERVO_RESET = "servo/reset"
 SERVO_HEALTH = "servo/health"
 SIMULATOR_INJECT = "sim/inject"
 ALIVE = "controller"
-"""Liveliness token: there while the controller is; with its identity behind it as well, `controller/<identity>`."""
+"""Liveliness token of the controller; a second one has its identity, `controller/<identity>`."""
 
 
 def key(rig: str, name: str) -> str:
-    """`<rig>/<name>`.
+    """Return `<rig>/<name>`.
 
     Raises:
         ValueError: the rig's name has characters that a key may not have.
@@ -32,5 +32,5 @@ def key(rig: str, name: str) -> str:
 
 
 def control_key(rig: str, action: str) -> str:
-    """`<rig>/control/<action>`."""
+    """Return `<rig>/control/<action>`."""
     return key(rig, f"{CONTROL}/{action}")

@@ -1,4 +1,4 @@
-"""What travels on Zenoh: JSON, SI units, one schema version, a sequence number and a capture time in every message."""
+"""Messages on Zenoh: JSON, SI units, with schema version, sequence number and capture time."""
 
 import math
 from enum import StrEnum
@@ -7,18 +7,18 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
-from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.config.reference import ReferenceSection
 
 ENCODING = "application/json"
 LARGEST_PAYLOAD = 65536
-"""Bytes; anything larger is dropped unread."""
+"""Largest accepted payload [bytes]; larger ones are dropped unread."""
 
 QUATERNION_TOLERANCE = 1e-3
-"""How far a quaternion's norm may be from 1."""
+"""Largest deviation of a quaternion's norm from 1."""
 
 
 class Mode(StrEnum):
-    """Of the controller; `fault` lasts until the operator resets it."""
+    """Mode of the controller; `fault` lasts until the operator resets it."""
 
     STARTING = "starting"
     IDLE = "idle"
@@ -30,14 +30,14 @@ class Mode(StrEnum):
 
 
 class Message(Schema):
-    """Common to all that is published.
+    """Fields common to all published messages.
 
     Attributes:
         version: of the schema; another one is refused.
         seq: counts up by one per message of a publisher.
         stamp_ns: capture time [ns] on the publisher's monotonic clock; ages are taken on the receiver's.
-        source: identity of the publisher for its run, for instance "vicon-3f9c2a"; empty: none. Two publishers of one
-            key are told apart by it.
+        source: identity of the publisher for its run, for instance "vicon-3f9c2a"; empty: none. It distinguishes
+            two publishers of one key.
     """
 
     REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
@@ -48,11 +48,11 @@ class Message(Schema):
     source: Annotated[str, Field(max_length=64, pattern=r"^[\w.:+-]*$")] = ""
 
     def stamped(self, stamp_ns: int) -> Self:
-        """The same with another capture time [ns]."""
+        """Return the message with another capture time [ns]."""
         return self.trusted(**{**self.__dict__, "stamp_ns": stamp_ns})
 
     def named(self, source: str) -> Self:
-        """The same with an identity of its publisher."""
+        """Return the message with the identity of its publisher."""
         return self.trusted(**{**self.__dict__, "source": source})
 
 
@@ -62,7 +62,7 @@ class TipPose(Message):
     Attributes:
         position: [m].
         orientation: unit quaternion w, x, y, z, body to world.
-        valid: false while the tip is occluded; the pose is then the last one seen.
+        valid: false while the tip is occluded; the pose is then the last valid one.
     """
 
     REQUIRED: ClassVar[frozenset[str]] = frozenset({"version", "valid"})
@@ -76,17 +76,17 @@ class TipPose(Message):
     def _unit(cls, value: Quaternion) -> Quaternion:
         norm = math.sqrt(sum(component * component for component in value))
         if abs(norm - 1.0) > QUATERNION_TOLERANCE:
-            raise ValueError(f"is no unit quaternion (norm {norm:.6g})")
+            raise ValueError(f"is not a unit quaternion (norm {norm:.6g})")
         return value
 
 
 class TendonCommand(Message):
-    """What the servos (or the simulator) are to do.
+    """Command to the servos or the simulator.
 
     Attributes:
-        pose_seq: sequence number of the newest pose that the controller had seen; none before the first.
+        pose_seq: sequence number of the newest pose that the controller had received; none before the first.
         displacement: of each tendon's end, from the straight robot, positive when pulled [m]; zero while disarmed.
-        tension: that the model expects with it [N].
+        tension: expected by the model with it [N].
         armed: false: torque off, tendons slack.
     """
 
@@ -97,7 +97,7 @@ class TendonCommand(Message):
 
 
 class TendonState(Message):
-    """What the servos (or the simulator) report.
+    """Report of the servos or the simulator.
 
     Attributes:
         displacement: of each tendon's end [m].
@@ -111,17 +111,17 @@ class TendonState(Message):
 
 
 class ServoHealth(Message):
-    """How the servo driver and its serial bus do, once a second; counts are since the driver's start.
+    """State of the servo driver and its serial bus, once a second; counts are since the driver's start.
 
     Attributes:
-        reads: of all servos, tried.
-        lost: of those, without an answer or with a damaged one.
-        late: answers that came after their question was given up.
-        late_by: the latest of them, after its question [s].
-        round_trip: from the question to all servos to the last byte of their answer, median of the last second [s].
-        round_trip_max: the longest of them [s].
-        phase: of the driver, in words.
-        load: of each servo, of its stall torque [-]; signed as the servo reports it.
+        reads: reads of all servos.
+        lost: reads without an answer or with a damaged one.
+        late: answers that came after their timeout.
+        late_by: largest delay of those, from the request [s].
+        round_trip: time from the request to the last byte of the answer, median of the last second [s].
+        round_trip_max: longest round trip of the last second [s].
+        phase: phase of the driver, in words.
+        load: load of each servo as a fraction of its stall torque [-]; signed as the servo reports it.
     """
 
     reads: Annotated[int, Field(ge=0)]
@@ -135,7 +135,7 @@ class ServoHealth(Message):
 
 
 class SimulatorTruth(Message):
-    """What the simulated rod really does; nobody's input, only logged and plotted.
+    """True state of the simulated rod; logged and plotted, never an input.
 
     Attributes:
         position: of the tip [m].
@@ -153,17 +153,17 @@ class SimulatorTruth(Message):
 
 
 class LoopHealth(Schema):
-    """Of the fixed-rate loop since its start.
+    """State of the fixed-rate loop since its start.
 
     Attributes:
-        cycles: done.
-        missed_ticks: deadlines that passed before the loop was ready for them; skipped, never made up.
-        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds; work done before the
-            deadline is not in it.
+        cycles: number of cycles.
+        missed_ticks: deadlines that passed before the loop was ready for them; skipped, never repeated.
+        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds; without the work done
+            before the deadline.
         log_dropped: log entries that did not fit the recorder's queue.
-        log_error: what ended the log, if anything did.
-        log_days_left: until there is no room for logs, or the oldest are removed, as they have grown in the last days;
-            none while that is not known.
+        log_error: error that ended the log; empty without one.
+        log_days_left: days until the disk is full or the oldest logs are removed, at the recent rate; none while
+            unknown.
     """
 
     cycles: int
@@ -182,15 +182,15 @@ class Status(Message):
         rig: name.
         mode: see `Mode`.
         reason: of a fault, a refusal, or of the last change of mode.
-        tick: of the cycle.
+        tick: index of the cycle.
         law, feedback: in use.
-        tip: as the controller sees it [m]; none before the first pose.
+        tip: measured position in use [m]; none before the first pose.
         target: of the reference [m].
-        tension: commanded [N]; tension_estimate: that the actuators are estimated to apply, and the model is given [N].
+        tension: commanded [N]; tension_estimate: estimate of the applied tension, the model's input [N].
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
-        sources: publishers that are followed, by key, and others that were heard just now.
-        refused: why no pose or message is used, in one line with the first malformed field; empty where all is used.
+        sources: publishers in use, by key, and others that were received recently.
+        refused: reason why no pose or message is used, with the first malformed field; empty where all are used.
         loop: timing and log.
     """
 
@@ -212,7 +212,7 @@ class Status(Message):
 
 
 class ControlAction(StrEnum):
-    """What an operator can ask for; each is a queryable of its own, `<rig>/control/<action>`."""
+    """Action of an operator's request; each is a queryable, `<rig>/control/<action>`."""
 
     ARM = "arm"
     PROBE = "probe"
@@ -227,13 +227,13 @@ class ControlRequest(Schema):
     """A request by an operator.
 
     Attributes:
-        action: what is asked for.
+        action: to carry out.
         law: to select, with the action `law`.
-        reference: to set, with the action `reference`; its samples in it, not in a file.
-        controller: identity of the controller that it is meant for, as its status has it; empty: of any.
-        deadline_ns: time on that controller's monotonic clock [ns], the one of its status' `stamp_ns`, after which the
-            sender has given up: the request is then refused. Without one, a request that may have waited for half a
-            second is refused. A stop is carried out however late it comes.
+        reference: to set, with the action `reference`; with its samples, not a file.
+        controller: identity of the addressed controller, from its status; empty: any.
+        deadline_ns: time on that controller's monotonic clock [ns], the clock of its status' `stamp_ns`, after which
+            the request is refused. Without one, a request that may have waited for half a second is refused. A stop is
+            always carried out.
     """
 
     REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
@@ -257,12 +257,12 @@ class ControlRequest(Schema):
 
 
 class ControlReply(Schema):
-    """The answer: done, or why not.
+    """Reply to an operator's request.
 
     Attributes:
         done: the request was carried out.
-        message: what was done, or why not, in one line.
-        status: of the controller after it.
+        message: what was done, or the reason for a refusal, in one line.
+        status: of the controller afterwards.
     """
 
     version: Literal[1] = SCHEMA_VERSION

@@ -1,16 +1,19 @@
-"""The record of one cycle: everything to run it again, and everything that a person would plot."""
+"""Record of one cycle: everything needed to replay it and to plot it."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
-from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
-from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.base import PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
+
+RECORD_VERSION: Literal[2] = 2
+"""Version 1 had `tension` for `tension_estimate`, and no `law_state`; it is still read."""
 
 
 class CycleInputs(Schema):
-    """What a cycle sees of the world.
+    """Inputs of a cycle.
 
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
@@ -18,7 +21,7 @@ class CycleInputs(Schema):
         request: of the operator, if there is one; law, reference: what it is about.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         unreadable_detail: which field of the first of those was wrong, and how.
-        others: further publishers that were heard since the last cycle, by key: their newest identity. "controller" is
+        others: further publishers received since the last cycle, by key: their newest identity. "controller" is
             another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
         pose_lag: arrival of the pose by the receiver's clock minus its `stamp_ns` [s]; none where no clock ran.
@@ -37,7 +40,7 @@ class CycleInputs(Schema):
 
 
 class ReferencePoint(Schema):
-    """Where the tip should be: position [m], velocity [m/s], acceleration [m/s^2], world frame.
+    """Reference of the tip: position [m], velocity [m/s], acceleration [m/s^2], world frame.
 
     Attributes:
         target: where the reference ends [m].
@@ -50,7 +53,7 @@ class ReferencePoint(Schema):
 
 
 class TipEstimate(Schema):
-    """What the law was fed.
+    """Law inputs.
 
     Attributes:
         position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. All world frame.
@@ -62,7 +65,7 @@ class TipEstimate(Schema):
 
 
 class ObserverEstimate(Schema):
-    """What the observer makes of the difference between model and measurement; world frame.
+    """Output of the observer, from the difference between model and measurement; world frame.
 
     Attributes:
         innovation: measured tip minus the model's of the same time [m]; the last one while no pose comes.
@@ -110,16 +113,17 @@ class CycleRecord(Schema):
         reference: where the tip should be.
         observer: how model and measurement differ.
         estimate: what the law was fed; none while no law runs.
-        terms: of the law, by name, for plots; SI.
+        terms: intermediate results of the law by name, SI.
+        law_state: numbers in the state that the law keeps between cycles, by name; empty for a law without one.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
-        tension: that the actuators are estimated to apply, and the model is given [N].
+        tension_estimate: tensions that the actuators are estimated to apply, and the model is given [N].
         law: in use.
         limited: limits that the command met.
         model: the rod after the cycle.
         command: what was published.
     """
 
-    version: Literal[1] = SCHEMA_VERSION
+    version: Literal[1, 2] = RECORD_VERSION
     tick: int
     time: float
     mode: Mode
@@ -134,8 +138,9 @@ class CycleRecord(Schema):
     observer: ObserverEstimate
     estimate: TipEstimate | None
     terms: dict[str, float | tuple[float, ...]]
+    law_state: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
     wanted: PerTendon | None
-    tension: PerTendon
+    tension_estimate: Annotated[PerTendon, Field(validation_alias=AliasChoices("tension_estimate", "tension"))]
     law: str = ""
     limited: tuple[str, ...]
     model: ModelState
@@ -143,7 +148,7 @@ class CycleRecord(Schema):
 
 
 class LoopTiming(Schema):
-    """When a cycle really ran.
+    """Timing of a cycle.
 
     Attributes:
         tick: of the cycle.
@@ -151,7 +156,7 @@ class LoopTiming(Schema):
         work_us: from wake-up to the command handed to Zenoh [us].
         missed_ticks: skipped before it.
         ahead: the command had been worked out shortly before the deadline; nothing else came in until then.
-        rehearsal_us: that working it out, or a trial of it, took before the deadline [us].
+        speculation_us: time taken before the deadline to work it out, or by a trial of it [us].
     """
 
     tick: int
@@ -159,4 +164,4 @@ class LoopTiming(Schema):
     work_us: float
     missed_ticks: int
     ahead: bool = False
-    rehearsal_us: float = 0.0
+    speculation_us: Annotated[float, Field(validation_alias=AliasChoices("speculation_us", "rehearsal_us"))] = 0.0

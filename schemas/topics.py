@@ -1,4 +1,4 @@
-"""What is on the bus: each key, the message on it, who says it and who hears it."""
+"""Topics of the bus: key, message, publishers and subscribers."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -21,14 +21,14 @@ from tendond.schemas.messages import (
 
 @dataclass(frozen=True)
 class Topic:
-    """A key below the rig's name.
+    """Topic below the rig's name.
 
     Attributes:
         name: of the key, after `<rig>/`.
-        kind: published; request: a query that is answered; token: there or not.
-        message: published, or asked with; none where there is no payload.
+        kind: published; request: a query with a reply; token: a liveliness token.
+        message: published, or sent with the request; none without a payload.
         reply: to a request.
-        by, to: who publishes or asks, and who hears or answers; commands.
+        by, to: commands that publish or request, and that subscribe or reply.
         meaning: in a few words.
     """
 
@@ -45,31 +45,31 @@ _DRIVERS = "simulate, servo"
 _VIEWERS = "watch, view"
 _REQUESTS = {
     ControlAction.ARM: "pretension, then track the reference",
-    ControlAction.PROBE: "pull each tendon a little, compare the tip's motion with the model's, let go",
+    ControlAction.PROBE: "pull each tendon a little, compare the tip's motion with the model's, release",
     ControlAction.STOP: "stop tracking and release the tendons",
     ControlAction.RESET: "leave the fault mode",
-    ControlAction.STATUS: "tell the status",
-    ControlAction.REFERENCE: "another reference, while idle",
-    ControlAction.LAW: "another law, while idle",
+    ControlAction.STATUS: "return the status",
+    ControlAction.REFERENCE: "select another reference, while idle",
+    ControlAction.LAW: "select another law, while idle",
 }
 
 TOPICS = (
     Topic(keys.TIP_POSE, "published", TipPose, None, "vicon, simulate", f"run, {_VIEWERS}", "pose of the tip"),
     Topic(
         keys.TENDON_COMMAND, "published", TendonCommand, None, "run", f"{_DRIVERS}, {_VIEWERS}",
-        "what the servos are to do, every cycle, armed or not",
+        "command to the servos, every cycle, armed or not",
     ),
     Topic(
-        keys.TENDON_STATE, "published", TendonState, None, _DRIVERS, f"run, {_VIEWERS}", "what the servos report",
+        keys.TENDON_STATE, "published", TendonState, None, _DRIVERS, f"run, {_VIEWERS}", "report of the servos",
     ),
     Topic(
-        keys.SERVO_HEALTH, "published", ServoHealth, None, "servo", "rig-demo, whoever subscribes",
-        "what the servos' serial bus loses and how long it takes, once a second",
+        keys.SERVO_HEALTH, "published", ServoHealth, None, "servo", "demo, other subscribers",
+        "losses and round trips of the servos' serial bus, once a second",
     ),
     Topic(keys.STATUS, "published", Status, None, "run", _VIEWERS, "the controller's state, each second and on change"),
     Topic(
         keys.SIMULATOR_TRUTH, "published", SimulatorTruth, None, "simulate", "run (to log it), view",
-        "what the simulated rod really does",
+        "true state of the simulated rod",
     ),
     *(
         Topic(f"{keys.CONTROL}/{action.value}", "request", ControlRequest, ControlReply, action.value, "run", meaning)
@@ -77,14 +77,14 @@ TOPICS = (
     ),
     Topic(
         keys.SERVO_RESET, "request", None, ControlReply, "servo reset", "servo",
-        "leave the driver's fault, or open its port again",
+        "reset the driver's fault, or open its port again",
     ),
     Topic(
-        keys.SIMULATOR_INJECT, "request", FaultRequest, ControlReply, "inject", "simulate", "cause a fault, or mend it"
+        keys.SIMULATOR_INJECT, "request", FaultRequest, ControlReply, "inject", "simulate", "cause a fault, or clear it"
     ),
-    Topic(keys.ALIVE, "token", None, None, "run", "whoever asks for liveliness", "there while the controller is"),
+    Topic(keys.ALIVE, "token", None, None, "run", "liveliness subscribers", "present while the controller runs"),
     Topic(
-        f"{keys.ALIVE}/*", "token", None, None, "run", "run, whoever asks for liveliness",
-        "the controller's identity, once it is ready: a second controller of the rig ends",
+        f"{keys.ALIVE}/*", "token", None, None, "run", "run, liveliness subscribers",
+        "identity of the controller, once it is ready: a second controller of the rig ends",
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Messages to bytes and back: bounded, validated, and every refusal named by one of a few reasons."""
+"""Messages to bytes and back: bounded and validated; every refusal has one of a few reasons."""
 
 from typing import TypeVar
 
@@ -10,17 +10,17 @@ from tendond.schemas.messages import LARGEST_PAYLOAD
 S = TypeVar("S", bound=Schema)
 
 DETAIL_LENGTH = 80
-"""Characters of a field's name, or of what is wrong with it, that a refusal repeats."""
+"""Largest number of characters of a field's name, or of its error, in a refusal."""
 
 _REASONS = {"finite_number": "not finite", "json_invalid": "malformed"}
 
 
 class UnreadableError(Exception):
-    """A payload that is no message of the wanted kind.
+    """A payload is not a message of the expected kind.
 
     Attributes:
         reason: one of a few short phrases, for counting.
-        detail: which field, and what is wrong with it, for people; may be empty.
+        detail: field and error, for people; may be empty.
     """
 
     def __init__(self, reason: str, detail: str = "") -> None:
@@ -30,15 +30,15 @@ class UnreadableError(Exception):
 
 
 def encode(message: Schema) -> bytes:
-    """JSON, UTF-8."""
+    """Return the message as JSON in UTF-8."""
     return message.__pydantic_serializer__.to_json(message)  # model_dump_json without the text in between
 
 
 def decode(kind: type[S], payload: bytes) -> S:
-    """The message in a payload.
+    """Return the message in a payload.
 
     Raises:
-        UnreadableError: too large, no JSON, not finite, another version, or not of this kind.
+        UnreadableError: too large, not JSON, not finite, another version, or another kind.
     """
     if len(payload) > LARGEST_PAYLOAD:
         raise UnreadableError("too large")
@@ -59,6 +59,6 @@ def decode(kind: type[S], payload: bytes) -> S:
 
 
 def _detail(kind: type[Schema], place: tuple[int | str, ...], text: str) -> str:
-    """One line that names the field, bounded: a key of a foreign message may be long."""
+    """Return one bounded line that names the field: keys of foreign messages may be long."""
     where = ".".join(str(part) for part in place)[:DETAIL_LENGTH]
     return f"{kind.__name__}{'.' if where else ''}{where}: {text[:DETAIL_LENGTH]}"

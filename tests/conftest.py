@@ -1,7 +1,8 @@
 """How the tests are spread over processes (`pytest -n 2`, as `make test` does).
 
-Tests with real processes and wires wait for the clock most of the time, but want a processor when it strikes: they run
-one after the other, in one process. The others compute, file by file, in whichever process is free.
+Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder runs in one
+process, one test after the other, the two folders beside each other. The others compute; they are distributed file by
+file to whichever process is free.
 """
 
 from pathlib import Path
@@ -13,8 +14,18 @@ REAL_TIME = ("sil", "rig")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The tests of real time first: they take longest."""
-    items.sort(key=lambda item: item.path.parent.name not in REAL_TIME)
+    """Run the real-time tests first: they take longest."""
+    items.sort(key=lambda item: not is_real_time(item.path))
+
+
+def is_real_time(path: Path) -> bool:
+    """Return true for a file of tests that wait for the clock."""
+    return not {*path.parts}.isdisjoint(REAL_TIME)
+
+
+def scope_of(path: Path) -> str:
+    """Name what runs in one process: a folder of real-time tests, or a single file."""
+    return next((name for name in REAL_TIME if name in path.parts), str(path))
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -25,6 +36,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.split("::", 1)[0]
-            return "real time" if Path(file).parent.name in REAL_TIME else file
+            return scope_of(Path(file))
 
     return Scheduling(config, log)

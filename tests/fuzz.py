@@ -15,11 +15,12 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-from tendond.daemon.analysis.log import LogError, load
-from tendond.daemon.cli.common import load_config
+from tendond.cli.common import load_config
+from tendond.offline.logs.log import LogError, load
 from tendond.schemas.base import Schema
-from tendond.schemas.config import ConfigError, RigConfig
-from tendond.schemas.config_reference import ReferenceSection
+from tendond.schemas.config.presets import PAPER
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.messages import (
     ControlAction,
     ControlReply,
@@ -30,9 +31,8 @@ from tendond.schemas.messages import (
     TendonState,
     TipPose,
 )
-from tendond.schemas.presets import PAPER
 from tendond.schemas.wire import UnreadableError, decode, encode
-from tests.unit.records import cycle_record, write_log
+from tests.unit.offline.records import cycle_record, write_log
 
 FOUR = (0.0, 1e-3, -0.02, 5e-324)
 MESSAGES: tuple[Schema, ...] = (

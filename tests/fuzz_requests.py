@@ -17,13 +17,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tendond.daemon.cycle import step
-from tendond.daemon.laws import LAWS
-from tendond.daemon.lockstep import without_probe
-from tendond.daemon.planner import make_plan
-from tendond.daemon.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.runtime.planner import make_plan
+from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import check_config
+from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.wire import decode, encode
@@ -52,7 +52,7 @@ def reference(draw: random.Random) -> dict[str, Any]:
     kind = draw.choice(KINDS)
     keys: dict[str, Any] = {"kind": kind}
     choices: dict[str, Any] = {
-        "branch": lambda: draw.choice(("far", "near", None)),
+        "branch": lambda: draw.choice(("above_135", "below_135", None)),
         "unreachable": lambda: draw.choice(("refuse", "track")),
         "path": lambda: draw.choice(("curve", "direct")),
         "rate": lambda: abs(value(draw)) * 50.0,
@@ -102,7 +102,7 @@ def run(count: int, seed: int) -> dict[str, int]:
     """
     draw = random.Random(seed)
     config = without_probe(
-        check_config({"reference": {"across": 0.2, "branch": "near"}, "commissioning": {"rest": False}}, "fuzz")
+        check_config({"reference": {"across": 0.2, "branch": "below_135"}, "commissioning": {"rest": False}}, "fuzz")
     )
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
@@ -131,11 +131,11 @@ def run(count: int, seed: int) -> dict[str, int]:
 def _plan(setup: CycleSetup, state: CycleState, asked: ControlRequest) -> str:
     """Plan as the planner does; the cycle finds the plan, or finds the same error again."""
     assert asked.reference is not None
-    plan = make_plan(setup, state.choice.law_name, asked.reference)
+    plan = make_plan(setup, state.selection.law_name, asked.reference)
     assert not plan.error.startswith("planning failed"), plan.error
     if plan.reference is None:
         return "plan: refused"
-    setup.plans.keep(plan.law, plan.section, plan.reference, plan.remark)
+    setup.plans.keep(plan.law, plan.section, plan.reference)
     return "plan: made"
 
 
@@ -151,7 +151,7 @@ def _cycle(
         law=None if asked is None else asked.law,
         reference=None if asked is None else asked.reference,
     )
-    before = state.commanded
+    before = state.tension_command
     state, command, record = step(setup, state, inputs)
     plant.step(command)
     limits = setup.config.limits

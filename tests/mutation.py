@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from tendond.model.compile import sources_digest
+from tendond.model.numerics.compile import sources_digest
 
 ROOT = Path(__file__).parents[1]
 GOAL = 0.9
@@ -39,36 +39,47 @@ def _target(modules: str, tests: str) -> Target:
 
 TARGETS = {
     "actuation": _target(
-        "daemon/actuation",
-        "unit/test_actuation unit/test_limits unit/test_laws unit/test_cycle_direct unit/test_safe_command",
+        "daemon/control/actuation",
+        "unit/control/test_actuation unit/reference/test_limits unit/reference/test_laws "
+        "unit/control/test_cycle_direct unit/control/test_safe_command",
     ),
     "admission": _target(
-        "daemon/admission daemon/sources",
-        "unit/test_admission_numbers unit/test_cycle_faults unit/test_fault_table unit/test_missed_ticks "
-        "unit/test_refusals unit/test_sources unit/test_thresholds",
+        "daemon/control/phases/admission daemon/control/sources",
+        "unit/control/test_admission_numbers unit/control/test_cycle_faults "
+        "unit/control/test_fault_table unit/control/test_missed_ticks "
+        "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
-        "daemon/modes",
-        "unit/test_requests unit/test_cycle unit/test_cycle_faults unit/test_fault_table unit/test_refusals "
-        "unit/test_sources unit/test_probe",
+        "daemon/control/phases/modes daemon/control/phases/faults",
+        "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults "
+        "unit/control/test_fault_table unit/commissioning/test_refusals "
+        "unit/control/test_sources unit/commissioning/test_probe",
     ),
     "cycle": _target(
-        "daemon/cycle",
-        "unit/test_cycle unit/test_cycle_direct unit/test_cycle_faults unit/test_mirrored unit/test_missed_ticks "
-        "unit/test_monitor_numbers unit/test_observer unit/test_probe unit/test_safe_command unit/test_thresholds",
+        "daemon/control/cycle daemon/control/phases/decision daemon/control/phases/estimation "
+        "daemon/control/phases/prediction daemon/control/tasks/plane",
+        "unit/control/phases/test_command unit/control/phases/test_decision unit/control/phases/test_estimation "
+        "unit/control/phases/test_prediction",
     ),
-    "observer": _target("model/observer", "unit/test_observer_bounds unit/test_observer"),
-    "outlook": _target("daemon/outlook", "unit/test_space"),
+    "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
+    "space": _target("daemon/control/tasks/space", "unit/control/phases/test_space"),
     "commissioning": _target(
-        "daemon/commissioning/averages daemon/commissioning/probe daemon/commissioning/verdict",
-        "unit/test_commissioning_numbers unit/test_probe unit/test_rest_check",
+        "daemon/control/commissioning/averages daemon/control/commissioning/probe "
+        "daemon/control/commissioning/probe_plan daemon/control/commissioning/verdict",
+        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_pulls "
+        "unit/commissioning/test_probe_rest unit/commissioning/test_verdict_numbers",
     ),
     "rests": _target(
-        "daemon/commissioning/mistakes daemon/commissioning/rest_check daemon/commissioning/rests",
-        "unit/test_rest_check unit/test_wiring",
+        "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "
+        "daemon/control/commissioning/rests",
+        "unit/commissioning/test_rest_numbers",
     ),
-    "monitors": _target("daemon/commissioning/tracking daemon/monitors", "unit/test_monitor_numbers"),
-    "guard": _target("drivers/dynamixel/guard", "unit/test_servo_guard unit/test_servo_limits"),
+    "monitors": _target(
+        "daemon/control/commissioning/tracking daemon/control/commissioning/swing "
+        "daemon/control/commissioning/jump daemon/control/phases/monitors",
+        "unit/commissioning/test_monitor_numbers",
+    ),
+    "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }
 
 SETTINGS = """\
@@ -95,8 +106,12 @@ def prepare(folder: Path, target: Target) -> None:
     for module in modules:
         path = folder / module
         path.write_text(re.sub(r"^@(kernel|inlined)\n", "", path.read_text(), flags=re.MULTILINE))
-    compiling = folder / "tendond/model/compile.py"  # kernels of other modules are those that are on the disk already
+    # Kernels of other modules are those that are on the disk already.
+    compiling = folder / "tendond/model/numerics/compile.py"
     text = compiling.read_text().replace("_SOURCES = sources_digest()", f"_SOURCES = {sources_digest()!r}")
+    bound = "self.call = bind(self._compiled, *arguments)"  # a kernel as Python has nothing to bind
+    assert bound in text
+    text = text.replace(bound, f'{bound} if hasattr(self._compiled, "overloads") else self._compiled')
     compiling.write_text(text)
     (folder / "pyproject.toml").write_text(SETTINGS.format(modules=modules, tests=list(target.tests)))
 

@@ -16,12 +16,12 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from tendond.daemon.analysis.log import load
-from tendond.daemon.cycle import step
-from tendond.daemon.journal import Journal
-from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import RigConfig, parse_config
+from tendond.offline.logs.log import load
+from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleInputs, LoopTiming
 from tests.sil.rig import rig
@@ -55,18 +55,18 @@ def lockstep(cycles: int) -> bool:
     gc.freeze()
     gc.disable()  # as in the loop
     started = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "soak.mcap", config, setup.rod) as journal:
+    with tempfile.TemporaryDirectory() as folder, RunLog(Path(folder) / "soak.mcap", config, setup.rod) as run_log:
         for tick in range(cycles):
             pose, tendons, truth = plant.observe(0)
             request = {5: ControlAction.ARM, 3000: ControlAction.STOP}.get(tick % 4000)
             inputs = CycleInputs(pose=pose, tendon_state=tendons, request=request)
             state, command, record = step(setup, state, inputs)
             timing = LoopTiming(tick=tick, lateness_us=0.0, work_us=0.0, missed_ticks=0)
-            journal.cycle(record, timing, state.rod, truth)
+            run_log.cycle(record, timing, state.rod, truth)
             plant.step(command)
             if tick % 100 == 0:
                 gc.collect(0)
-                while journal.waiting > 1000:  # the recorder is slower than lockstep: nothing may be dropped here
+                while run_log.waiting > 1000:  # the recorder is slower than lockstep: nothing may be dropped here
                     time.sleep(0.001)
             if tick % max(1, cycles // 100) == 0:
                 memory.append(resident())
@@ -81,12 +81,12 @@ def lockstep(cycles: int) -> bool:
                 "resident_mb_most": round(max(warm) / MEGABYTE, 2),
                 "resident_mb_end": round(warm[-1] / MEGABYTE, 2),
                 "growth_mb": round(growth / MEGABYTE, 2),
-                "log": journal.summary.replace(folder, "..."),
+                "log": run_log.summary.replace(folder, "..."),
             }
         ),
         flush=True,
     )
-    return growth <= FLAT and journal.dropped == 0
+    return growth <= FLAT and run_log.dropped == 0
 
 
 def real_time(minutes: float) -> bool:
@@ -103,7 +103,7 @@ def real_time(minutes: float) -> bool:
         with one.session() as session:
             one.arm(session)
             bare = subprocess.Popen(
-                [sys.executable, "-m", "tendond.daemon.bench.loop", "bare", str(60.0 * minutes), "0.01"],
+                [sys.executable, "-m", "tendond.offline.bench.bare", "bare", str(60.0 * minutes), "0.01"],
                 stdout=subprocess.PIPE,
                 text=True,
             )

@@ -15,8 +15,8 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from tendond.daemon.analysis import load
-from tendond.daemon.analysis.log import load as load_log
+from tendond.offline.logs import load
+from tendond.offline.logs.log import load as load_log
 
 TRAIL_SECONDS = 3.0
 

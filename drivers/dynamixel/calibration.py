@@ -1,4 +1,4 @@
-"""Where each tendon's zero is, which way its servo winds, and on what: a dated file, whole or not at all."""
+"""Calibration file: zero, sign and spool of each tendon, dated, written atomically."""
 
 import os
 from datetime import UTC, datetime
@@ -8,49 +8,49 @@ from pydantic import ValidationError
 
 from tendond.schemas.calibration import Calibration as Calibration
 from tendond.schemas.calibration import TendonCalibration as TendonCalibration
-from tendond.schemas.config import ConfigError
-from tendond.schemas.explain import explain
+from tendond.schemas.config.rig import ConfigError
+from tendond.schemas.errors.explain import explain
 
 
 class CalibrationError(ConfigError):
-    """A calibration that cannot be read, written, or used for this rig."""
+    """A calibration cannot be read, written, or used for this rig."""
 
 
 def now() -> str:
-    """The date as it stands in a calibration."""
+    """Return the present date as a calibration has it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def read_calibration(path: Path) -> Calibration:
-    """A file's calibration, finished or not.
+    """Read a calibration, finished or not.
 
     Raises:
-        CalibrationError: there is none, or none that can be read.
+        CalibrationError: there is no file, or it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise CalibrationError(f"{path}: no such calibration: make it with 'tendond servo calibrate'") from None
+        raise CalibrationError(f"{path}: no such calibration: create it with 'tendond servo calibrate'") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise CalibrationError(f"{path}: cannot be read: {getattr(error, 'strerror', 'is no text')}") from error
+        raise CalibrationError(f"{path}: cannot be read: {getattr(error, 'strerror', 'is not text')}") from error
     try:
         return Calibration.model_validate_json(text)
     except ValidationError as error:
         what = explain(error, Calibration)[0]
         remedy = "run 'tendond servo calibrate', which sets it aside"
-        raise CalibrationError(f"{path}: is no calibration: {what}: {remedy}") from error
+        raise CalibrationError(f"{path}: is not a calibration: {what}: {remedy}") from error
 
 
 def load_calibration(path: Path, rig: str, servos: tuple[int, ...]) -> Calibration:
-    """A file's calibration, if it is this rig's and complete.
+    """Read a calibration of this rig that is complete.
 
     Args:
         path: of the file.
-        rig: name of the rig that it has to be of.
+        rig: name of the rig.
         servos: ids, in the order of the tendons.
 
     Raises:
-        CalibrationError: it is not.
+        CalibrationError: it is of another rig or unfinished, or cannot be read.
     """
     calibration = read_calibration(path)
     if calibration.rig != rig:
@@ -60,16 +60,16 @@ def load_calibration(path: Path, rig: str, servos: tuple[int, ...]) -> Calibrati
         raise CalibrationError(f"{path}: is for servos {list(found)}, the configuration has {list(servos)}")
     if len(found) < len(servos):
         raise CalibrationError(
-            f"{path}: is unfinished, {len(found)} of {len(servos)} tendons: go on with 'tendond servo calibrate'"
+            f"{path}: is unfinished, {len(found)} of {len(servos)} tendons: continue with 'tendond servo calibrate'"
         )
     return calibration
 
 
 def save_calibration(path: Path, calibration: Calibration) -> None:
-    """Write it beside the old one, then put it in its place in one step; the disk has it before this returns.
+    """Write a calibration and replace the old one atomically; it is on disk on return.
 
     Raises:
-        CalibrationError: it cannot be written; the old one is still there.
+        CalibrationError: it cannot be written; the old one is unchanged.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
@@ -90,7 +90,7 @@ def save_calibration(path: Path, calibration: Calibration) -> None:
 
 
 def set_aside(path: Path) -> Path | None:
-    """Keep a calibration under its date's name, for the records; the new name, or none when there was none.
+    """Rename a calibration by its date, as a record; return the new name, none without a calibration.
 
     Raises:
         CalibrationError: it cannot be renamed.

@@ -1,38 +1,38 @@
-"""What the servo driver allows and what it takes for a fault, whatever the controller thinks. Reads no clock."""
+"""Limits and faults of the servo driver, independent of the controller. Reads no clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.reading import Reading
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.turns import Located
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
-SLIP = 0.002
-"""[m] by which a tendon may be outside its range before that is a fault."""
+RANGE_MARGIN = 0.002
+"""Distance by which a tendon may be outside its range without a fault [m]."""
 
-SUDDEN = 0.15
-"""Of the stall torque, beyond the limit, that is no matter of time any more: 14 N on a spool of 15 mm."""
+SUDDEN_LOAD = 0.15
+"""Load above the limit that is a fault at once, as a fraction of the stall torque: 14 N on a spool of 15 mm."""
 
-RISE = 0.08
-"""Of the stall torque, by which a load may rise while its tendon is let out: 7.5 N on a spool of 15 mm, some times
-what an inferred load wavers."""
+LOAD_RISE = 0.08
+"""Allowed rise of a load during a release, as a fraction of the stall torque: 7.5 N on a spool of 15 mm, several times
+the noise of an inferred load."""
 
 
 def limited(
     section: ServoSection, wanted: Sequence[float], last: Sequence[float], duration: float
 ) -> tuple[float, ...]:
-    """Goals within range and rate.
+    """Limit goals to range and rate.
 
-    Where a tendon would be too fast, all are slowed down alike: tendons that work against each other and are a
-    millimetre out of step pull at each other with tens of newtons.
+    Where a tendon would be too fast, all are slowed down by the same factor: antagonists that are a millimetre out of
+    step pull at each other with tens of newtons.
 
     Args:
         section: [servo].
         wanted: displacement [m].
         last: goals of the cycle before [m].
-        duration: since then [s]; more than two periods count as two, so that a late cycle makes no jump.
+        duration: since then [s]; limited to two periods, so that a late cycle makes no jump.
     """
     goals = tuple(min(max(goal, section.displacement_min), section.displacement_max) for goal in wanted)
     step = section.displacement_rate * min(duration, 2.0 * section.period)
@@ -42,30 +42,30 @@ def limited(
     return tuple(before + step / furthest * (goal - before) for goal, before in zip(goals, last, strict=True))
 
 
-def let_out(
+def release_step(
     section: ServoSection,
     last: Sequence[float],
     duration: float,
     places: Sequence[float],
     taut: Sequence[bool],
 ) -> tuple[float, ...]:
-    """Goals one step nearer to the straight robot's.
+    """Move the goals one step towards the straight robot.
 
-    What is wound up is let out; what was let out takes up its slack in proportion, and slowly once nothing is wound up
-    any more. While it pulls it waits: the robot has not straightened so far.
+    Tendons with a positive displacement are released; slack ones are taken up in proportion, and at `slow_rate` once no
+    displacement is positive. A slack tendon that pulls waits until the robot has straightened.
 
     Args:
         section: [servo].
         last: goals of the cycle before [m].
         duration: since then [s].
-        places: displacements as they are [m].
+        places: measured displacements [m].
         taut: which tendons pull.
     """
     duration = min(duration, 2.0 * section.period)
     step = min(section.release_rate, section.displacement_rate) * duration
-    wound = max(last)
-    left = max(0.0, 1.0 - step / wound) if wound > 0.0 else 0.0
-    slack_step = step if wound > 0.0 else section.slow_rate * duration
+    furthest = max(last)
+    left = max(0.0, 1.0 - step / furthest) if furthest > 0.0 else 0.0
+    slack_step = step if furthest > 0.0 else section.slow_rate * duration
     goals = []
     for goal, place, pulls in zip(last, places, taut, strict=True):
         if goal >= 0.0:
@@ -77,8 +77,8 @@ def let_out(
     return tuple(goals)
 
 
-def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Sequence[Reading]) -> str:
-    """What is wrong with servos as they stand, with or without torque, in words; empty if nothing."""
+def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Sequence[ServoReading]) -> str:
+    """Return the fault of servos with or without torque, in words; empty without one."""
     for spool, reading in zip(spools, readings, strict=True):
         servo = spool.calibration.servo
         if reading.hardware_error:
@@ -89,16 +89,16 @@ def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Seq
             return f"servo {servo}: {reading.temperature} degrees, servo.temperature_max is {section.temperature_max:g}"
         volts = reading.voltage * table.VOLTAGE_UNIT
         if not section.voltage_min <= volts <= section.voltage_max:
-            return f"servo {servo}: {volts:.1f} V, allowed are {section.voltage_min:g} to {section.voltage_max:g} V"
+            return f"servo {servo}: {volts:.1f} V, allowed: {section.voltage_min:g} to {section.voltage_max:g} V"
     return ""
 
 
-def away_from_zero(section: ServoSection, located: Sequence[Located], readings: Sequence[Reading]) -> str:
-    """Which tendon stands too far from its zero to be switched on, or nobody knows where, in words; empty if none."""
+def away_from_zero(section: ServoSection, located: Sequence[Located], readings: Sequence[ServoReading]) -> str:
+    """Name a tendon too far from its zero to be switched on, or at an uncertain place; empty if there is none."""
     for index, (one, reading) in enumerate(zip(located, readings, strict=True)):
         name = f"tendon {index} (servo {one.spool.calibration.servo})"
         if one.doubt:
-            return f"{name} {one.doubt}: look, and say it: 'tendond servo home --at {index}=MM'"
+            return f"{name} {one.doubt}: measure it and run 'tendond servo home --at {index}=MM'"
         displacement = one.spool.displacement(reading.position)
         if abs(displacement) > section.home_window:
             return (
@@ -109,12 +109,12 @@ def away_from_zero(section: ServoSection, located: Sequence[Located], readings: 
 
 
 @dataclass
-class ReleaseWatch:
-    """Loads while tendons are let out: one that rises is a tendon that is wound up instead, or caught.
+class ReleaseMonitor:
+    """Loads during a release: one that rises belongs to a tendon that is pulled instead, or caught.
 
     Args:
-        limits: load that each may have [-].
-        sense: load from which on one is believed [-].
+        limits: largest load of each servo [-].
+        sense: smallest load that is significant [-].
     """
 
     limits: Sequence[float]
@@ -122,10 +122,10 @@ class ReleaseWatch:
     _first: dict[int, float] = field(default_factory=dict)
 
     def rising(self, loads: Sequence[float], goals: Sequence[float]) -> dict[int, str]:
-        """Which tendons pull harder than when they began to be let out, and how, in words.
+        """Find tendons whose load is higher than at the start of the release; the reason in words, by index.
 
-        A rod that swings loads a tendon again, but not beyond what it had. One that was let out further than straight
-        takes up its slack, and waits where it pulls: of it no more than its limit is asked.
+        A swinging rod loads a tendon again, but not above its first load. A slack tendon is taken up, and waits where
+        it pulls: for it the limit applies.
 
         Args:
             loads: size of each servo's load [-].
@@ -134,21 +134,21 @@ class ReleaseWatch:
         found = {}
         for index, (load, limit, goal) in enumerate(zip(loads, self.limits, goals, strict=True)):
             first = self._first.setdefault(index, load)
-            if goal >= 0.0 and load > max(first, self.sense) + RISE:
-                found[index] = f"its load rises from {first:.0%} to {load:.0%} while it is let out: is its sign right?"
+            if goal >= 0.0 and load > max(first, self.sense) + LOAD_RISE:
+                found[index] = f"its load rises from {first:.0%} to {load:.0%} while it is released: is its sign right?"
             elif goal < 0.0 and load > max(limit, first):
-                found[index] = f"load {load:.0%} while it is let out, allowed are {limit:.0%}"
+                found[index] = f"load {load:.0%} while it is released, limit {limit:.0%}"
         return found
 
 
 @dataclass
 class Guard:
-    """Faults of servos that are on: some at once, some after a time.
+    """Faults of servos that are on: some immediate, some after a time.
 
     Args:
         section: [servo].
-        watchdog: that was armed [units of its register].
-        limits: load that each servo may have [-].
+        watchdog: armed Bus Watchdog [units of its register].
+        limits: largest load of each servo [-].
     """
 
     section: ServoSection
@@ -156,14 +156,16 @@ class Guard:
     limits: Sequence[float]
     _since: dict[str, float] = field(default_factory=dict)
 
-    def fault(self, now: float, spools: Sequence[Spool], readings: Sequence[Reading], goals: Sequence[float]) -> str:
-        """What is wrong, in words; empty if nothing.
+    def fault(
+        self, now: float, spools: Sequence[Spool], readings: Sequence[ServoReading], goals: Sequence[float]
+    ) -> str:
+        """Return the fault, in words; empty without one.
 
         Args:
             now: [s].
             spools: of the tendons.
             readings: of their servos.
-            goals: that they were given before they were read [m].
+            goals: sent before the reading [m].
         """
         fault = standing_fault(self.section, spools, readings)
         if fault:
@@ -178,16 +180,13 @@ class Guard:
             if reading.watchdog != self.watchdog:
                 return f"servo {servo}: its Bus Watchdog is {reading.watchdog}, not {self.watchdog}: was it rebooted?"
             place = spool.displacement(reading.position)
-            if not section.displacement_min - SLIP <= place <= section.displacement_max + SLIP:
+            if not section.displacement_min - RANGE_MARGIN <= place <= section.displacement_max + RANGE_MARGIN:
                 return f"tendon {index} (servo {servo}): stands at {place * 1e3:.1f} mm, outside its range"
             load, limit = abs(reading.load) * table.LOAD_UNIT, self.limits[index]
-            if self._lasts(f"sudden {index}", load > limit + SUDDEN, now, 0.0):
-                return f"tendon {index} (servo {servo}): load {load:.0%}, allowed are {limit:.0%}"
+            if self._lasts(f"sudden {index}", load > limit + SUDDEN_LOAD, now, 0.0):
+                return f"tendon {index} (servo {servo}): load {load:.0%}, limit {limit:.0%}"
             if self._lasts(f"load {index}", load > limit, now, section.load_time):
-                return (
-                    f"tendon {index} (servo {servo}): load {load:.0%} for {section.load_time:g} s, allowed are"
-                    f" {limit:.0%}"
-                )
+                return f"tendon {index} (servo {servo}): load {load:.0%} for {section.load_time:g} s, limit {limit:.0%}"
             behind = abs(goal - place)
             if self._lasts(f"behind {index}", behind > section.following_error, now, section.following_time):
                 return f"tendon {index} (servo {servo}): {behind * 1e3:.1f} mm from its goal: is it blocked?"

@@ -1,4 +1,4 @@
-"""Where the tendons were last known to be, on disk: what tells the whole turns of servos that have been rebooted."""
+"""Last known displacements of the tendons on disk: they identify the whole turns of rebooted servos."""
 
 import os
 import threading
@@ -11,22 +11,22 @@ from pydantic import Field, ValidationError
 
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.schemas.base import SCHEMA_VERSION, Schema
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
 STATE_DIRECTORY = "STATE_DIRECTORY"
-"""Set by systemd for a service that has one."""
+"""Environment variable that systemd sets for a service with a state directory."""
 
 INSTALLED, STATES = Path("/etc/tendond"), Path("/var/lib/tendond")
 
 STEP = 0.002
-"""[m] A place is written again once a tendon has gone so far."""
+"""Displacement of a tendon after which its place is written again [m]."""
 
 
 class Places(Schema):
     """Displacements of a rig's tendons, by the id of their servo [m].
 
     Attributes:
-        rig: its name.
+        rig: name of the rig.
         calibration: date of the calibration that they refer to.
         displacement: by servo id.
     """
@@ -38,7 +38,7 @@ class Places(Schema):
 
 
 def places_file(folder: Path, section: ServoSection) -> Path:
-    """Where they are kept: the service's state directory, for the tools too; else beside the calibration.
+    """Return the file of the places: in the service's state directory, also for the tools; else beside the calibration.
 
     Args:
         folder: of the configuration.
@@ -57,7 +57,7 @@ def places_file(folder: Path, section: ServoSection) -> Path:
 
 
 def read_places(path: Path, calibration: Calibration) -> dict[int, float]:
-    """Last known displacement by servo id [m]; empty where there is no file for this calibration."""
+    """Read the last known displacement by servo id [m]; empty without a file for this calibration."""
     try:
         places = Places.model_validate_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValidationError):
@@ -68,7 +68,7 @@ def read_places(path: Path, calibration: Calibration) -> dict[int, float]:
 
 
 def write_places(path: Path, calibration: Calibration, displacement: Mapping[int, float]) -> None:
-    """Replace the file in one step.
+    """Replace the file atomically.
 
     Raises:
         OSError: it cannot be written.
@@ -88,12 +88,12 @@ def write_places(path: Path, calibration: Calibration, displacement: Mapping[int
 
 
 class PlaceKeeper:
-    """Writes the newest places in a thread of its own: a disk may take as long as it likes.
+    """Writer of the newest places in its own thread, so that a slow disk delays nothing.
 
     Args:
         path: of the file.
         calibration: that the places refer to.
-        say: is told once that the file cannot be written.
+        say: called once where the file cannot be written.
     """
 
     def __init__(self, path: Path, calibration: Calibration, say: Callable[[str], None]) -> None:
@@ -117,7 +117,7 @@ class PlaceKeeper:
         self._thread.join()
 
     def keep(self, displacement: Mapping[int, float]) -> None:
-        """Take places over; they are written where one has changed by `STEP`. Returns at once."""
+        """Accept places, without waiting; they are written where one has changed by `STEP`."""
         known = self._newest
         if known.keys() == displacement.keys() and all(abs(displacement[i] - known[i]) < STEP for i in known):
             return
@@ -129,7 +129,7 @@ class PlaceKeeper:
         while not ended:
             self._wake.wait()
             self._wake.clear()
-            ended = self._ended  # the last ones are written all the same
+            ended = self._ended  # the last ones are still written
             newest = self._newest
             if newest == self._written:
                 continue
@@ -138,8 +138,8 @@ class PlaceKeeper:
             except OSError as error:
                 if not self._failed:
                     self._say(
-                        f"{self._path}: cannot be written: {error.strerror}; a servo that is rebooted will have"
-                        " forgotten its turns"
+                        f"{self._path}: cannot be written: {error.strerror}; the turns of a rebooted servo will be"
+                        " unknown"
                     )
                 self._failed = True
             self._written = newest

@@ -1,55 +1,53 @@
-"""The servo driver as a process: commands from the bus, tendon states onto it, `servo/reset` answered."""
+"""Process of the servo driver: subscribes to commands, publishes tendon states, answers `servo/reset`."""
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
 import zenoh
 
-from tendond.drivers.dynamixel.adapter import latency_warning
-from tendond.drivers.dynamixel.bus import ServoBus, ServoError
+from tendond.bus.client import BusError, StoppedError, open_client
+from tendond.bus.followed import FollowedController
+from tendond.bus.identity import new_source
+from tendond.bus.query import Queryable, answer_next, replies
+from tendond.bus.subscription import Subscription
+from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
-from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.dynamixel.driver import LOST_READS, ServoDriver
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
-from tendond.drivers.followed import Followed
-from tendond.drivers.session import BusError, StoppedError, open_client
-from tendond.identity import new_source
-from tendond.notify import Supervisor
-from tendond.schemas.config import RigConfig
-from tendond.schemas.config_servo import ServoSection
+from tendond.drivers.dynamixel.serial.adapter import latency_warning
+from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
 from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, TendonCommand, TendonState
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
 ANSWER_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
 SLOW_SECONDS = 0.012
-"""Beside its time on the wire, from which on the adapter keeps an answer: it does so for 16 ms as it is shipped."""
+"""Round trip beyond the time on the wire above which the adapter delays answers: 16 ms by its default timer."""
 
 SAY_SECONDS = 10.0
-"""Between two lines about reads that were lost or late."""
+"""Time between two lines about lost or late reads."""
 
 REBOOT = b"reboot"
-"""Payload of a query of `servo/reset` that asks for a reboot of servos with a hardware error."""
-
-Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
-Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
+"""Payload of a `servo/reset` query that requests a reboot of servos with a hardware error."""
 
 
 class ServoProcess:
-    """A servo driver on the bus.
+    """Servo driver on the bus.
 
     Args:
         config: of the rig.
         section: its [servo].
-        folder: in which the calibration's path begins.
+        folder: of the configuration, to which the calibration's path is relative.
         stopped: true when the process is to end.
         say: a line for people.
-        supervisor: is told when the servos are ready, of the end, and by each cycle done in time that it is alive.
+        supervisor: notified when the servos are ready, of each cycle done in time, and of the end.
     """
 
     def __init__(
@@ -69,15 +67,15 @@ class ServoProcess:
         self._supervisor = supervisor or Supervisor({})
         self._seq = 0
         self._source = new_source("servo")
-        self._followed = Followed()
+        self._followed = FollowedController()
 
     def run(self) -> None:
-        """Drive until stopped; the tendons are let out and the torque is off afterwards.
+        """Run until stopped; then the tendons are released and the torque is switched off.
 
         Raises:
             CalibrationError: there is none for this rig.
             BusError: no controller.
-            ServoError: the servos are not as they have to be, or may still have torque.
+            ServoError: the servos are not set up, or may still have torque.
         """
         section = self._section
         ids = section.servo_ids(len(self._config.rod.tendon_positions))
@@ -105,36 +103,36 @@ class ServoProcess:
                 self._supervisor.stopping()
                 driver.close(time.monotonic, time.sleep)
                 keeper.keep(driver.places)
-                self._say(f"ended: {driver.farewell}")
+                self._say(f"stopped; {driver.final_state}")
 
     def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
         name, period = self._config.rig.name, self._section.period
-        commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(QUEUE))
+        commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
         healths = session.declare_publisher(key(name, SERVO_HEALTH), encoding=ENCODING)
-        deadline = before = told = time.monotonic()
-        ear = Listener(before)
+        deadline = before = health_time = time.monotonic()
+        losses = ReadLossLog(before)
         while not self._stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
             states.put(encode(self._state(driver)))
             keeper.keep(driver.places)
             now = time.monotonic()
-            if heard := ear.news(now, driver.counts["reads without an answer"], driver.late):
-                self._say(heard)
-            if now - told >= HEALTH_SECONDS:
-                told = now
+            if line := losses.line(now, driver.counts[LOST_READS], driver.late):
+                self._say(line)
+            if now - health_time >= HEALTH_SECONDS:
+                health_time = now
                 health = self._health(driver)
                 healths.put(encode(health))
-                ear.note(health.round_trip - driver.wire_seconds)
-            if now - before <= self._section.watchdog:  # a lost port or a fault waits for a person, not for a restart
+                losses.note(health.round_trip - driver.wire_seconds)
+            if now - before <= self._section.watchdog:  # a lost port or a fault needs a person, not a restart
                 self._supervisor.alive()
             before = now
             self._answer(resets, driver)
             if (report := self._report(driver)) != reported:
                 reported = report
-                self._say(f"fault: {reported}" if reported else "no fault any more")
+                self._say(f"fault: {reported}" if reported else "fault cleared")
             if driver.phase is not phase:
                 phase = driver.phase
                 self._say(f"servos: {phase.value}")
@@ -143,21 +141,15 @@ class ServoProcess:
         if driver.counts:
             self._say(", ".join(f"{count} {reason}" for reason, count in driver.counts.items()))
 
-    def _newest(self, commands: Subscriber, driver: ServoDriver) -> TendonCommand | None:
+    def _newest(self, commands: Subscription[TendonCommand], driver: ServoDriver) -> TendonCommand | None:
         newest: TendonCommand | None = None
-        for _ in range(QUEUE):
-            if (sample := commands.try_recv()) is None:
-                break
-            try:
-                if sample.kind != zenoh.SampleKind.PUT:
-                    raise UnreadableError("deleted")
-                command = decode(TendonCommand, sample.payload.to_bytes())
-                if self._followed.admits(command, time.monotonic()):
-                    newest = command
-                else:
-                    driver.counts["commands of another controller"] += 1
-            except UnreadableError as error:
-                driver.counts[error.reason] += 1
+        for command in commands:
+            if self._followed.admits(command, time.monotonic()):
+                newest = command
+            else:
+                driver.counts["commands of another controller"] += 1
+        driver.counts.update(commands.unreadable)
+        commands.unreadable.clear()
         return newest
 
     def _state(self, driver: ServoDriver) -> TendonState:
@@ -172,7 +164,7 @@ class ServoProcess:
         )
 
     def _report(self, driver: ServoDriver) -> str:
-        """What the driver objects to, and a second controller."""
+        """Return the driver's fault or objection, and a second controller."""
         return "; ".join(filter(None, (driver.report, self._followed.objection(time.monotonic()))))
 
     def _health(self, driver: ServoDriver) -> ServoHealth:
@@ -185,20 +177,17 @@ class ServoProcess:
         )
 
     def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
-        if (query := resets.try_recv()) is None:
-            return
-        try:
-            reboot = query.payload is not None and query.payload.to_bytes() == REBOOT
-            reply = ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=reboot))
-        except ServoError as error:
-            reply = ControlReply(done=False, message=f"not reset: {error}")
-        with suppress(zenoh.ZError):
-            query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-        query.drop()
+        def reply_to(payload: bytes | None) -> ControlReply:
+            try:
+                return ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=payload == REBOOT))
+            except ServoError as error:
+                return ControlReply(done=False, message=f"not reset: {error}")
+
+        answer_next(resets, reply_to)
 
 
-class Listener:
-    """Says what the bus loses, at a bounded rate.
+class ReadLossLog:
+    """Lines about lost and late reads, at a bounded rate.
 
     Args:
         now: [s].
@@ -210,16 +199,16 @@ class Listener:
         self._slow = 0.0
 
     def note(self, beyond: float) -> None:
-        """Hear how much longer than on the wire alone reads take [s]."""
+        """Note by how much reads take longer than on the wire alone [s]."""
         self._slow = beyond if beyond > SLOW_SECONDS else 0.0
 
-    def news(self, now: float, lost: int, late: tuple[int, float]) -> str:
-        """A line about reads that were lost or late since the last one; empty if there are none, or it is too soon.
+    def line(self, now: float, lost: int, late: tuple[int, float]) -> str:
+        """Return a line about reads lost or late since the last one; empty without any, or too early.
 
         Args:
             now: [s].
             lost: reads without an answer so far.
-            late: answers that came too late so far, and how late the latest was [s].
+            late: late answers so far, and the largest delay [s].
         """
         count, by = late
         if now - self._since < SAY_SECONDS or ((lost, count) == (self._lost, self._late) and not self._slow):
@@ -230,22 +219,18 @@ class Listener:
         if new_late > 0:
             said += f", {new_late} answers late, by up to {by * 1e3:.0f} ms"
         if self._slow:
-            said += f", answers take {self._slow * 1e3:.0f} ms beside their time on the wire"
+            said += f", answers take {self._slow * 1e3:.0f} ms more than their time on the wire"
         return said + (": is the adapter's latency timer 1 ms?" if new_late > 0 or self._slow else "")
 
 
 def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = False) -> ControlReply:
-    """Ask the servo driver to leave its fault, and to reboot servos with a hardware error if wished.
+    """Ask the servo driver to reset its fault, and optionally to reboot servos with a hardware error.
 
     Raises:
         BusError: there is no controller, or no servo driver.
     """
     with open_client(config.bus.endpoint, timeout) as session:
         payload = REBOOT if reboot else None
-        for reply in session.get(key(config.rig.name, SERVO_RESET), timeout=ANSWER_SECONDS, payload=payload):
-            if reply.ok is not None:
-                try:
-                    return decode(ControlReply, reply.ok.payload.to_bytes())
-                except UnreadableError as error:
-                    raise BusError(f"the servo driver's answer is {error.reason}") from None
+        for reply in replies(session, key(config.rig.name, SERVO_RESET), payload, ANSWER_SECONDS, "servo driver"):
+            return reply
     raise BusError(f"no servo driver of rig '{config.rig.name}' answers: start it with 'tendond servo'")

@@ -1,44 +1,44 @@
-"""The servos of a rig as one thing: set up, on, off, goals, readings."""
+"""Servos of a rig as a group: torque, goals, readings."""
 
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
-from tendond.drivers.dynamixel import table
-from tendond.drivers.dynamixel.bus import TRIES, NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.calibration import Calibration
-from tendond.drivers.dynamixel.reading import Reading
-from tendond.drivers.dynamixel.requirements import require
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.bus import TRIES, NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
+from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import locate
-from tendond.schemas.config_servo import WATCHDOG_UNIT, ServoSection
+from tendond.schemas.config.servo import WATCHDOG_UNIT, ServoSection
 
 PWM_STEP = 18
-"""[units of Goal PWM] A change that is worth a packet: 2 % of all."""
+"""Smallest change of Goal PWM that is sent, 2 % of the range [units of the register]."""
 
 REBOOT_PINGS = 250
-"""Tries in which a servo must be there again after a reboot; each takes an answer's timeout, 1 s in all by default."""
+"""Pings within which a servo must answer after a reboot, each with the answer's timeout: 1 s in all by default."""
 
 
-class Servos:
-    """Servos on an open bus.
+class ServoGroup:
+    """ServoGroup on an open bus.
 
     Args:
         section: [servo].
         calibration: complete.
         bus: open.
-        last: displacement at which each tendon was last known to be, by servo id [m].
+        last: last known displacement of each tendon, by servo id [m].
         tension_max: of [limits] [N].
 
     Raises:
-        ServoError: a servo is missing, of another kind, not set up, or has counted too many turns.
+        ServoError: a servo is missing, of another model, not set up, or has counted too many turns.
 
     Attributes:
-        located: where each tendon is, and whether that is certain.
-        spools: of the tendons, with the turns as the servos count them.
-        watchdog: to be armed [units of its register].
-        limits: load that each servo may have [-].
+        located: place of each tendon, and whether it is certain.
+        spools: of the tendons, with the turns of the servos.
+        watchdog: Bus Watchdog to arm [units of its register].
+        limits: largest load of each servo [-].
     """
 
     def __init__(
@@ -65,12 +65,12 @@ class Servos:
         for spool in self.spools:
             within_range(section, spool)
 
-    def locate(self, readings: Sequence[Reading], last: Mapping[int, float]) -> None:
-        """Find each servo's turn.
+    def locate(self, readings: Sequence[ServoReading], last: Mapping[int, float]) -> None:
+        """Find the turn of each servo.
 
         Args:
             readings: of the servos.
-            last: displacement at which each tendon was last known to be, by servo id [m].
+            last: last known displacement of each tendon, by servo id [m].
         """
         self.located = tuple(
             locate(self._section, tendon, reading.position, last.get(tendon.servo))
@@ -78,8 +78,8 @@ class Servos:
         )
         self.spools: tuple[Spool, ...] = tuple(one.spool for one in self.located)
 
-    def _first(self) -> tuple[Reading, ...]:
-        """The first reading: old firmware answers a plain one alone."""
+    def _first(self) -> tuple[ServoReading, ...]:
+        """Read for the first time; explain where old firmware answers only a plain Sync Read."""
         try:
             return self.read_again()
         except NoAnswerError:
@@ -87,13 +87,13 @@ class Servos:
                 with suppress(NoAnswerError):
                     self._bus.read_all(self.ids, fast=False)
                     raise ServoError(
-                        "the servos do not know Fast Sync Read, but the plain one: update their firmware, or set"
+                        "the servos do not know Fast Sync Read, only Sync Read: update their firmware, or set"
                         " servo.fast_read = false"
                     ) from None
             raise
 
-    def read(self) -> tuple[Reading, ...]:
-        """Of every servo, in the order of the tendons.
+    def read(self) -> tuple[ServoReading, ...]:
+        """Read all servos, in the order of the tendons.
 
         Raises:
             ServoError: not all of them answered.
@@ -101,8 +101,8 @@ class Servos:
         readings = self._bus.read_all(self.ids, fast=self._section.fast_read)
         return tuple(readings[identifier] for identifier in self.ids)
 
-    def read_again(self) -> tuple[Reading, ...]:
-        """As `read`, but one answer that gets lost is no error: for when nobody asks again a cycle later.
+    def read_again(self) -> tuple[ServoReading, ...]:
+        """Read all servos, again where an answer is lost: for reads that are not repeated in the next cycle.
 
         Raises:
             ServoError: not all of them answered, several times.
@@ -112,8 +112,8 @@ class Servos:
                 return self.read()
         return self.read()
 
-    def on(self, readings: Sequence[Reading]) -> None:
-        """Torque on where the servos stand, at the configured profile, watched.
+    def on(self, readings: Sequence[ServoReading]) -> None:
+        """Switch the torque on at the present positions, with the configured profile and watchdog.
 
         Raises:
             ServoError: a servo refuses or does not answer; all of them are off again.
@@ -124,7 +124,7 @@ class Servos:
                 self._bus.write(identifier, table.BUS_WATCHDOG, 0)
                 self._write_profile(identifier)
             self.bound([0.0] * len(self.ids), readings)
-            self._bus.write_all(table.GOAL_POSITION, here)  # before the torque: an old goal would be run to
+            self._bus.write_all(table.GOAL_POSITION, here)  # before the torque, or the servos would move to an old goal
             self._bus.write_all(table.TORQUE_ENABLE, dict.fromkeys(self.ids, 1))
             self._bus.write_all(table.GOAL_POSITION, here)
             self._bus.write_all(table.BUS_WATCHDOG, dict.fromkeys(self.ids, self.watchdog))
@@ -142,15 +142,15 @@ class Servos:
         self._bus.write(identifier, table.PROFILE_VELOCITY, min(velocity, 32767))
         self._bus.write(identifier, table.PROFILE_ACCELERATION, min(acceleration, 32767))
 
-    def bound(self, rates: Sequence[float], readings: Sequence[Reading]) -> None:
-        """Bound what the motors put out, by the load that is allowed and the rate that is wanted.
+    def bound(self, rates: Sequence[float], readings: Sequence[ServoReading]) -> None:
+        """Limit the output of the motors to the allowed load and rate.
 
         Args:
             rates: of the tendons [m/s].
-            readings: the newest; where they have the right bound already, nothing is sent.
+            readings: newest; nothing is sent where they have that limit already.
 
         Raises:
-            ServoError: the packet did not go out.
+            ServoError: the packet was not sent.
         """
         wanted = {}
         for spool, limit, rate, reading in zip(self.spools, self.limits, rates, readings, strict=True):
@@ -161,8 +161,8 @@ class Servos:
         if wanted:
             self._bus.write_all(table.GOAL_PWM, wanted)
 
-    def wake(self, readings: Sequence[Reading]) -> None:
-        """Take over servos that their watchdog has stopped: profiles anew, which it cleared, goals where they stand.
+    def wake(self, readings: Sequence[ServoReading]) -> None:
+        """Take over servos stopped by their watchdog: restore their profiles, hold their positions.
 
         Raises:
             ServoError: a servo refuses or does not answer.
@@ -175,15 +175,15 @@ class Servos:
         self._bus.write_all(table.BUS_WATCHDOG, dict.fromkeys(self.ids, self.watchdog))
 
     def drop(self, index: int) -> None:
-        """Torque off for one tendon alone.
+        """Switch off the torque of one tendon.
 
         Raises:
-            ServoError: it does not say that it is off.
+            ServoError: its servo does not confirm it.
         """
         self._bus.write(self.ids[index], table.TORQUE_ENABLE, 0)
 
     def reboot(self, identifiers: Sequence[int]) -> None:
-        """Start servos anew and wait until they are there again; they forget hardware errors and whole turns.
+        """Reboot servos and wait for them; hardware errors and whole turns are lost.
 
         Raises:
             ServoError: one does not answer afterwards.
@@ -193,19 +193,19 @@ class Servos:
         find(self._bus, identifiers, REBOOT_PINGS)
 
     def go(self, goals: Sequence[float]) -> None:
-        """Displacement that each tendon is to have [m].
+        """Send the goal of each tendon [m].
 
         Raises:
-            ServoError: the goals did not go out.
+            ServoError: the goals were not sent.
         """
         ticks = [spool.ticks(goal) for spool, goal in zip(self.spools, goals, strict=True)]
         self._bus.write_all(table.GOAL_POSITION, dict(zip(self.ids, ticks, strict=True)))
 
     def off(self) -> None:
-        """Torque off: all of them in one packet, then each in the order of the tendons until it says so itself.
+        """Switch the torque off: all in one packet, then each in the order of the tendons, confirmed.
 
         Raises:
-            ServoError: it cannot be told whether a servo is off; all the others are.
+            ServoError: a servo does not confirm it; all the others are off.
         """
         self._bus.write_all(table.TORQUE_ENABLE, dict.fromkeys(self.ids, 0))
         failed: ServoError | None = None
@@ -218,45 +218,45 @@ class Servos:
         if failed is not None:
             raise failed
 
-    def displacements(self, readings: Sequence[Reading]) -> tuple[float, ...]:
-        """Of the tendons [m]."""
+    def displacements(self, readings: Sequence[ServoReading]) -> tuple[float, ...]:
+        """Return the displacement of each tendon [m]."""
         return tuple(spool.displacement(reading.position) for spool, reading in zip(self.spools, readings, strict=True))
 
-    def tensions(self, readings: Sequence[Reading]) -> tuple[float, ...]:
-        """Of the tendons, as the servos estimate them [N]."""
+    def tensions(self, readings: Sequence[ServoReading]) -> tuple[float, ...]:
+        """Return the tension of each tendon, as the servos estimate it [N]."""
         return tuple(spool.tension(reading.load) for spool, reading in zip(self.spools, readings, strict=True))
 
 
 def find(bus: ServoBus, identifiers: Sequence[int], tries: int = TRIES) -> None:
-    """See that servos are there.
+    """Check that servos answer.
 
     Raises:
-        NoAnswerError: one is not, and what to do.
+        NoAnswerError: one does not, with the remedy.
     """
     missing = bus.absent(identifiers, tries)
     if missing:
         names = ", ".join(map(str, missing))
         raise NoAnswerError(
-            f"{bus.port}: no answer from servo {names}: is it powered, and its id and rate right? Try"
+            f"{bus.port}: no answer from servo {names}: is it powered, and are its id and rate right? Try"
             f" 'tendond servo scan'{bus.lateness}"
         )
 
 
 def watchdog_units(section: ServoSection) -> int:
-    """`servo.watchdog` in units of the Bus Watchdog."""
+    """Return `servo.watchdog` in units of the Bus Watchdog."""
     return max(2, round(section.watchdog / WATCHDOG_UNIT))
 
 
 def within_range(section: ServoSection, spool: Spool) -> None:
-    """See that a servo can take every goal of the travel.
+    """Check that a servo accepts every goal of the travel.
 
     Raises:
-        ServoError: it counts so many turns that it cannot: 256 are the most.
+        ServoError: it counts too many turns: the limit is 256.
     """
     for displacement in (section.displacement_min, section.displacement_max):
         ticks = spool.ticks(displacement)
-        if not table.GOAL_POSITION.least <= ticks <= table.GOAL_POSITION.most:
+        if not table.GOAL_POSITION.minimum <= ticks <= table.GOAL_POSITION.maximum:
             raise ServoError(
-                f"servo {spool.calibration.servo}: counts {spool.turns} turns, with the travel more than the 256 that"
-                " it takes as a goal: switch its power off and on"
+                f"servo {spool.calibration.servo}: counts {spool.turns} turns, with the travel more than the 256 of its"
+                " goal's range: switch its power off and on"
             )

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.calibration import TendonCalibration
-from tendond.drivers.dynamixel.table import LOAD_UNIT, TICK, TICKS_PER_TURN
-from tendond.schemas.config_servo import STALL_TORQUE
+from tendond.drivers.dynamixel.serial.table import LOAD_UNIT, TICK, TICKS_PER_TURN
+from tendond.schemas.config.servo import STALL_TORQUE
 
 
 @dataclass(frozen=True)
 class Spool:
-    """A tendon's spool; `turns` is what the servo has forgotten at power-up, or counts too many."""
+    """Spool of a tendon; `turns` are whole turns that the servo lost at power-up, or counts in excess."""
 
     calibration: TendonCalibration
     turns: int = 0
@@ -19,13 +19,13 @@ class Spool:
         return self.calibration.zero + self.turns * TICKS_PER_TURN
 
     def ticks(self, displacement: float) -> int:
-        """Position for a displacement [m]."""
+        """Return the position [ticks] for a displacement [m]."""
         return self._zero + round(self.calibration.sign * displacement / self.calibration.spool_radius / TICK)
 
     def displacement(self, ticks: int) -> float:
-        """Displacement [m] at a position."""
+        """Return the displacement [m] at a position [ticks]."""
         return self.calibration.sign * (ticks - self._zero) * TICK * self.calibration.spool_radius
 
     def tension(self, load: int) -> float:
-        """Tension [N] by the servo's own estimate of its load; gears and friction make it a rough one."""
+        """Return the tension [N] from the servo's estimate of its load, which includes gears and friction."""
         return max(0.0, self.calibration.sign * load * LOAD_UNIT * STALL_TORQUE / self.calibration.spool_radius)

@@ -1,31 +1,31 @@
-"""Which whole turn a servo is on: one function for the driver and for every tool.
+"""Whole turn of a servo, for the driver and every tool.
 
-A servo counts its turns while it has power, from wherever it stood at power-up. So one position stands for several
-displacements, a turn of the spool apart. What decides is where the tendon was last known to be: without torque it can
-only have gone from there towards its zero, because the robot straightens, but never beyond.
+A servo counts its turns while it has power, from its position at power-up, so one reported position corresponds to
+several displacements, a turn of the spool apart. The last known displacement decides: without torque the tendon can
+only have moved from there towards its zero, because the robot straightens, and not beyond.
 """
 
 import math
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.calibration import TendonCalibration
+from tendond.drivers.dynamixel.serial.table import TICKS_PER_TURN
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.table import TICKS_PER_TURN
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.servo import ServoSection
 
-FURTHER = 0.125
-"""Of a turn, by which a tendon may stand beyond the last known place: the servo went on while nobody wrote it down. On
-a spool of 15 mm that is what 85 mm/s go in 0.14 s."""
+TURN_MARGIN = 0.125
+"""Fraction of a turn by which a tendon may be beyond its last known place, which is written with a delay. On a spool of
+15 mm it is the travel of 0.14 s at 85 mm/s."""
 
 
 @dataclass(frozen=True)
 class Located:
-    """A spool with the turn that is believed.
+    """Spool with its most likely turn.
 
     Attributes:
         spool: with that turn.
         displacement: of the tendon [m].
-        others: displacements that it may as well have [m]; empty where the turn is certain.
+        others: other possible displacements [m]; empty where the turn is certain.
     """
 
     spool: Spool
@@ -34,31 +34,31 @@ class Located:
 
     @property
     def turn(self) -> float:
-        """Displacement of a whole turn [m]."""
+        """Displacement of one turn [m]."""
         return 2.0 * math.pi * self.spool.calibration.spool_radius
 
     @property
     def certain(self) -> bool:
-        """Only one turn is possible."""
+        """True where only one turn is possible."""
         return not self.others
 
     @property
     def doubt(self) -> str:
-        """Which displacements are possible, in words; empty where only one is."""
+        """Possible displacements, in words; empty where there is only one."""
         if self.certain:
             return ""
         places = " or ".join(f"{place * 1e3:.1f}" for place in sorted((self.displacement, *self.others), reverse=True))
-        return f"stands at {places} mm: its servo has lost its turns, and nothing tells which"
+        return f"stands at {places} mm: its servo has lost its turns, and it is unknown which"
 
 
 def locate(section: ServoSection, tendon: TendonCalibration, position: int, last: float | None) -> Located:
-    """Find the turn that a servo is on.
+    """Find the turn of a servo.
 
     Args:
         section: [servo].
         tendon: its calibration.
-        position: that it reports [ticks].
-        last: displacement that the tendon was last known to have [m]; none where nothing is known.
+        position: reported [ticks].
+        last: last known displacement of the tendon [m]; none where unknown.
     """
     nearest = round((position - tendon.zero) / TICKS_PER_TURN)
     turn = 2.0 * math.pi * tendon.spool_radius
@@ -67,8 +67,8 @@ def locate(section: ServoSection, tendon: TendonCalibration, position: int, last
     wanted = 0.0 if last is None else last
     best = min(places, key=lambda spool: abs(places[spool] - wanted))
     if last is None and abs(places[best]) <= section.home_window:
-        return Located(best, places[best])  # the configuration sees to it that no other turn is within the travel
-    further = FURTHER * turn
+        return Located(best, places[best])  # by the configuration, no other turn is within the travel
+    further = TURN_MARGIN * turn
     travel = (section.displacement_min - further, section.displacement_max + further)
     if last is None:
         low, high = travel
@@ -79,7 +79,7 @@ def locate(section: ServoSection, tendon: TendonCalibration, position: int, last
     if len(possible) == 1:
         (best,) = possible
         return Located(best, places[best])
-    if not possible:  # it is not where it can have gone by itself: somebody has turned it
+    if not possible:  # it cannot have moved there by itself: somebody has turned it
         possible = {spool for spool, place in places.items() if travel[0] <= place <= travel[1]}
     others = tuple(sorted(places[spool] for spool in possible - {best}))
     return Located(best, places[best], others or (places[best] - math.copysign(turn, places[best]),))

@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 
 import zenoh
 
-from tendond.drivers.session import BusError, open_client
-from tendond.schemas.config import RigConfig
+from tendond.bus.client import BusError, open_client
+from tendond.bus.query import Queryable, answer_next, replies
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
-from tendond.schemas.messages import ENCODING, ControlReply
+from tendond.schemas.messages import ControlReply
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 ANSWER_SECONDS = 2.0
@@ -18,13 +18,11 @@ ROUNDING = 1e-9
 """[s] Of simulated time."""
 
 OVERLOAD = "Overload Error (bit 5)"
-"""As the servos' driver words it."""
-
-Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
+"""Text of the servo driver for an overload."""
 
 
 class Faults:
-    """What is wrong with a simulated rig at its present time.
+    """Faults of a simulated rig at its present time.
 
     Args:
         tendons: number of tendons, and of servos.
@@ -39,7 +37,7 @@ class Faults:
         self.time = 0.0
 
     def cause(self, request: FaultRequest) -> ControlReply:
-        """Cause a fault from now on, or mend; the answer says what has happened, or why nothing."""
+        """Cause a fault from now on, or clear faults; the reply says what was done, or why not."""
         if FAULTS[request.fault].wires:
             return ControlReply(
                 done=False, message=f"{request.fault.value} needs wires: start the rig with 'tendond simulate --wired'"
@@ -48,21 +46,21 @@ class Faults:
             return ControlReply(
                 done=False, message=f"there is no servo {request.servo}; the servos are 1 to {self._tendons}"
             )
-        if request.fault is Fault.MEND:
+        if request.fault is Fault.CLEAR:
             self._caused = {
                 of: one for of, one in self._caused.items() if request.servo is not None and of[1] != request.servo
             }
-            return ControlReply(done=True, message=_whose(request) + "mended")
+            return ControlReply(done=True, message=_whose(request) + "cleared")
         lasting = request.duration
         until = math.inf if lasting is None else self.time + lasting
         self._caused[request.fault, request.servo] = request, until
-        span = "until it is mended" if lasting is None else f"for {lasting:g} s"
+        span = "until it is cleared" if lasting is None else f"for {lasting:g} s"
         kind = FAULTS[request.fault]
         size = f" of {request.amount:g} {kind.unit}" if kind.size is not None else ""
         return ControlReply(done=True, message=f"{_whose(request)}{request.fault.value}{size} {span}")
 
     def now(self, fault: Fault) -> FaultRequest | None:
-        """The request for a fault that acts now, if one does."""
+        """Return the request of a fault that is active now, if any."""
         for (kind, _), (request, until) in self._caused.items():
             if kind is fault and self.time < until - ROUNDING:
                 return request
@@ -70,7 +68,7 @@ class Faults:
 
     @property
     def stuck(self) -> list[int]:
-        """Indices of the tendons whose servos stay where they are."""
+        """Indices of the tendons whose servos do not move."""
         return self._tendons_with(Fault.STUCK)
 
     @property
@@ -87,7 +85,7 @@ class Faults:
 
     @property
     def reported(self) -> str:
-        """What the servos' driver says of them: empty if nothing."""
+        """Fault that the servo driver reports, in words; empty without one."""
         failed = [servo for fault, servo in self._caused if fault is Fault.OVERLOAD]
         return ", ".join(f"servo {servo}: {OVERLOAD}" for servo in failed)
 
@@ -97,21 +95,20 @@ def _whose(request: FaultRequest) -> str:
 
 
 def listen(session: zenoh.Session, rig: str) -> Queryable:
-    """Where requests arrive."""
+    """Declare the queryable for requests."""
     return session.declare_queryable(key(rig, SIMULATOR_INJECT), zenoh.handlers.RingChannel(8))
 
 
 def answer(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -> None:
-    """Cause the fault that is asked for, if one is; never waits."""
-    if (query := requests.try_recv()) is None:
-        return
-    try:
-        reply = cause(decode(FaultRequest, b"" if query.payload is None else query.payload.to_bytes()))
-    except UnreadableError as error:
-        reply = ControlReply(done=False, message=f"the request is {error.reason}")
-    with suppress(zenoh.ZError):  # whoever asked may be gone
-        query.reply(query.key_expr, encode(reply), encoding=ENCODING)
-    query.drop()
+    """Cause the fault of the next request, if there is one; never waits."""
+
+    def reply_to(payload: bytes | None) -> ControlReply:
+        try:
+            return cause(decode(FaultRequest, payload or b""))
+        except UnreadableError as error:
+            return ControlReply(done=False, message=f"the request is {error.reason}")
+
+    answer_next(requests, reply_to)
 
 
 def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0) -> ControlReply:
@@ -121,13 +118,7 @@ def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0
         BusError: there is no controller, or no simulator.
     """
     with open_client(config.bus.endpoint, timeout) as session:
-        replies = session.get(
-            key(config.rig.name, SIMULATOR_INJECT), payload=encode(request), encoding=ENCODING, timeout=ANSWER_SECONDS
-        )
-        for reply in replies:
-            if reply.ok is not None:
-                try:
-                    return decode(ControlReply, reply.ok.payload.to_bytes())
-                except UnreadableError as error:
-                    raise BusError(f"the simulator's answer is {error.reason}") from None
+        expression = key(config.rig.name, SIMULATOR_INJECT)
+        for reply in replies(session, expression, encode(request), ANSWER_SECONDS, "simulator"):
+            return reply
     raise BusError(f"no simulator answers as '{config.rig.name}': start it with 'tendond simulate'")

@@ -1,4 +1,4 @@
-"""Tendons that rub on the disks: the capstan equation, lumped at the middle of a tendon's path.
+"""Friction of the tendons on the disks: the capstan equation, lumped at the middle of a tendon's path.
 
 Where a tendon's path bends by the angle phi, a pull T before it is T e^(-mu phi) behind it while the tendon slides
 forward, T e^(mu phi) while it slides back, and anything between while it sticks (Euler 1769, Eytelwein 1808; along a
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def grip(coefficient: float, bend: float) -> float:
-    """Ratio of the tensions before and behind the middle of the path while the tendon slides: e^(mu phi/2).
+    """Return the ratio of the tensions before and behind the middle of the path of a sliding tendon: e^(mu phi/2).
 
     Args:
         coefficient: of friction, mu [-].
@@ -27,12 +27,12 @@ def grip(coefficient: float, bend: float) -> float:
 
 
 def between(behind: Array, before: Array, ratio: float) -> Array:
-    """Tension behind the middle [N], shape (n,), where that before it has become `before` [N]; it sticks if it can."""
+    """Return the tension behind the middle [N], shape (n,), for a new one before it [N]; it sticks within the ratio."""
     return np.clip(behind, before / ratio, ratio * before)
 
 
-class Middles:
-    """The middles of elastic tendons: where friction lets them be.
+class TendonMiddles:
+    """Positions of the middles of elastic tendons under friction.
 
     Args:
         stiffness: of a whole tendon [N/m].
@@ -45,23 +45,23 @@ class Middles:
         self._place = 0.5 * (ends + shortening)
 
     def _slid(self, ends: Array, shortening: Array, ratio: float) -> Array:
-        """Where they come to be [m], shape (n,): they stay, or slide no further than until friction holds them."""
+        """Return the new positions [m], shape (n,): they stay, or slide until friction holds them."""
         taut = ends > shortening
         forward = np.where(taut, (ends + ratio * shortening) / (1.0 + ratio), ends)
         back = np.where(taut, (ratio * ends + shortening) / (1.0 + ratio), shortening)
         return np.clip(self._place, forward, back)
 
     def given(self, ends: Array, shortening: Array, ratio: float) -> Array:
-        """Ends of tendons without friction that pull the rod alike [m], shape (n,).
+        """Return ends of tendons without friction that pull the rod equally [m], shape (n,).
 
         Behind its middle m a tendon pulls with 2k (m - d), d the shortening: as k (D - d) with D = 2m - d does.
         """
         return np.where(ends > shortening, 2.0 * self._slid(ends, shortening, ratio) - shortening, ends)
 
     def slide(self, ends: Array, shortening: Array, ratio: float) -> None:
-        """The ends [m] and the shortening [m] have come to these, each of shape (n,)."""
+        """Accept new ends [m] and shortening [m], each of shape (n,)."""
         self._place = self._slid(ends, shortening, ratio)
 
     def tension(self, ends: Array) -> Array:
-        """Before the middle, which the servos feel [N], shape (n,)."""
+        """Return the tension before the middle, the servos' load [N], shape (n,)."""
         return np.maximum(0.0, self._half * (ends - self._place))

@@ -7,20 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.schemas.base import Vector3
-from tendond.schemas.config_simulator import Impact, Weight
+from tendond.schemas.config.simulator import Impact, Weight
 
 Array = NDArray[np.float64]
 
 SUBSTEP = 5e-4
-"""[s] Of the swinging weight."""
+"""Time step of the swinging weight [s]."""
 
 STRING_STIFFNESS = 100.0
 STRING_DAMPING = 1.5
-"""[N/m], [N s/m] The string gives by 5 mm under 50 g: stiff enough to hang on, soft enough to couple the weight to the
-rod with forces of the last step (a stiff one would need the weight inside the rod's equations)."""
+"""Stiffness [N/m] and damping [N s/m] of the string, which stretches by 5 mm under 50 g: soft enough to couple the
+weight to the rod with forces of the last step (a stiff one would need the weight inside the rod's equations)."""
 
 SPREAD = 0.05
-"""Half width of a push that is not at the tip, as a part of the rod's length: a hand, not a needle."""
+"""Half width of a push that is not at the tip, as a fraction of the rod's length: that of a hand."""
 
 
 class HungWeight:
@@ -40,7 +40,7 @@ class HungWeight:
         self._hang(tip)
 
     def _hang(self, tip: Array) -> None:
-        """At rest below `tip`."""
+        """Place the weight at rest below `tip`."""
         section = self._section
         stretch = section.mass * float(np.linalg.norm(self._gravity)) / STRING_STIFFNESS
         self._tip, self._tip_speed = tip.copy(), np.zeros(3)
@@ -50,22 +50,22 @@ class HungWeight:
         return self._section.mass > 0.0 and time >= self._section.time - 1e-9
 
     def body(self, time: float) -> float:
-        """Mass that is part of the tip at `time` [kg]: it is accelerated with it."""
+        """Return the mass fixed to the tip at `time` [kg], which is accelerated with it."""
         section = self._section
         return section.mass if self._hangs(time) and section.string == 0.0 and not section.force_only else 0.0
 
     def force(self, time: float, period: float) -> Array:
-        """Beside that of `body`, on the tip over the next `period` [s], from `time` [s] on: [N], shape (3,)."""
+        """Return the force on the tip beyond that of `body`, over the `period` [s] from `time` [s]: [N], shape (3,)."""
         section = self._section
         if not self._hangs(time) or self.body(time) > 0.0:
             return np.zeros(3)
         if section.string == 0.0:
             return section.mass * self._gravity
-        # The tip where it will be half a step on: a pull of the step's beginning would feed the motion energy.
+        # At the tip half a step later: a force from the beginning of the step would add energy.
         return self._pull(self._tip + 0.5 * period * self._tip_speed, self._tip_speed)
 
     def swing(self, time: float, tip: Array, period: float) -> None:
-        """Move on by `period` [s] while the tip moves to `tip` [m], shape (3,)."""
+        """Advance by `period` [s] while the tip moves to `tip` [m], shape (3,)."""
         section = self._section
         if section.mass == 0.0 or section.string == 0.0:
             return
@@ -82,19 +82,19 @@ class HungWeight:
         self._tip = tip.copy()
 
     def _pull(self, tip: Array, tip_speed: Array) -> Array:
-        """Of the string on the tip [N], shape (3,); a slack string pulls nothing."""
-        way = self._bob - tip
-        length = float(np.linalg.norm(way))
+        """Return the force of the string on the tip [N], shape (3,); zero while slack."""
+        string = self._bob - tip
+        length = float(np.linalg.norm(string))
         stretch = length - self._section.string
         if stretch <= 0.0:
             return np.zeros(3)
-        along = way / length
+        along = string / length
         pull = STRING_STIFFNESS * stretch + STRING_DAMPING * float(along @ (self._speed - tip_speed))
         return max(0.0, pull) * along
 
 
 def impacts_at(impacts: Iterable[Impact], time: float) -> list[tuple[float, Array]]:
-    """Place (part of the length) and force [N], shape (3,), of the impacts that act at `time` [s]."""
+    """List position (fraction of the length) and force [N], shape (3,), of the impacts active at `time` [s]."""
     return [
         (impact.place, np.array(impact.force))
         for impact in impacts

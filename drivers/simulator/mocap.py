@@ -7,20 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
-from tendond.model.rotation import quaternion
-from tendond.model.tip import Tip
-from tendond.schemas.config_simulator import SimulatedMocap
+from tendond.model.numerics.rotation import quaternion
+from tendond.model.rod.tip import Tip
+from tendond.schemas.config.simulator import SimulatedMocap
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import TipPose
 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
-"""[s] Rounding of simulated time."""
+"""Rounding of simulated time [s]."""
 
 
 class Mocap:
-    """Turns the tip into poses, as late and as wrong as the section says.
+    """Simulated camera: poses of the tip with the section's errors and delays.
 
     Args:
         section: [simulator.mocap].
@@ -69,13 +69,13 @@ class Mocap:
         return arrived.model_copy(update={"seq": self.seq})
 
     def _lost(self) -> bool:
-        """Whether this frame never comes."""
+        """Draw whether this frame is lost."""
         asked = self._faults.now(Fault.DROPOUT)
         share = max(self._section.dropout, 0.0 if asked is None else asked.amount)
         return share > 0.0 and self._random.random() < share
 
     def _froze(self, pose: TipPose) -> TipPose:
-        """`pose`, or where the tip was seen when the picture froze."""
+        """Return `pose`, or the pose at which the camera froze."""
         if self._faults.now(Fault.FROZEN) is None:
             self._frozen = None
             return pose

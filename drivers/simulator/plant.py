@@ -1,4 +1,4 @@
-"""The simulated robot: the same rod as the controller's model, with parameters of its own, driven by commands."""
+"""Simulated robot: the rod of the controller's model with its own parameters, driven by commands."""
 
 import math
 
@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
-from tendond.drivers.simulator.friction import Middles, grip
+from tendond.drivers.simulator.friction import TendonMiddles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
-from tendond.drivers.simulator.servo import Servos
-from tendond.model.rod import Rod
-from tendond.model.rod_state import RodState
-from tendond.model.tip_body import ball_inertia
-from tendond.schemas.config import RigConfig
+from tendond.drivers.simulator.servo import SimulatedActuators
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.state import RodState
+from tendond.model.rod.tip_body import ball_inertia
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 
@@ -21,20 +21,20 @@ Array = NDArray[np.float64]
 
 ITERATIONS = 30
 RELAXATION = 0.8
-"""Of a tendon that slides nearly all could be taken, of one that sticks two thirds."""
+"""Relaxation of the friction iteration: nearly 1 would do for sliding tendons, 2/3 for sticking ones."""
 
-LOOSE = 1.0
-"""[m] By which a tendon that is cut is let out."""
+CUT_SLACK = 1.0
+"""Slack of a cut tendon [m]."""
 
-GIVEN_WELL = 1e-7
-"""[m] 2 mN of a tendon of 20 kN/m."""
+ENDS_TOLERANCE = 1e-7
+"""Tolerance of the friction iteration [m]: 2 mN for a tendon of 20 kN/m."""
 
 
 class Plant:
-    """A rod at rest, then wherever the commands take it: by tension, or by displacement through elastic tendons.
+    """Rod that starts at rest, driven by tension, or by displacement through elastic tendons.
 
-    A disarmed command is a servo without torque: the tendons are slack. Whatever is commanded, simulated servos keep
-    the rig's bounds of tension and displacement, as real ones do.
+    A disarmed command is a servo without torque: the tendons are slack. Simulated servos apply the rig's limits of
+    tension and displacement to every command, as real ones do.
 
     Args:
         config: of the rig; `simulator` describes the plant.
@@ -51,8 +51,8 @@ class Plant:
         self._rod = rod
         slack = np.zeros(rod.parameters.tendon_count)
         self._command = slack
-        self._wound = False  # servos hold the tendons' displacement; else their tension is as commanded
-        self._servos = Servos(section.servo, rod.time_step, slack)
+        self._by_displacement = False  # servos hold the tendons' displacement; else their tension is as commanded
+        self._servos = SimulatedActuators(section.servo, rod.time_step, slack)
         self.faults = Faults(len(slack))
         self._mocap = Mocap(section.mocap, section.seed, self.faults)
         straight = np.array([0.0, 0.0, rod.parameters.length])
@@ -62,13 +62,13 @@ class Plant:
         self._force = self._weight.force(0.0, rod.time_step)
         self._state: RodState = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
-        self._middles: Middles | None = None  # of tendons that rub, while they are wound
+        self._middles: TendonMiddles | None = None  # of tendons with friction, while displacement drives
         self._pull = slack
         self.seq = 0
 
     @property
     def tendon_count(self) -> int:
-        """Of the rod."""
+        """Number of tendons."""
         return len(self._command)
 
     @property
@@ -82,7 +82,7 @@ class Plant:
 
     def let_go(self) -> None:
         """Torque off: the tendons are slack from the next step on."""
-        self._wound = False
+        self._by_displacement = False
         self._command = np.zeros(self.tendon_count)
         self._servos.stand(self._command)
 
@@ -97,16 +97,16 @@ class Plant:
         if self.faults.reported:  # as the servos' driver does: all of them together
             self.let_go()
         elif command is not None:
-            wound = command.armed and self._section.drive == "displacement"
-            if wound and not self._wound:
+            by_displacement = command.armed and self._section.drive == "displacement"
+            if by_displacement and not self._by_displacement:
                 ends = self._rod.displacements(self._state, elastic=True)
                 self._servos.stand(ends)
                 if self._section.servo.friction > 0.0:
                     stiffness, shortening = self._rod.parameters.tendon_stiffness, self._rod.displacements(self._state)
-                    self._middles = Middles(stiffness, ends, shortening)
-            elif self._wound and not wound:
+                    self._middles = TendonMiddles(stiffness, ends, shortening)
+            elif self._by_displacement and not by_displacement:
                 self._servos.stand(np.zeros(self.tendon_count))
-            self._wound = wound
+            self._by_displacement = by_displacement
             self._command = self._within_limits(command)
         self._force = self._weight.force(self.time, self._rod.time_step)
         more = self.faults.now(Fault.WEIGHT)
@@ -122,12 +122,12 @@ class Plant:
                 push = push + force
                 self._rod.spread_push(place, SPREAD)
         ratio = grip(self._section.servo.friction, self._bend)
-        if self._wound:
-            ends = self._servos.wind(self._command)
-            ends[self.faults.cut] = -LOOSE
-            self._state = self._wind(ends, ratio, push)
+        if self._by_displacement:
+            ends = self._servos.follow_displacement(self._command)
+            ends[self.faults.cut] = -CUT_SLACK
+            self._state = self._step_by_displacement(ends, ratio, push)
         else:
-            tension = self._servos.pull(self._command, ratio)
+            tension = self._servos.follow_tension(self._command, ratio)
             tension[self.faults.cut] = 0.0
             self._state = self._rod.step(self._state, tension, tip_force=self._force, push=push)
             self._pull = self._servos.tension
@@ -137,27 +137,27 @@ class Plant:
         self.faults.time = self.time
 
     def _hang(self, mass: float) -> None:
-        """So much on the tip [kg], as a body that moves with it."""
+        """Fix a mass to the tip [kg], as a body that moves with it."""
         if mass != self._hung:
             self._rod.load_tip(mass, ball_inertia(mass))
             self._hung = mass
 
     def _within_limits(self, command: TendonCommand) -> Array:
-        """What servos with the rig's own limits make of a command: displacements [m] or tensions [N], shape (n,)."""
+        """Limit a command as the servos do: displacements [m] or tensions [N], shape (n,)."""
         limits = self._limits
-        if self._wound:
+        if self._by_displacement:
             return np.clip(command.displacement, limits.displacement_min, limits.displacement_max)
         return np.clip(command.tension, 0.0, limits.tension_max) if command.armed else np.zeros(self.tendon_count)
 
     @property
     def _bend(self) -> float:
-        """Of the tendons' paths [rad]: that of the tip against the base, for a rod that bends one way only."""
+        """Bend of the tendons' paths [rad]: that of the tip against the base, for a rod without inflection."""
         return math.acos(min(1.0, max(-1.0, float(self._rod.tip(self._state).rotation[2, 2]))))
 
-    def _wind(self, ends: Array, ratio: float, push: Array) -> RodState:
-        """A step with the tendons' ends at `ends` [m], shape (n,).
+    def _step_by_displacement(self, ends: Array, ratio: float, push: Array) -> RodState:
+        """Advance one step with the tendons' ends at `ends` [m], shape (n,).
 
-        Where tendons rub, what the rod is given in the ends' place is found by iteration: it depends on the step's end.
+        With friction, equivalent ends are found by iteration, as they depend on the state after the step.
         """
         start = self._state
         if self._middles is None:
@@ -169,7 +169,7 @@ class Plant:
             state = self._rod.step(start, displacements=given, tip_force=self._force, push=push)
             shortening = self._rod.displacements(state)
             missing = self._middles.given(ends, shortening, ratio) - given
-            if float(np.max(np.abs(missing))) < GIVEN_WELL:
+            if float(np.max(np.abs(missing))) < ENDS_TOLERANCE:
                 break
             given = given + RELAXATION * missing
         self._middles.slide(ends, shortening, ratio)
@@ -177,16 +177,16 @@ class Plant:
         return state
 
     def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:
-        """What motion capture and servos would report now, and the truth; `stamp_ns` is their capture time.
+        """Return the pose (none where none arrives now), the servos' report and the truth, captured at `stamp_ns`.
 
-        No pose where none arrives now. Call it once a step.
+        Call it once a step.
         """
         tip = self._rod.tip(self._state)
         x, y, z = tip.position.tolist()
         vx, vy, vz = tip.velocity.tolist()
         fx, fy, fz = (self._force + self._hung * np.array(self._section.rod.gravity)).tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
-        ends = tuple(self._servos.ends.tolist()) if self._wound else displacement
+        ends = tuple(self._servos.ends.tolist()) if self._by_displacement else displacement
         tension = tuple(self._state.tensions.tolist())
         pull, fault = tuple(self._pull.tolist()), self.faults.reported
         state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=ends, tension=pull, fault=fault)

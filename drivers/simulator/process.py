@@ -1,4 +1,4 @@
-"""The simulator as a process: poses, tendon states and the truth on the bus, commands from it."""
+"""Process of the simulator: publishes poses, tendon states and the truth, subscribes to commands."""
 
 import time
 from collections.abc import Callable
@@ -6,31 +6,32 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
-from tendond.drivers.followed import Followed
-from tendond.drivers.session import StoppedError, open_client
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.followed import FollowedController
+from tendond.bus.identity import new_source
+from tendond.bus.subscription import Subscription
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
-from tendond.identity import new_source
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import ENCODING, ControlReply, SimulatorTruth, TendonCommand, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode, encode
+from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
+QUEUE = 8
 WATCHDOG_SECONDS = 0.5
-"""Without a command for so long, the simulated servos let go."""
+"""Time without a command after which the simulated servos switch off [s]."""
 
 CAUGHT_UP = 50
-"""Periods at most that the arm moves on at once when the process was held up."""
+"""Largest number of periods that are caught up after a delay of the process."""
 
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
-"""Without an answer for so long, the last pose is published again: the controller may have started later."""
+"""Time without an answer after which the last pose is published again [s]: the controller may have started later."""
 
 
-Seen = tuple[TipPose | None, TendonState, SimulatorTruth]
-Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
+Observation = tuple[TipPose | None, TendonState, SimulatorTruth]
 
 
 class SimulatorError(TendondError):
@@ -51,8 +52,9 @@ class Simulator:
         self._plant = plant
         self._stopped = stopped
         self._source = new_source("simulator")
-        self._followed = Followed()
+        self._followed = FollowedController()
         self.unreadable = 0
+        self._misfits = 0
 
     def run(self, *, lockstep: bool, cycles: int | None = None) -> None:
         """Simulate until stopped, or for so many cycles.
@@ -74,7 +76,7 @@ class Simulator:
         if lockstep:
             self._source = "simulator-lockstep"  # a run repeats to the last byte
         with session:
-            commands = session.declare_subscriber(key(name, TENDON_COMMAND), zenoh.handlers.RingChannel(8))
+            commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
             publishers = [
                 session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
                 for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
@@ -88,9 +90,9 @@ class Simulator:
                     self._plant.step(self._answer(commands, publishers))
                 else:
                     cut = self._plant.faults.now(Fault.SILENCE) is not None
-                    seen = self._plant.observe(time.monotonic_ns())
+                    observation = self._plant.observe(time.monotonic_ns())
                     if not cut:
-                        self._send(publishers, seen)
+                        self._send(publishers, observation)
                     deadline += period
                     now = time.monotonic()
                     if now > deadline:  # late by more than a period: its poses are lost, but the arm has moved on
@@ -116,49 +118,44 @@ class Simulator:
             )
         return self._plant.faults.cause(request)
 
-    def _send(self, publishers: list[zenoh.Publisher], seen: Seen) -> None:
+    def _send(self, publishers: list[zenoh.Publisher], observation: Observation) -> None:
         """Truth and tendons first: a controller that waits for the pose then finds them there."""
-        pose, state, truth = seen
+        pose, state, truth = observation
         if two := self._followed.objection(time.monotonic()):
             state = state.model_copy(update={"fault": "; ".join(filter(None, (two, state.fault)))})
         for publisher, message in zip(publishers, (truth, state, pose), strict=True):
             if message is not None:
                 publisher.put(encode(message.named(self._source)))
 
-    def _received(self, commands: Subscriber) -> list[TendonCommand]:
-        """Commands since the last call, oldest first."""
+    def _received(self, commands: Subscription[TendonCommand]) -> list[TendonCommand]:
+        """Take the commands that have come since the last call, oldest first."""
         received = []
-        while (sample := commands.try_recv()) is not None:
-            if sample.kind == zenoh.SampleKind.PUT:
-                try:
-                    command = decode(TendonCommand, sample.payload.to_bytes())
-                except UnreadableError:
-                    self.unreadable += 1
-                    continue
-                if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
-                    if self._followed.admits(command, time.monotonic()):
-                        received.append(command)
-                else:
-                    self.unreadable += 1
+        for command in commands:
+            if len(command.tension) == len(command.displacement) == self._plant.tendon_count:
+                if self._followed.admits(command, time.monotonic()):
+                    received.append(command)
+            else:
+                self._misfits += 1
+        self.unreadable = self._misfits + commands.unreadable.total()
         return received
 
-    def _answer(self, commands: Subscriber, publishers: list[zenoh.Publisher]) -> TendonCommand | None:
+    def _answer(self, commands: Subscription[TendonCommand], publishers: list[zenoh.Publisher]) -> TendonCommand | None:
         """Publish a pose and wait for the command that answers it; none when the process is to end.
 
         Stamps are simulated time, so that a run repeats to the last byte.
         """
-        seen = self._plant.observe(round(self._plant.seq * self._config.simulator.period * 1e9))
-        if seen[0] is None:
+        observation = self._plant.observe(round(self._plant.seq * self._config.simulator.period * 1e9))
+        if observation[0] is None:
             raise SimulatorError(
                 "simulator.mocap: no frame, but in lockstep each cycle waits for one; leave out period, jitter, dropout"
             )
         patience = 0.0
         while not self._stopped():
             for command in self._received(commands):
-                if command.pose_seq == seen[0].seq:
+                if command.pose_seq == observation[0].seq:
                     return command
             if time.monotonic() > patience:
-                self._send(publishers, seen)
+                self._send(publishers, observation)
                 patience = time.monotonic() + LOCKSTEP_PATIENCE_SECONDS
             time.sleep(LOCKSTEP_POLL_SECONDS)
         return None

@@ -19,15 +19,15 @@ from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_quaternion
 from tendond.drivers.vicon.packet import NOT_FINITE
 from tendond.drivers.vicon.udp import POLL_SECONDS, STALE_NS
-from tendond.schemas.config import ConfigError
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import ConfigError
+from tendond.schemas.config.vicon import ViconSection
 
 LONGEST_LINE = 65536
 RECONNECT_SECONDS = 2.0
-"""Without a further frame for so long (or vicon.silence, where that is longer) the child is taken to hang."""
+"""Time without a frame (or vicon.silence, if longer) after which the child counts as hung [s]."""
 
 PAUSE_SECONDS = 1.0
-"""Between the end of a child and the start of the next one."""
+"""Pause between the end of a child and the start of the next one [s]."""
 
 
 class DataStreamSource:
@@ -124,7 +124,7 @@ class DataStreamSource:
 
     def _replace(self, reason: str) -> None:
         """End the child; another is started after a pause."""
-        self._news.append(f"{reason}; connecting anew")
+        self._news.append(f"{reason}; connecting again")
         self.close()
         self._heard = time.monotonic()
 
@@ -149,7 +149,7 @@ class DataStreamSource:
 
 
 def is_installed() -> bool:
-    """Whether the vendor's package is there."""
+    """Return true where the `motioncapture` package is installed."""
     return importlib.util.find_spec("motioncapture") is not None
 
 

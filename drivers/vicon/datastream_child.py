@@ -29,7 +29,7 @@ def main(server: str) -> None:
                 q = body.rotation
                 objects[name] = [*map(float, body.position), q.w, q.x, q.y, q.z]
             print(json.dumps({"stamp_ns": stamp_ns, "objects": objects}), flush=True)
-    except Exception as error:  # whatever the package raises is one line of the driver, which begins anew
+    except Exception as error:  # whatever the package raises is one line of the driver, which starts again
         print(json.dumps({"error": f"{type(error).__name__}: {error}".splitlines()[0]}), flush=True)
         raise SystemExit(1) from None
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 from tendond.drivers.vicon.geometry import Placement
 
 LATE_FRAMES = 20
-"""Up to so many frames back a packet is late; further back, Tracker has been restarted."""
+"""Largest number of frames by which a packet can be late; beyond, Tracker was restarted."""
 
 FRAMES_PER_SECOND_MAX = 2000
-"""Of the fastest of Vicon's cameras: a number that is further ahead than this allows is no gap but a restart."""
+"""Rate of the fastest Vicon cameras [1/s]: a larger step of the frame number is a restart, not a gap."""
 
 NUMBERS = 2**32
-"""After which Tracker's number of the frame, four bytes, begins anew."""
+"""Number of values of Tracker's frame number, of four bytes."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What was seen at one instant.
+    """Objects measured at one instant.
 
     Attributes:
         number: of the frame, below `NUMBERS`.
@@ -78,5 +78,5 @@ class Sequencer:
 
 
 def _ahead(number: int, newest: int) -> int:
-    """By how many frames a number is ahead of another, the short way round."""
+    """Return by how many frames a number is ahead of another, modulo `NUMBERS`."""
     return (number - newest + NUMBERS // 2) % NUMBERS - NUMBERS // 2

@@ -1,4 +1,4 @@
-"""From two objects in the Vicon world to the tip's pose in the rod's base frame. Pure."""
+"""Pose of the tip in the rod's base frame, from two objects in the Vicon world. Pure."""
 
 import math
 from dataclasses import dataclass
@@ -6,22 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.rotation import quaternion
+from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion, Vector3
-from tendond.schemas.config_vicon import Axes, EulerOrder, ViconSection, axis_vector
+from tendond.schemas.config.vicon import Axes, EulerOrder, ViconSection, axis_vector
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an object is: position [m], shape (3,), and rotation, object to world, shape (3, 3)."""
+    """Placement of an object: position [m], shape (3,), and rotation, object to world, shape (3, 3)."""
 
     position: Array
     rotation: Array
 
     def after(self, inner: "Placement") -> "Placement":
-        """`inner`, which is given in this object's frame, in this object's world."""
+        """Transform `inner` from this object's frame to this object's world."""
         return Placement(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
     def seen_from(self, other: "Placement") -> "Placement":
@@ -79,7 +79,7 @@ def axes_matrix(axes: Axes) -> Array:
 
 
 class Alignment:
-    """How the two objects lie on the rod.
+    """Alignment of the two objects with the rod.
 
     Args:
         section: [vicon].

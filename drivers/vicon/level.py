@@ -1,7 +1,7 @@
-"""How the base stands against gravity: a few degrees are no fault, but put the tip elsewhere. Pure.
+"""Tilt of the base against gravity: a few degrees are not a fault, but shift the tip. Pure.
 
-What can be known is the direction of gravity in the base frame, two angles of the three: a turn about gravity itself
-changes nothing in it.
+The direction of gravity in the base frame is observable, two angles of three: a rotation about gravity does not
+change it.
 """
 
 import math
@@ -17,10 +17,10 @@ TILT_MAX = math.radians(2.0)
 angle, 78 mm at nine degrees."""
 
 TILT_GOOD = 0.75 * TILT_MAX
-"""Below which it is level again."""
+"""Tilt below which the base counts as level again [rad]."""
 
 SHARE = 0.02
-"""Of a frame in the mean, so that the noise of single markers does not count."""
+"""Weight of a frame in the mean, to average the noise of single markers."""
 
 
 class Level:
@@ -53,11 +53,11 @@ class Level:
         return 0.0 if self._down is None else self._alignment.gravity_angle(self._down)
 
     def objection(self) -> str:
-        """What is to be said of a base that is tilted, with the gravity that would fit; empty for one that is not."""
+        """Return a message about a tilted base, with the gravity that fits; empty for a level one."""
         if not self.tilted or self._down is None:
             return ""
         fits = ", ".join(f"{value + 0.0:.2f}" for value in (math.hypot(*self._gravity) * self._down).tolist())
         return (
             f"the base is turned by {math.degrees(self.tilt):.1f} degrees against gravity as rod.gravity has it: level"
-            f" it, or mend vicon.base_axes; if it is mounted so, set rod.gravity = [{fits}]"
+            f" it, or fix vicon.base_axes; if it is mounted so, set rod.gravity = [{fits}]"
         )

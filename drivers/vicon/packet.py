@@ -20,7 +20,7 @@ OBJECT_KIND = 0
 
 
 class PacketError(Exception):
-    """Bytes that are no packet of Tracker's; `reason` is one of a few short phrases, for counting."""
+    """Bytes are not a packet of Tracker; `reason` is one of a few short phrases, for counting."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
@@ -28,7 +28,7 @@ class PacketError(Exception):
 
 
 @dataclass(frozen=True)
-class Reading:
+class ObjectReading:
     """An object as Tracker sends it: translation [mm] and Euler angles [rad], both in the Vicon world."""
 
     translation: Vector3
@@ -55,7 +55,7 @@ class Block:
     """
 
     frame: int
-    objects: Mapping[str, Reading]
+    objects: Mapping[str, ObjectReading]
     faults: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -72,7 +72,7 @@ def parse(payload: bytes, aliases: Mapping[bytes, str] | None = None) -> Block:
     if len(payload) not in SIZES:
         raise PacketError("wrong size")
     frame, count = HEADER.unpack_from(payload)
-    objects: dict[str, Reading] = {}
+    objects: dict[str, ObjectReading] = {}
     faults: dict[str, str] = {}
     at = HEADER.size
     for _ in range(count):
@@ -96,9 +96,9 @@ def _name(raw: bytes, aliases: Mapping[bytes, str]) -> str:
     return aliases.get(text) or text.decode(errors="replace")
 
 
-def _add(objects: dict[str, Reading], faults: dict[str, str], name: str, numbers: list[float]) -> None:
+def _add(objects: dict[str, ObjectReading], faults: dict[str, str], name: str, numbers: list[float]) -> None:
     x, y, z, a, b, c = numbers
-    reading = Reading((x, y, z), (a, b, c))
+    reading = ObjectReading((x, y, z), (a, b, c))
     if not all(map(math.isfinite, numbers)):
         faults[name] = NOT_FINITE
     elif objects.get(name, reading) != reading:

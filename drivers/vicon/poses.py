@@ -1,4 +1,4 @@
-"""From frames to messages: the tip's pose in the base's frame, or the last one marked invalid, and why."""
+"""Messages from frames: the tip's pose in the base's frame, or the last one marked invalid with the reason."""
 
 from collections import Counter
 
@@ -6,7 +6,7 @@ from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import WORLD, Alignment, continued
 from tendond.drivers.vicon.level import Level
 from tendond.schemas.base import Vector3
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.messages import TipPose
 
 MISSING = "not in the stream"
@@ -24,7 +24,7 @@ class PoseBuilder:
     Attributes:
         objections: why the last frame gave no valid pose; empty when it did.
         counts: frames without a valid pose, by reason.
-        level: of the base, as far as it was seen.
+        level: of the base.
     """
 
     def __init__(self, section: ViconSection, gravity: Vector3) -> None:
@@ -37,7 +37,7 @@ class PoseBuilder:
         self.counts: Counter[str] = Counter()
 
     def build(self, frame: Frame) -> TipPose | None:
-        """The message for a frame; none while no pose has been seen at all."""
+        """Build the message for a frame; none before the first pose."""
         stamp_ns = max(0, frame.stamp_ns - round(self._section.latency * 1e9))
         placement, objections = None, []
         tip, base = frame.objects.get(self._section.tip), WORLD

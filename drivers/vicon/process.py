@@ -1,33 +1,33 @@
-"""The Vicon driver as a process: frames in, tip poses on the bus."""
+"""Process of the Vicon driver: frames in, tip poses on the bus."""
 
 import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Protocol
 
-from tendond.drivers.session import StoppedError, open_client
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.identity import new_source
+from tendond.bus.systemd import Supervisor
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
-from tendond.identity import new_source
-from tendond.notify import Supervisor
-from tendond.schemas.config import RigConfig
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ENCODING
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
 REPORT_SECONDS = 10.0
-"""Between two reports of what was odd; there is none when nothing was."""
+"""Time between two reports of irregular frames [s]; without any there is none."""
 
 LINES_AT_ONCE, LINE_SECONDS = 12, 5.0
-"""Lines that may come together, and the time after which one more may: a flickering tip must not fill the journal."""
+"""Number of lines at once, and time after which one more is allowed [s]: a flickering tip must not fill the log."""
 
 
-class Voice:
-    """Say lines, but no more than a bounded number; the rest are counted.
+class LimitedLog:
+    """Lines for people at a bounded rate; the rest are counted.
 
     Args:
         say: a line for people.
@@ -55,8 +55,8 @@ class Voice:
         return True
 
 
-class Source(Protocol):
-    """Where frames come from."""
+class FrameSource(Protocol):
+    """Source of frames."""
 
     counts: Counter[str]
     packets: int
@@ -79,7 +79,7 @@ class ViconDriver:
         section: its [vicon].
         stopped: true when the process is to end.
         say: a line for people.
-        supervisor: is told when Tracker can be heard and the controller reached, and by each look that it is alive.
+        supervisor: notified when port and controller are open, of each read, and of the end.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class ViconDriver:
         self._section = section
         self._stopped = stopped
         self._say = say
-        self._voice = Voice(say)
+        self._log = LimitedLog(say)
         self._supervisor = supervisor or Supervisor({})
         self._builder = PoseBuilder(section, config.rod.gravity)
         wanted = {section.tip, section.base} - {""}
@@ -114,7 +114,7 @@ class ViconDriver:
             ViconError: the frames' source cannot be used.
         """
         section = self._section
-        source: Source = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
+        source: FrameSource = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
         try:
             with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
                 expression = key(self._config.rig.name, TIP_POSE)
@@ -127,11 +127,11 @@ class ViconDriver:
                     self._supervisor.alive()
                     block = source.receive()
                     for line in source.news():
-                        self._voice(line)
-                    self._listen(block is not None, source)
+                        self._log(line)
+                    self._report_silence(block is not None, source)
                     for frame in [] if block is None else self._sequencer.add(block):
                         pose = self._builder.build(frame)
-                        self._tell()
+                        self._report_validity()
                         if pose is not None:
                             publisher.put(encode(pose.named(identity)))
                     if time.monotonic() > report:
@@ -144,36 +144,35 @@ class ViconDriver:
             source.close()
             self._report(source)
 
-    def _listen(self, heard: bool, source: Source) -> None:
+    def _report_silence(self, received: bool, source: FrameSource) -> None:
         """Say when the stream falls silent, and when it is back."""
         now = time.monotonic()
-        if heard:
+        if received:
             self._heard = now
             if source.counts != self._unheard:
                 self._unheard = source.counts.copy()
             if self._silent:
-                self._silent = not self._voice("Tracker is heard again")
+                self._silent = not self._log("packets from Tracker again")
         elif not self._silent and now - self._heard > self._section.silence:
             cause = ", ".join(f"{count} {reason}" for reason, count in (source.counts - self._unheard).items())
-            self._silent = self._voice(
-                f"nothing from Tracker for {self._section.silence:g} s"
-                + (f"; what came was no packet of its: {cause}" if cause else "")
+            self._silent = self._log(
+                f"nothing from Tracker for {self._section.silence:g} s" + (f"; other packets: {cause}" if cause else "")
             )
 
-    def _tell(self) -> None:
-        """Say when the poses become invalid or valid again, and when the base is seen to be tilted or level."""
+    def _report_validity(self) -> None:
+        """Say when the poses become invalid or valid again, and when the base becomes tilted or level."""
         objections, level = self._builder.objections, self._builder.level
-        if objections != self._objections and self._voice(
-            f"no valid pose: {', '.join(objections)}" if objections else "the tip is seen"
+        if objections != self._objections and self._log(
+            f"no valid pose: {', '.join(objections)}" if objections else "the tip is visible"
         ):
             self._objections = objections
-        if level.tilted != self._tilted and self._voice(level.objection() or "the base is level"):
+        if level.tilted != self._tilted and self._log(level.objection() or "the base is level"):
             self._tilted = level.tilted
 
-    def _report(self, source: Source) -> None:
+    def _report(self, source: FrameSource) -> None:
         """Say what was odd since the last report."""
         total = source.counts + self._sequencer.counts + self._builder.counts
-        total["lines withheld"] = self._voice.withheld
+        total["lines withheld"] = self._log.withheld
         new = total - self._reported
         if new:
             self._say("since the last report: " + ", ".join(f"{count} {reason}" for reason, count in new.items()))

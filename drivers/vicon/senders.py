@@ -1,4 +1,4 @@
-"""Whose packets are poses: one sender's, the configured one's or the first; the others are counted and named. Pure."""
+"""Choice of the sender whose packets are used: the configured one or the first; others are counted and named. Pure."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ Sender = tuple[str, int]
 """IPv4 address and port."""
 
 NAMED_MAX = 8
-"""Senders that are named; whoever forges addresses must not fill the journal."""
+"""Largest number of senders that are named: forged addresses must not fill the journal."""
 
 UNWELCOME = "of another sender"
 
@@ -32,7 +32,7 @@ class Senders:
     _named: set[Sender] = field(default_factory=set)
 
     def admit(self, sender: Sender, now: float) -> bool:
-        """Whether its packets are looked at at all.
+        """Return true for a sender whose packets are used.
 
         Args:
             sender: of a packet.
@@ -47,7 +47,7 @@ class Senders:
         return False
 
     def keep(self, sender: Sender, now: float) -> None:
-        """It has shown one of the robot's objects; `admit` had let it."""
+        """Keep an admitted sender that has shown one of the robot's objects."""
         if sender != self._kept:
             self.news.append(f"the robot's objects come from {_text(sender)}")
             self._named.clear()

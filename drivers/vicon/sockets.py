@@ -1,4 +1,4 @@
-"""The sockets on which Tracker's packets are awaited: sent to this computer, to everyone, or to a group."""
+"""Sockets for Tracker's packets: unicast, broadcast or multicast."""
 
 import fcntl
 import socket
@@ -7,27 +7,27 @@ from contextlib import suppress
 from ipaddress import IPv4Interface
 
 from tendond import TendondError
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.vicon import ViconSection
 
 EVERYWHERE, EVERYONE = "0.0.0.0", "255.255.255.255"
 SIOCGIFADDR, SIOCGIFNETMASK = 0x8915, 0x891B
-"""Of netdevice(7)."""
+"""Requests of netdevice(7)."""
 
 IP_PKTINFO = 8
-"""Of ip(7): each packet comes with the card on which it arrived; Python has no name for it before 3.14."""
+"""Option of ip(7): each packet carries its network card; Python has no name for it before 3.14."""
 
 IFREQ_BYTES = 40
 IFREQ_ADDRESS = slice(20, 24)
 
 
 class ViconError(TendondError):
-    """The motion capture cannot be heard."""
+    """Packets of the motion capture cannot be received."""
 
 
 def listen(section: ViconSection) -> list[tuple[socket.socket, int]]:
     """Open the sockets; each with the index of the card on which alone it listens, 0 for any.
 
-    One bound to a card's address does not hear what is broadcast, so there are two more for that. The first is bound
+    A socket bound to a card's address does not receive broadcasts, so there are two more for them. The first is bound
     without sharing: a port that another driver has is refused.
 
     Raises:
@@ -65,7 +65,7 @@ def _bound(address: str, port: int, *, shared: bool) -> socket.socket:
         one.close()
         raise ViconError(
             f"cannot listen on UDP {address}:{port}: {error.strerror}; is another driver running"
-            " there? Else mend vicon.address or vicon.port"
+            " there? Else fix vicon.address or vicon.port"
         ) from error
     return one
 

@@ -9,24 +9,24 @@ import numpy as np
 
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
-from tendond.drivers.vicon.packet import Block, PacketError, Reading, parse
+from tendond.drivers.vicon.packet import Block, ObjectReading, PacketError, parse
 from tendond.drivers.vicon.senders import Senders
 from tendond.drivers.vicon.sockets import IP_PKTINFO, close, listen
-from tendond.schemas.config_vicon import EulerOrder, ViconSection
+from tendond.schemas.config.vicon import EulerOrder, ViconSection
 
 MILLIMETRE = 1e-3
 LARGEST = 2048
 POLL_SECONDS = 0.2
 SO_TIMESTAMPNS = 35
-"""Of socket(7) on Linux: each packet comes with the time at which the kernel received it; Python has no name for it."""
+"""Option of socket(7) on Linux: each packet carries the kernel's receive time; Python has no name for it."""
 
 TIMESPEC = struct.Struct("@qq")
 PKTINFO = struct.Struct("@i4s4s")
 STALE_NS = 100_000_000
-"""A packet that has waited for longer is dropped."""
+"""Waiting time after which a packet is dropped [ns]."""
 
 
-def placed(reading: Reading, order: EulerOrder) -> Placement | None:
+def placed(reading: ObjectReading, order: EulerOrder) -> Placement | None:
     """An object's placement in SI; none when Tracker does not see it."""
     if reading.occluded:
         return None
@@ -37,7 +37,7 @@ def placed(reading: Reading, order: EulerOrder) -> Placement | None:
 
 
 NEIGHBOURS_MAX = 20
-"""Other objects that are named."""
+"""Largest number of other objects that are named."""
 
 
 class UdpSource:
@@ -117,7 +117,7 @@ class UdpSource:
         for name in (*block.faults, *(name for name in block.objects if "\ufffd" in name or not name.isprintable())):
             if name not in self._wanted | self._neighbours and len(self._neighbours) < NEIGHBOURS_MAX:
                 self._neighbours.add(name)
-                why = block.faults.get(name, "its name is no printable UTF-8")
+                why = block.faults.get(name, "its name is not printable UTF-8")
                 self._senders.news.append(f"another object, {name!a}, is passed over: {why}")
 
 
@@ -138,7 +138,7 @@ def _card(ancillary: list[tuple[int, int, bytes]]) -> int:
 
 
 def _waited(ancillary: list[tuple[int, int, bytes]]) -> int:
-    """For how long a packet has been here [ns], by the kernel's stamp; 0 without one."""
+    """Return the waiting time of a packet [ns], by the kernel's stamp; 0 without one."""
     for level, kind, data in ancillary:
         if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS and len(data) == TIMESPEC.size:
             seconds, nanoseconds = TIMESPEC.unpack(data)

@@ -15,7 +15,7 @@ CORRUPT_ANSWERS = 20
 
 
 def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlReply:
-    """Cause a fault, or mend it; the answer says which servo has it.
+    """Cause or clear a fault; the reply names the servo.
 
     Args:
         bus: of the servos.
@@ -35,7 +35,7 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
     if request.fault is Fault.LATE:
         bus.late = request.amount
         return ControlReply(done=True, message=f"answers come {request.amount * 1e3:g} ms late")
-    if request.fault is Fault.MEND and request.servo is None:
+    if request.fault is Fault.CLEAR and request.servo is None:
         bus.loss = bus.late = 0.0
     if request.fault is Fault.CRC:
         bus.corrupt = CORRUPT_ANSWERS
@@ -43,16 +43,16 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
     if not kind.servo and request.servo is None:
         return others.cause(request)
     if request.seconds is not None:
-        return ControlReply(done=False, message=f"on wires {request.fault.value} lasts until it is mended")
+        return ControlReply(done=False, message=f"on wires {request.fault.value} lasts until it is cleared")
     servo = next((one for one in bus.servos if one.id == request.servo), None)
     if servo is None:
         known = ", ".join(str(one.id) for one in bus.servos)
         return ControlReply(done=False, message=f"there is no servo {request.servo}; the servos are {known}")
-    if request.fault in (Fault.CUT, Fault.MEND):  # the tendon's, which the plant counts from 1
+    if request.fault in (Fault.CUT, Fault.CLEAR):  # the tendon's, which the plant counts from 1
         reply = others.cause(request.model_copy(update={"servo": bus.servos.index(servo) + 1}))
         if request.fault is Fault.CUT:
             return reply
-    bus.tell(lambda: _change(servo, request))
+    bus.apply(lambda: _change(servo, request))
     return ControlReply(done=True, message=f"servo {request.servo}: {request.fault.value}")
 
 
@@ -72,7 +72,7 @@ def _change(servo: EmulatedServo, request: FaultRequest) -> None:
             servo.fail(OVERLOAD_BIT)
         case Fault.REBOOT:
             servo.power_up()
-        case Fault.MEND:
+        case Fault.CLEAR:
             servo.silent = servo.stuck = False
             servo.temperature, servo.voltage = 30.0, 12.0
             servo.power_up()

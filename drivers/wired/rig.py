@@ -1,4 +1,4 @@
-"""Emulated servos on a pseudo-terminal wind up the simulated rod, and a simulated Tracker sends what it would see."""
+"""Simulated rod behind emulated servos on a pseudo-terminal and a simulated Tracker."""
 
 import socket
 import time
@@ -8,32 +8,32 @@ from pathlib import Path
 import numpy as np
 import zenoh
 
-from tendond.drivers.dynamixel import table
+from tendond.bus.client import StoppedError, open_client
+from tendond.bus.identity import new_source
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
-from tendond.drivers.dynamixel.requirements import REQUIREMENTS
-from tendond.drivers.session import StoppedError, open_client
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 from tendond.drivers.simulator.faults import answer, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
-from tendond.drivers.vicon.packet import Block, Reading, build
+from tendond.drivers.vicon.packet import Block, ObjectReading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause
-from tendond.identity import new_source
-from tendond.schemas.config import ConfigError, RigConfig
-from tendond.schemas.config_servo import ServoSection
-from tendond.schemas.config_simulator import SimulatedServos
-from tendond.schemas.config_vicon import ViconSection
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.config.simulator import SimulatedServos
+from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.faults import Fault
 from tendond.schemas.keys import SIMULATOR_TRUTH, key
 from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
-HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-ROOM = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
-"""Where the rig stands in the simulated Vicon world."""
+HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
+"""Placement of the rig in the simulated Vicon world."""
 
 
 def without_servos(config: RigConfig) -> RigConfig:
@@ -43,11 +43,11 @@ def without_servos(config: RigConfig) -> RigConfig:
 
 
 class WiredError(ConfigError):
-    """The wires cannot be laid."""
+    """The wired rig cannot be set up."""
 
 
-class Spooled:
-    """An emulated servo with a tendon of the rod on its spool; tension [N] is what the rod pulls with."""
+class SpooledServo:
+    """Emulated servo with a tendon of the rod on its spool; `tension` is the rod's pull [N]."""
 
     def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
         self._tendon = tendon
@@ -60,19 +60,19 @@ class Spooled:
 
     @property
     def displacement(self) -> float:
-        """Of the tendon's end [m]."""
+        """Displacement of the tendon's end [m]."""
         turned = (self.servo.position - self._zero) * table.TICK
         return self._tendon.sign * turned * self._tendon.spool_radius
 
 
 class WiredRig:
-    """A plant behind wires, in real time.
+    """Plant behind serial bus and UDP, in real time.
 
     Args:
         config: of the rig; `simulator.drive` must be 'displacement'.
         servo: its [servo]; `port` is where the pseudo-terminal appears.
         vicon: its [vicon]; packets go to `port` on this computer.
-        calibration: how the tendons are put onto the servos.
+        calibration: of the tendons on the servos.
         plant: at rest.
         stopped: true when the process is to end.
 
@@ -93,7 +93,7 @@ class WiredRig:
         stopped: Callable[[], bool],
     ) -> None:
         if config.simulator.drive != "displacement":
-            raise WiredError("simulator.drive = 'tension': servos wind displacements; set it to 'displacement'")
+            raise WiredError("simulator.drive = 'tension': servos impose displacements; set it to 'displacement'")
         if vicon.euler_order != "XYZ":
             raise WiredError(f"vicon.euler_order = '{vicon.euler_order}': the simulated Tracker speaks 'XYZ' alone")
         if not vicon.base:
@@ -104,11 +104,11 @@ class WiredRig:
         self._source = new_source("simulator")
         self._stopped = stopped
         self._alignment = Alignment(vicon, config.rod.gravity)
-        self._tendons = [Spooled(tendon, servo.baudrate) for tendon in calibration.tendons]
+        self._tendons = [SpooledServo(tendon, servo.baudrate) for tendon in calibration.tendons]
         self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
 
     def close(self) -> None:
-        """Take the wires away."""
+        """Remove the serial port."""
         self.bus.close()
 
     def run(self) -> None:
@@ -134,7 +134,7 @@ class WiredRig:
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
     def _step(self, truths: zenoh.Publisher, tracker: socket.socket) -> None:
-        """Wind the rod as far as the servos are, and tell everyone what comes of it."""
+        """Advance the rod with the servos' displacements and publish the result."""
         self._plant.step(
             TendonCommand(
                 seq=self._plant.seq,
@@ -163,9 +163,9 @@ class WiredRig:
         return build(Block(pose.seq, objects))
 
 
-def _reading(placement: Placement) -> Reading:
-    x, y, z = ((placement.position + ROOM.position) / MILLIMETRE).tolist()
-    return Reading((x, y, z), euler_from_rotation(placement.rotation))
+def _reading(placement: Placement) -> ObjectReading:
+    x, y, z = ((placement.position + RIG_PLACEMENT.position) / MILLIMETRE).tolist()
+    return ObjectReading((x, y, z), euler_from_rotation(placement.rotation))
 
 
 def _free_link(path: Path) -> Path:

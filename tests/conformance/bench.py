@@ -16,7 +16,7 @@ PATIENCE_SECONDS = 5.0
 
 @dataclass
 class Bench:
-    """Servos 1 and 2 as they come from the factory, but for the second's id.
+    """ServoGroup 1 and 2 as they come from the factory, but for the second's id.
 
     Attributes:
         bus: of the emulated servos, to turn their shafts and heat them.

@@ -62,7 +62,7 @@ def undefined_instruction(bench: Bench) -> bool:
 def alert(bench: Bench) -> bool:
     """A hardware error sets the alert bit of every answer, beside its error."""
     before = bench.host.ask(1, manual.PING)[0].alert
-    bench.bus.tell(lambda: bench.first.fail(5))
+    bench.bus.apply(lambda: bench.first.fail(5))
     refused = bench.host.ask(1, manual.WRITE, write_parameters(69, 1, 0))[0]
     return not before and refused.alert and refused.error == manual.ACCESS_ERROR
 
@@ -166,7 +166,7 @@ def reboot(bench: Bench) -> bool:
 def clear(bench: Bench) -> bool:
     """Clear takes the whole turns off Present Position, of a servo that stands still."""
     bench.put("Operating Mode", 4)
-    bench.bus.tell(lambda: bench.first._shaft.place(1000.0 + 3 * 4096))
+    bench.bus.apply(lambda: bench.first._shaft.place(1000.0 + 3 * 4096))
     bench.until(lambda: bench.get("Present Position", signed=True) == 1000 + 3 * 4096)
     (answer,) = bench.host.ask(1, manual.CLEAR, manual.CLEAR_TURNS)
     return not answer.error and bench.get("Present Position", signed=True) == 1000
@@ -334,7 +334,7 @@ def homing_offset(bench: Bench) -> bool:
 def overheating(bench: Bench) -> bool:
     """Beyond the limit there is an Overheating Error, and the torque goes off where Shutdown says so."""
     bench.extended()
-    bench.bus.tell(lambda: setattr(bench.first, "temperature", 73.0))
+    bench.bus.apply(lambda: setattr(bench.first, "temperature", 73.0))
     return bench.until(lambda: bench.get("Hardware Error Status") == 0b100) and bench.get("Torque Enable") == 0
 
 
@@ -342,7 +342,7 @@ def overheating(bench: Bench) -> bool:
 def input_voltage(bench: Bench) -> bool:
     """Beyond the limits there is an Input Voltage Error, which by default leaves the torque on."""
     bench.extended()
-    bench.bus.tell(lambda: setattr(bench.first, "voltage", 14.5))
+    bench.bus.apply(lambda: setattr(bench.first, "voltage", 14.5))
     return bench.until(lambda: bench.get("Hardware Error Status") == 0b1) and bench.get("Torque Enable") == 1
 
 
@@ -350,9 +350,9 @@ def input_voltage(bench: Bench) -> bool:
 def overload(bench: Bench) -> bool:
     """A load that lasts beyond what it can hold is an Overload Error; the torque comes back after a reboot alone."""
     bench.extended()
-    bench.bus.tell(lambda: setattr(bench.first, "torque", lambda position: 3.0))
+    bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: 3.0))
     off = bench.until(lambda: bench.get("Hardware Error Status") == 0b100000 and bench.get("Torque Enable") == 0)
-    bench.bus.tell(lambda: setattr(bench.first, "torque", lambda position: 0.0))
+    bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: 0.0))
     refused = bench.put("Torque Enable", 1)
     bench.host.ask(1, manual.REBOOT)
     return off and refused == manual.RESULT_FAIL and bench.put("Torque Enable", 1) == 0
@@ -381,7 +381,7 @@ def pwm_limit(bench: Bench) -> bool:
 def goal_pwm_holds_less(bench: Bench) -> bool:
     """In position control Goal PWM limits the output: with a tenth of it a servo gives way to a quarter of its hold."""
     bench.extended()
-    bench.bus.tell(lambda: setattr(bench.first, "torque", lambda position: -0.35))
+    bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: -0.35))
     time.sleep(0.1)
     holds = abs(bench.get("Present Position", signed=True) - 1000) < 5
     bench.put("Goal PWM", 88)
@@ -511,7 +511,7 @@ def moving(bench: Bench) -> bool:
 def present_load(bench: Bench) -> bool:
     """The load is that of the torque held, positive where it is held towards larger positions."""
     bench.extended()
-    bench.bus.tell(lambda: setattr(bench.first, "torque", lambda position: -0.7))
+    bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: -0.7))
     return bench.until(lambda: abs(bench.get("Present Load", signed=True) - 500) < 30)
 
 

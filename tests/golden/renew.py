@@ -5,11 +5,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tendond.daemon.analysis.log import open_run
-from tendond.daemon.channels import CYCLE
 from tendond.daemon.errors import DaemonError
-from tendond.daemon.replay.difference import compare
-from tendond.daemon.replay.rerun import rerun
+from tendond.daemon.recording.channels import CYCLE
+from tendond.offline.logs.log import open_run
+from tendond.offline.replay.difference import compare
+from tendond.offline.replay.rerun import rerun
 from tests.golden.scripts import FOLDER, RUNS, record
 
 

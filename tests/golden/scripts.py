@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from tendond.daemon.cycle import step
-from tendond.daemon.journal import Journal
-from tendond.daemon.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
-from tendond.schemas.config import RigConfig, parse_config
+from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs
 from tests.rig.servos import calibration
@@ -82,16 +82,16 @@ def record(name: str, path: Path) -> RigConfig:
     state = initial_state(setup)
     now_ns = [EPOCH_NS]
     calibrated = calibration(rig=config.rig.name)
-    with Journal(path, config, setup.rod, now=lambda: now_ns[0], queue=100_000, calibration=calibrated) as journal:
-        journal.state(state)
+    with RunLog(path, config, setup.rod, now=lambda: now_ns[0], queue=100_000, calibration=calibrated) as run_log:
+        run_log.state(state)
         for tick in range(CYCLES):
             now_ns[0] = EPOCH_NS + round(tick * config.loop.period * 1e9)
             pose, tendon_state, truth = plant.observe(now_ns[0])
             inputs = RUNS[name](tick, CycleInputs(pose=pose, tendon_state=tendon_state))
             state, command, one = step(setup, state, inputs)
-            journal.cycle(one, None, state.rod, truth)
-            journal.state(state)
+            run_log.cycle(one, None, state.rod, truth)
+            run_log.state(state)
             plant.step(command)
-    assert not journal.error
-    assert not journal.dropped
+    assert not run_log.error
+    assert not run_log.dropped
     return config

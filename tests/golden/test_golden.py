@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tendond.daemon.analysis import load
-from tendond.daemon.analysis.log import open_run
-from tendond.daemon.journal import run_metadata
-from tendond.daemon.replay.rerun import rerun
+from tendond.daemon.recording.channels import STATE
+from tendond.daemon.recording.run_metadata import run_metadata
+from tendond.offline.logs import load
+from tendond.offline.logs.log import open_run
+from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tests.golden.renew import what_changed
 from tests.golden.scripts import CYCLES, FOLDER, RUNS, record
 
@@ -15,17 +16,35 @@ OTHER_PROCESSOR = 1e-2
 """Compiled code differs in its last bits, and the solver stops at 1e-6 N; 1e-3 was found: see docs/replay.md."""
 
 
+VERSION_1 = FOLDER / "v1"
+"""Logs from before the state's fields had their present names; never renewed."""
+
+
 def path_of(name: str) -> Path:
     return FOLDER / f"{name}.mcap"
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_a_golden_log_replays(name: str) -> None:
-    run = open_run(path_of(name))
+def replay(path: Path, first: int = 0) -> ReplayOutcome:
+    """To the last bit where the log is of this processor and these libraries."""
+    run = open_run(path)
     here = run_metadata(run.config)
     same = all(run.metadata.get(key) == here[key] for key in ("cpu", "llvmlite", "numba", "numpy"))
-    outcome = rerun(path_of(name), tolerance=None if same else OTHER_PROCESSOR)
+    return rerun(path, first=first, tolerance=None if same else OTHER_PROCESSOR)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_golden_log_replays(name: str) -> None:
+    outcome = replay(path_of(name))
     assert (outcome.compared, outcome.first) == (CYCLES, None), "the cycle has changed: if so it should, make golden"
+
+
+@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("first", [0, 120])
+def test_a_log_of_version_1_replays_from_its_beginning_and_from_a_state_in_it(name: str, first: int) -> None:
+    path = VERSION_1 / f"{name}.mcap"
+    assert any(b'\\"wound\\":' in message.data for _, message in open_run(path).messages((STATE.topic,)))
+    outcome = replay(path, first)
+    assert (outcome.compared, outcome.first) == (CYCLES - first, None)
 
 
 @pytest.mark.parametrize("name", RUNS)

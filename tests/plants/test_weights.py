@@ -7,8 +7,8 @@ import pytest
 from tests.plants.weights import Case, main, run
 
 CASES = [
-    Case(mass=50.0, stiffness=0.85, untold=1),
-    Case(mass=35.0, law="sensitivity", rate=250, stiffness=1.15, told=3),
+    Case(mass=50.0, stiffness=0.85, unknown_delay=1),
+    Case(mass=35.0, law="sensitivity", rate=250, stiffness=1.15, known_delay=3),
 ]
 
 
@@ -19,9 +19,9 @@ def test_the_tip_settles_under_a_weight_on_a_plant_by_others(case: Case) -> None
 
 
 def test_what_swings_falls_short(capsys: pytest.CaptureFixture[str]) -> None:
-    """Poses 150 ms older than the observer is told."""
+    """Poses 150 ms older than configured."""
     status = main(["--json", "--jobs", "1", "--tracking", "4", "--law", "backstepping", "--rate", "100",
-                   "--mass", "0", "--stiffness", "1", "--told", "0", "--untold", "15"])  # fmt: skip
+                   "--mass", "0", "--stiffness", "1", "--known-delay", "0", "--unknown-delay", "15"])  # fmt: skip
     (row,) = map(json.loads, capsys.readouterr().out.splitlines())
     assert status == 1
     assert not row["passed"]

@@ -1,8 +1,8 @@
-"""Whether weights on the tip are borne: the closed loop of `daemon.cycle` and the MuJoCo plant over a grid.
+"""Run the closed loop of `daemon.control.cycle` and the MuJoCo plant over a grid of weights on the tip.
 
 A rigid body that the controller knows nothing of hangs on the tip from the start; the plant's E is not the model's; the
-poses are old, and the observer is told so or not. `python -m tests.plants.weights` prints a row for each run and exits
-with 1 where one falls short: not settled, or a ripple above 0.2 mm.
+poses are delayed, and the delay is configured or not. `python -m tests.plants.weights` prints a row for each run, and
+exits with 1 where one falls short: not settled, or a ripple above 0.2 mm.
 """
 
 import argparse
@@ -17,9 +17,9 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
-from tendond.daemon.cycle import step
-from tendond.daemon.state import CycleSetup, initial_state
-from tendond.schemas.config import RigConfig, check_config
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 from tests.plants.mujoco_robot import DivergedError, Robot
@@ -30,7 +30,7 @@ RATES = (100, 250)
 MASSES = (0.0, 20.0, 35.0, 50.0, 100.0)
 STIFFNESSES = (0.85, 1.0, 1.15)
 DELAYS = ((0, 0), (1, 0), (2, 0), (3, 0), (0, 1))
-"""(told, untold), in cycles."""
+"""(known_delay, unknown_delay), in cycles."""
 
 ARM_AT = 1.0
 """[s] Idle before, so that the observer sees the weight."""
@@ -58,7 +58,7 @@ class Case:
     Attributes:
         law: of the controller. rate: of the loop [Hz].
         mass: on the tip [g]. stiffness: E of the plant against the model's.
-        told, untold: delay of the poses in cycles, that the observer knows of and does not.
+        known_delay, unknown_delay: of the poses in cycles, configured for the observer and not.
         drive: 'tension' or 'displacement'. damping: Bbt of the plant against the model's.
         noise: standard deviation of the poses [mm].
     """
@@ -67,8 +67,8 @@ class Case:
     rate: int = 100
     mass: float = 0.0
     stiffness: float = 1.0
-    told: int = 0
-    untold: int = 0
+    known_delay: int = 0
+    unknown_delay: int = 0
     drive: str = "tension"
     damping: float = 1.0
     noise: float = 0.1
@@ -101,24 +101,24 @@ SHORT = (
     Case(mass=35.0),
     Case(mass=50.0),
     Case(mass=100.0),
-    Case(mass=35.0, stiffness=0.85, told=2),
-    Case(mass=50.0, stiffness=0.85, untold=1),
-    Case(mass=100.0, stiffness=0.85, told=3),
-    Case(mass=35.0, stiffness=1.15, untold=1, law="sliding_mode"),
-    Case(mass=50.0, rate=250, stiffness=0.85, told=3, law="sliding_mode"),
+    Case(mass=35.0, stiffness=0.85, known_delay=2),
+    Case(mass=50.0, stiffness=0.85, unknown_delay=1),
+    Case(mass=100.0, stiffness=0.85, known_delay=3),
+    Case(mass=35.0, stiffness=1.15, unknown_delay=1, law="sliding_mode"),
+    Case(mass=50.0, rate=250, stiffness=0.85, known_delay=3, law="sliding_mode"),
     Case(mass=20.0, law="sensitivity"),
-    Case(mass=35.0, stiffness=0.85, untold=1, law="sensitivity"),
-    Case(mass=100.0, rate=250, stiffness=0.85, told=3, law="sensitivity"),
+    Case(mass=35.0, stiffness=0.85, unknown_delay=1, law="sensitivity"),
+    Case(mass=100.0, rate=250, stiffness=0.85, known_delay=3, law="sensitivity"),
 )
 """The report's own, and corners of the grid."""
 
 
 def configuration(case: Case) -> RigConfig:
-    """The controller's: the default, but for law, rate and the delay that it is told."""
+    """The controller's: the default, but for law, rate and the known delay."""
     values: dict[str, object] = {
         "loop": {"period": 1.0 / case.rate},
         "control": {"law": case.law},
-        "observer": {"delay": case.told / case.rate},
+        "observer": {"delay": case.known_delay / case.rate},
     }
     if case.drive == "displacement":
         values["rod"] = {"tendon_stiffness": Robot().stiffness}
@@ -144,13 +144,13 @@ def run(case: Case, tracking: float = TRACKING) -> Outcome:
     )
     rig = MujocoRig(
         robot,
-        Rig(period, case.told + case.untold, case.noise / 1e3, case.drive == "displacement"),
+        Rig(period, case.known_delay + case.unknown_delay, case.noise / 1e3, case.drive == "displacement"),
     )
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)
     arm, wanted = round(ARM_AT / period), math.ceil(tracking / period)
     tips: list[np.ndarray] = []
-    most, target = 0.0, setup.choice.reference.target[0]
+    most, target = 0.0, setup.selection.reference.target[0]
     reason = "it never tracked"
     for tick in range(arm + round(PATIENCE / period) + wanted):
         position, quaternion = (tuple(part.tolist()) for part in rig.pose())
@@ -202,12 +202,16 @@ def run(case: Case, tracking: float = TRACKING) -> Outcome:
 
 def grid() -> Iterator[Case]:
     """All of them."""
-    for rate, law, mass, stiffness, (told, untold) in itertools.product(RATES, LAWS, MASSES, STIFFNESSES, DELAYS):
-        yield Case(law=law, rate=rate, mass=mass, stiffness=stiffness, told=told, untold=untold)
+    for rate, law, mass, stiffness, (known_delay, unknown_delay) in itertools.product(
+        RATES, LAWS, MASSES, STIFFNESSES, DELAYS
+    ):
+        yield Case(
+            law=law, rate=rate, mass=mass, stiffness=stiffness, known_delay=known_delay, unknown_delay=unknown_delay
+        )
 
 
 HEADING = (
-    f"{'law':12} {'Hz':>3} {'drive':>7} {'g':>4} {'E':>5} {'Bbt':>4} {'told':>4} {'untold':>6}  {'settled s':>9} "
+    f"{'law':12} {'Hz':>3} {'drive':>7} {'g':>4} {'E':>5} {'Bbt':>4} {'known':>5} {'unknown':>7}  {'settled s':>9} "
     f"{'ripple mm':>9} {'error mm':>8} {'most N':>6}"
 )
 
@@ -220,8 +224,8 @@ def line(case: Case, outcome: Outcome) -> str:
 
     return (
         f"{case.law:12} {case.rate:3d} {case.drive[:7]:>7} {case.mass:4.0f} {case.stiffness:5.2f} {case.damping:4.1f} "
-        f"{case.told:4d} {case.untold:6d}  {number(outcome.settling, '.2f'):>9} {number(outcome.ripple, '.3f'):>9} "
-        f"{number(outcome.error, '.2f'):>8} {outcome.tension:6.1f}  "
+        f"{case.known_delay:5d} {case.unknown_delay:7d}  {number(outcome.settling, '.2f'):>9} "
+        f"{number(outcome.ripple, '.3f'):>9} {number(outcome.error, '.2f'):>8} {outcome.tension:6.1f}  "
         f"{'ok' if outcome.passed else 'FALLS SHORT ' + outcome.reason}".rstrip()
     )
 
@@ -249,7 +253,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--tracking", type=float, default=TRACKING, help="time of tracking in a run [s] (default: 12)")
     for field in fields(Case):
         kind = type(field.default)
-        parser.add_argument(f"--{field.name}", type=kind, nargs="+", help="only these, or for all if none has them")
+        parser.add_argument(
+            f"--{field.name.replace('_', '-')}", type=kind, nargs="+", help="only these, or for all if none has them"
+        )
     options = parser.parse_args(arguments)
     if options.tracking <= WINDOW:
         parser.error(f"--tracking {options.tracking:g}: longer than {WINDOW:g} s, over which the ripple is taken")

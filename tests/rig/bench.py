@@ -5,10 +5,10 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tendond.drivers.dynamixel.bus import ServoBus
-from tendond.drivers.dynamixel.driver import Phase, ServoDriver
+from tendond.drivers.dynamixel.driver import DriverPhase, ServoDriver
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
-from tendond.schemas.config_servo import ServoSection
+from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, calibration, hang_springs
 
@@ -77,19 +77,19 @@ class Bench:
 
     def pull(self) -> None:
         """Arm, and pull two tendons."""
-        self.until(lambda one: one.phase is Phase.OFF and not one.objection and one._disarmed, SLACK, armed=False)
+        self.until(lambda one: one.phase is DriverPhase.OFF and not one.objection and one._disarmed, SLACK, armed=False)
         self.until(lambda one: abs(one.displacement[0] - PULLED[0]) < 1e-4, PULLED)
-        assert self.driver.phase is Phase.ON
+        assert self.driver.phase is DriverPhase.ON
 
     @property
     def torques(self) -> list[bool]:
         return [servo.energised for servo in self.servos.servos if not servo.silent]
 
     def ends_slack_and_off(self, fault: str) -> None:
-        """The fault is latched; the tendons are let out, the torque is off, and armed commands change nothing."""
-        self.until(lambda one: one.phase is Phase.OFF, PULLED)
+        """The fault is latched; the tendons are released, the torque is off, and armed commands change nothing."""
+        self.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
         assert fault in self.driver.fault
         for _ in range(20):
             self.driver.cycle(time.monotonic(), self.command(PULLED))
-        assert self.driver.phase is Phase.OFF
+        assert self.driver.phase is DriverPhase.OFF
         assert not any(self.torques)

@@ -14,4 +14,4 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     with emulated(tmp_path) as servos:
         one = Bench(servos, tmp_path / "ttyUSB0", section())
         yield one
-        one.driver._bus.close()
+        one.driver.session.bus.close()

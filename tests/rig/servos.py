@@ -8,8 +8,8 @@ from typing import Literal
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
-from tendond.drivers.dynamixel.requirements import REQUIREMENTS
 from tendond.drivers.dynamixel.spool import Spool
+from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 
 BAUDRATE = 1_000_000
 ANSWER_SECONDS = 0.5

@@ -1,6 +1,6 @@
 """The whole chain: rod <- emulated servos <- pseudo-terminal <- SDK <- `tendond servo` <- Zenoh <- `tendond run` <-
-Zenoh <- `tendond vicon` <- UDP <- simulated Tracker <- rod. Drivers and controller are processes; the rig is a thread
-here, so that faults can be caused on it. The tests share one rig; each leaves it idle.
+Zenoh <- `tendond rig vicon` <- UDP <- simulated Tracker <- rod. Drivers and controller are processes; the rig is a
+thread here, so that faults can be caused on it. The tests share one rig; each leaves it idle.
 """
 
 import signal
@@ -15,20 +15,20 @@ import numpy as np
 import pytest
 import zenoh
 
-from tendond.daemon.analysis.log import load
-from tendond.daemon.state import rod_from_section
-from tendond.drivers.dynamixel import table
+from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.process import request_reset
+from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.faults import Faults, request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.faults import cause
 from tendond.drivers.wired.rig import WiredError, WiredRig, without_servos
-from tendond.schemas.config import RigConfig, check_config, parse_config
+from tendond.offline.logs.log import load
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.rig import RigConfig, check_config, parse_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import ControlAction, ControlReply, Mode
-from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import free_port
 from tests.sil.rig import Rig
@@ -93,7 +93,7 @@ class Chain(Rig):
     def reset_servos(self) -> ControlReply:
         """`tendond servo reset`, once the driver has come back from letting out."""
         deadline = time.monotonic() + PATIENCE_SECONDS
-        while not (reply := request_reset(self.settings, 30.0)).done and "being let out" in reply.message:
+        while not (reply := request_reset(self.settings, 30.0)).done and "being released" in reply.message:
             assert time.monotonic() < deadline, reply.message
         return reply
 
@@ -138,7 +138,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     chain: Chain, session: zenoh.Session
 ) -> None:
     chain.track(session, 0.2)
-    inject = ["inject", "overload", "--servo", "2"]
+    inject = ["rig", "inject", "overload", "--servo", "2"]
     assert chain.start(*inject).wait(PATIENCE_SECONDS) == 0
     status = chain.until(session, lambda s: s.mode is Mode.FAULT)
     assert "servo 2: Overload Error (bit 5)" in status.reason
@@ -148,7 +148,7 @@ def test_a_hardware_error_of_one_servo_is_named_by_the_controller_and_all_end_sl
     refused = chain.reset_servos()
     assert not refused.done
     assert "Overload Error" in refused.message
-    assert request_fault(chain.settings, FaultRequest(fault=Fault.MEND, servo=2), 30.0).done
+    assert request_fault(chain.settings, FaultRequest(fault=Fault.CLEAR, servo=2), 30.0).done
     assert chain.reset_servos().done
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
     chain.track(session, 0.05)
@@ -226,7 +226,7 @@ def test_the_servo_driver_lets_out_and_switches_off_when_it_is_told_to_end(chain
     driver = chain.drivers["servo"]
     code, said = chain.end(driver)
     assert code == 0, said
-    assert "ended: the tendons are let out, the torque is off" in said
+    assert "stopped; the tendons are released, the torque is off" in said
     assert "Traceback" not in said
     assert not any(chain.torques)
 
@@ -296,14 +296,14 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             Fault.REBOOT: lambda: not second.energised,
             Fault.CUT: lambda: others.cut == [1],
         }
-        assert {*seen, Fault.MEND} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
+        assert {*seen, Fault.CLEAR} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
         for fault, happened in seen.items():
             second.write(table.TORQUE_ENABLE.address, b"\x01")
             assert cause(bus, others, FaultRequest(fault=fault, servo=2 if FAULTS[fault].servo else None)).done
             assert happened(), fault
-            assert cause(bus, others, FaultRequest(fault=Fault.MEND, servo=2)).done
+            assert cause(bus, others, FaultRequest(fault=Fault.CLEAR, servo=2)).done
             assert (second.silent, second.stuck, second.alert, second.temperature) == (False, False, False, 30.0)
-        assert cause(bus, others, FaultRequest(fault=Fault.MEND)).done
+        assert cause(bus, others, FaultRequest(fault=Fault.CLEAR)).done
         assert (bus.loss, bus.late) == (0.0, 0.0)
         refused = cause(bus, others, FaultRequest(fault=Fault.HOT, servo=9))
         assert not refused.done
@@ -312,8 +312,8 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
 
 def test_a_section_that_a_driver_needs_is_asked_for(tmp_path: Path) -> None:
     one = Rig(tmp_path)
-    for command in ("vicon", "servo"):
-        process = one.start(command)
+    for command, words in (("vicon", ("rig", "vicon")), ("servo", ("servo",))):
+        process = one.start(*words)
         _, said = process.communicate(timeout=60)
         assert process.returncode == 2
         assert said == f"tendond: {one.config}: has no [{command}] section: add one, it may be empty\n"

@@ -2,6 +2,7 @@
 
 import json
 import math
+import socket
 import subprocess
 import threading
 import time
@@ -12,14 +13,20 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel import table
+from tendond.cli.doctor import camera
+from tendond.cli.doctor.check import CheckOutcome
+from tendond.cli.doctor.check import Rig as DoctorRig
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.vicon.packet import ObjectReading
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO
+from tendond.schemas.config.rig import check_config
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ControlAction, TipPose
-from tendond.schemas.presets import WIRED, WIRED_SERVO
 from tendond.schemas.wire import encode
 from tests.rig.servos import calibration, emulated
+from tests.rig.tracker import BASE, TIP, Tracker, free_port
 from tests.sil.rig import Rig, rig
 
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
@@ -92,8 +99,8 @@ def test_a_rig_from_its_first_start_to_a_running_driver(tmp_path: Path) -> None:
                     assert driver.poll() is None
                     code, found, _ = examined(one)
                 assert found["controller"]["outcome"] == "pass"
-                assert "a second" in found["poses"]["finding"]
-                assert found["servos"]["finding"] == "not asked: the driver has them"
+                assert " Hz, " in found["poses"]["finding"]
+                assert found["servos"]["finding"] == "not queried: in use by the driver"
                 assert one.ask(session, ControlAction.STATUS).done
 
 
@@ -105,16 +112,16 @@ def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -
         assert found["servos"]["outcome"] == "fail"
         assert "servo 2" in found["servos"]["finding"]
         assert "Overload" in found["servos"]["finding"]
-        servos.tell(servos.servos[1].power_up)
-        servos.tell(lambda: servos.servos[2]._store(table.SHUTDOWN, 0))
+        servos.apply(servos.servos[1].power_up)
+        servos.apply(lambda: servos.servos[2]._store(table.SHUTDOWN, 0))
         _, found, _ = examined(one)
         assert "servo 3" in found["servos"]["finding"]
         assert "Shutdown is 0, must be 52" in found["servos"]["finding"]
         assert found["servos"]["remedy"] == "tendond servo setup 3"
-        servos.tell(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
+        servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
         _, found, _ = examined(one)
-        assert "servo 1 answers pings alone: its Status Return Level is 0" in found["servos"]["finding"]
-        servos.tell(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
+        assert "servo 1 answers only pings: its Status Return Level is 0" in found["servos"]["finding"]
+        servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
         servos.instructions.clear()
         _, found, _ = examined(one, "--no-servos")
         assert "servos" not in found
@@ -151,3 +158,61 @@ def test_what_people_see_is_plain_when_piped(tmp_path: Path) -> None:
         assert "\033" not in said
         assert all(line.startswith(("pass  ", "warn  ", "fail  ", "      ")) for line in said.splitlines())
         assert table.MODEL_NAME not in said
+
+
+@pytest.mark.parametrize(
+    ("roll", "expected", "finding"),
+    [
+        (3.0, CheckOutcome.WARN, "the base is turned by 3.0 degrees against gravity"),
+        (-9.0, CheckOutcome.FAIL, "set rod.gravity = [-9.69, 1.53, 0.00]"),
+        (1.0, CheckOutcome.PASS, "the base is within 2 degrees of rod.gravity: 1.0"),
+        (None, CheckOutcome.WARN, "'base' was not seen"),
+    ],
+)
+def test_a_base_that_is_tilted_against_gravity_is_reported_with_the_gravity_that_would_fit(
+    tmp_path: Path, roll: float | None, expected: CheckOutcome, finding: str
+) -> None:
+    with camera_rig(tmp_path) as (one, port), frames_to(port, roll):
+        result = camera.level(one)
+    assert result is not None
+    assert (result.outcome, finding in result.finding) == (expected, True), result
+
+
+def test_a_base_cannot_be_measured_beside_a_running_driver_and_the_result_says_so(tmp_path: Path) -> None:
+    with camera_rig(tmp_path) as (one, port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.bind(("127.0.0.1", port))
+        result = camera.level(one)
+    assert result is not None
+    assert result.outcome is CheckOutcome.WARN
+    assert "is another driver running" in result.finding
+    assert "stop the driver" in result.remedy
+
+
+@contextmanager
+def camera_rig(folder: Path) -> Iterator[tuple[DoctorRig, int]]:
+    """The robot with its base object's +x down the rod's -z, so that a roll about x tilts it; and Tracker's port."""
+    port = free_port(socket.SOCK_DGRAM)
+    section = {"base_axes": ["+z", "+y", "-x"], "gravity_tolerance": 0.1, "port": port, "address": "127.0.0.1"}
+    yield DoctorRig(check_config({"vicon": section}, "test"), None, folder), port
+
+
+@contextmanager
+def frames_to(port: int, roll: float | None) -> Iterator[None]:
+    """Tracker's frames with the base rolled by an angle [degrees], or without the base."""
+    ending = threading.Event()
+    objects = {"tip": TIP}
+    if roll is not None:
+        objects["base"] = ObjectReading(BASE.translation, (math.radians(roll), 0.0, 0.0))
+
+    def send() -> None:
+        with Tracker(port) as tracker:
+            while not ending.wait(0.005):
+                tracker.send(objects)
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tendond.drivers.dynamixel.calibration import save_calibration
-from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import BASE, TIP, Tracker, free_port
 from tests.sil.rig import rig
@@ -44,7 +44,7 @@ def test_a_servo_driver_is_ready_with_its_servos_and_lives_on_without_its_port(
         manager.await_line(PING)
         servos.unplug()
         manager.await_line("STATUS=fault: ")
-        manager.await_line(PING, len(manager.told))  # a restart would not help: it waits for 'tendond servo reset'
+        manager.await_line(PING, len(manager.received))  # a restart would not help: it waits for 'tendond servo reset'
         driver.send_signal(signal.SIGSTOP)
         time.sleep(0.2)
         assert manager.hear(3.0 * WATCHDOG_SECONDS) == []
@@ -63,7 +63,7 @@ def test_a_vicon_driver_is_ready_once_it_can_hear_and_tells_what_it_sees(
         driver = one.start("vicon")
         manager.await_line("READY=1")
         manager.await_line("STATUS=nothing from Tracker")
-        manager.await_line(PING, len(manager.told))  # that Tracker is off is nothing that a restart mends
+        manager.await_line(PING, len(manager.received))  # that Tracker is off is nothing that a restart mends
         tracker.send({"tip": TIP, "base": BASE})
         manager.await_line("STATUS=no valid pose")
         assert one.end(driver)[0] == 0

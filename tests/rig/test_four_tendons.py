@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.daemon.bus import Arrivals, Hub
-from tendond.daemon.state import rod_from_section
+from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.guard import limited
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos
-from tendond.schemas.config import RigConfig, parse_config
-from tendond.schemas.config_servo import ServoSection
+from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
+from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import SimulatorTruth, TendonCommand
-from tendond.schemas.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration
 from tests.rig.tracker import free_port
 from tests.sil.rig import rig

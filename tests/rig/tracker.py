@@ -3,12 +3,12 @@
 import socket
 from collections.abc import Mapping
 
-from tendond.drivers.vicon.packet import Block, Reading, build
+from tendond.drivers.vicon.packet import Block, ObjectReading, build
 
-BASE = Reading((1000.0, 200.0, 50.0), (0.1, -0.2, 0.3))
-TIP = Reading((1010.0, 210.0, 550.0), (0.2, 0.1, -0.4))
-HIDDEN = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-OTHER = Reading((-5.0, 6.0, -7.0), (1.0, 0.5, -1.0))
+BASE = ObjectReading((1000.0, 200.0, 50.0), (0.1, -0.2, 0.3))
+TIP = ObjectReading((1010.0, 210.0, 550.0), (0.2, 0.1, -0.4))
+HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+OTHER = ObjectReading((-5.0, 6.0, -7.0), (1.0, 0.5, -1.0))
 
 
 def free_port(kind: socket.SocketKind) -> int:
@@ -36,7 +36,7 @@ class Tracker:
     def __exit__(self, *_: object) -> None:
         self._socket.close()
 
-    def send(self, objects: Mapping[str, Reading], frame: int | None = None, size: int = 1024) -> None:
+    def send(self, objects: Mapping[str, ObjectReading], frame: int | None = None, size: int = 1024) -> None:
         """One packet; the frame's number counts up by itself."""
         if frame is not None:
             self.frame = frame

@@ -6,7 +6,7 @@ from typing import Any
 
 import zenoh
 
-from tendond.drivers.operator import ask
+from tendond.bus.operator import ask
 from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TipPose
 from tests.sil.peer import Outgoing, Peer
 from tests.sil.rig import PATIENCE_SECONDS, Rig

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tendond.schemas.config import parse_config
+from tendond.schemas.config.rig import parse_config
 from tests.sil.bench import QUICK, Bench
 from tests.sil.peer import Peer
 from tests.sil.rig import rig

@@ -9,10 +9,10 @@ from typing import Self
 import numpy as np
 import zenoh
 
-from tendond.daemon.state import rod_from_section
+from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.model.errors import ConvergenceError
-from tendond.schemas.config import RigConfig
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import TendonCommand, TendonState, TipPose
 from tendond.schemas.wire import decode, encode

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import zenoh
 
-from tendond.drivers.operator import ask
-from tendond.drivers.session import BusError, open_client
+from tendond.bus.client import BusError, open_client
+from tendond.bus.operator import ask
 from tendond.schemas.keys import control_key
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
 from tendond.schemas.wire import encode
@@ -59,7 +59,7 @@ class Rig:
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         """A tendond process; what it says is kept."""
         process = subprocess.Popen(
-            [sys.executable, "-m", "tendond.daemon.cli", *arguments, "--config", str(self.config)],
+            [sys.executable, "-m", "tendond.cli", *arguments, "--config", str(self.config)],
             cwd=self.folder,
             stderr=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -70,7 +70,7 @@ class Rig:
 
     def tell(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
         """An operator's command, to its end."""
-        command = [sys.executable, "-m", "tendond.daemon.cli", *arguments, "--config", str(self.config)]
+        command = [sys.executable, "-m", "tendond.cli", *arguments, "--config", str(self.config)]
         return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_SECONDS)
 
     def controller(self, *arguments: str) -> subprocess.Popen[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tendond.notify import Supervisor
+from tendond.bus.systemd import Supervisor
 from tests.sil.rig import PATIENCE_SECONDS
 
 WATCHDOG_SECONDS = 0.4
@@ -20,7 +20,7 @@ class Manager:
         self.path = folder / "notify"
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.bind(str(self.path))
-        self.told: list[str] = []
+        self.received: list[str] = []
         self._supervisors: list[Supervisor] = []
         self._reader: threading.Thread | None = None
 
@@ -40,7 +40,7 @@ class Manager:
 
     def _read(self) -> None:
         while data := self._socket.recv(4096):
-            self.told += data.decode().splitlines()
+            self.received += data.decode().splitlines()
 
     def in_charge(self, patch: pytest.MonkeyPatch, watchdog: float = WATCHDOG_SECONDS) -> None:
         """Of the processes that are started from now on, as systemd is by its variables."""
@@ -56,13 +56,13 @@ class Manager:
 
     def hear(self, seconds: float) -> list[str]:
         """The lines that come within a time."""
-        before = len(self.told)
+        before = len(self.received)
         time.sleep(seconds)
-        return self.told[before:]
+        return self.received[before:]
 
     def await_line(self, wanted: str, after: int = 0) -> None:
         """Until there is a line that begins so, among those after the first so many."""
         until = time.monotonic() + PATIENCE_SECONDS
-        while not any(line.startswith(wanted) for line in self.told[after:]):
-            assert time.monotonic() < until, (wanted, self.told)
+        while not any(line.startswith(wanted) for line in self.received[after:]):
+            assert time.monotonic() < until, (wanted, self.received)
             time.sleep(0.02)

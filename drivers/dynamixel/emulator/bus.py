@@ -1,4 +1,4 @@
-"""A pseudo-terminal with emulated servos behind it, in a thread of its own."""
+"""Pseudo-terminal with emulated servos behind it, in its own thread."""
 
 import fcntl
 import os
@@ -12,14 +12,14 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from tendond.drivers.dynamixel.emulator.line import Line
+from tendond.drivers.dynamixel.emulator.line import ServoLine
 from tendond.drivers.dynamixel.emulator.protocol import Packet, Receiver
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 
 TICK_SECONDS = 0.002
 LONGEST_STEP_SECONDS = 0.02
-"""Where this process could not run for longer, the servos' clocks stand still: else their watchdogs would trip although
-packets are waiting, and motors would jump."""
+"""Longest time step of the servos [s]: where this process could not run for longer, their clocks stand still, else
+their watchdogs would trip although packets are waiting."""
 
 TCGETS2 = 0x802C542A
 """Linux's request for a terminal's settings with its speed as a number: 4.5 Mbit/s has no name."""
@@ -28,7 +28,7 @@ TERMIOS2 = struct.Struct("4IB19B2I")
 
 
 class EmulatedBus:
-    """Servos on a serial line.
+    """ServoGroup on a serial line.
 
     Args:
         link: path at which the port appears, as a symbolic link to the pseudo-terminal.
@@ -36,11 +36,11 @@ class EmulatedBus:
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
-        corrupt: so many of the next answers have a wrong CRC.
-        loss: probability with which any other answer has.
-        late: time for which the adapter keeps every answer back [s].
+        corrupt: number of next answers with a wrong CRC.
+        loss: probability of a wrong CRC in any other answer.
+        late: time by which the adapter delays every answer [s].
         instructions: packets understood so far, newest last, for tests.
-        errors: what the thread got over, which is a mistake of the emulator's, for tests.
+        errors: exceptions in the thread, which are errors of the emulator, for tests.
     """
 
     def __init__(self, link: Path, servos: Sequence[EmulatedServo]) -> None:
@@ -51,7 +51,7 @@ class EmulatedBus:
         self.late = 0.0
         self.instructions: list[Packet] = []
         self.errors: list[Exception] = []
-        self._line = Line()
+        self._line = ServoLine()
         self._chance = random.Random(0)
         self._pending: list[tuple[float, bytes]] = []
         self._lock = threading.RLock()
@@ -70,14 +70,14 @@ class EmulatedBus:
         self.close()
 
     def close(self) -> None:
-        """End it."""
+        """Stop the thread and remove the port."""
         self._ended.set()
         self._thread.join()
         self.unplug()
 
     @property
     def knows_fast(self) -> bool:
-        """See the class."""
+        """True where the firmware supports Fast Sync Read."""
         return self._line.knows_fast
 
     @knows_fast.setter
@@ -86,11 +86,11 @@ class EmulatedBus:
 
     @property
     def alive(self) -> bool:
-        """The servos' thread runs."""
+        """True while the thread runs."""
         return self._thread.is_alive()
 
     def plug(self) -> None:
-        """Plug the adapter in: a port appears at the link."""
+        """Plug in the adapter: a port appears at the link."""
         with self._lock:
             self.unplug()
             self._master, self._slave = os.openpty()
@@ -102,7 +102,7 @@ class EmulatedBus:
             beside.replace(self._link)
 
     def unplug(self) -> None:
-        """Pull the adapter out: whoever has the port open gets errors from it."""
+        """Unplug the adapter: an open port then returns errors."""
         with self._lock:
             for end in (self._master, self._slave):
                 if end is not None:
@@ -111,8 +111,8 @@ class EmulatedBus:
             self._pending.clear()
             self._link.unlink(missing_ok=True)
 
-    def tell(self, change: Callable[[], None]) -> None:
-        """Carry out a change of the servos between two of their steps."""
+    def apply(self, change: Callable[[], None]) -> None:
+        """Change the servos between two of their steps."""
         with self._lock:
             change()
 
@@ -139,7 +139,7 @@ class EmulatedBus:
                 last = now
 
     def _patience(self) -> float:
-        """Until the next answer is due, or the servos have to move on [s]."""
+        """Return the time until the next answer or the next step of the servos [s]."""
         if not self._pending:
             return TICK_SECONDS
         return min(max(self._pending[0][0] - time.monotonic(), 0.0), TICK_SECONDS)
@@ -174,7 +174,7 @@ class EmulatedBus:
                 os.write(master, answer)
 
     def _speed(self) -> int:
-        """At which the port is opened [bit/s]."""
+        """Return the baud rate of the open port [bit/s]."""
         assert self._slave is not None
         settings = fcntl.ioctl(self._slave, TCGETS2, bytes(TERMIOS2.size))
         return int(TERMIOS2.unpack(settings)[-1])

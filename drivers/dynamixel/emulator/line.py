@@ -1,8 +1,7 @@
-"""What servos on one line write in reply to an instruction packet. Reads no clock."""
+"""Answers of servos on one line to an instruction packet. Reads no clock."""
 
 from collections.abc import Sequence
 
-from tendond.drivers.dynamixel import table
 from tendond.drivers.dynamixel.emulator.protocol import (
     ALERT,
     BROADCAST,
@@ -13,12 +12,13 @@ from tendond.drivers.dynamixel.emulator.protocol import (
     status,
 )
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.serial import table
 
 RESET_ALL = b"\xff"
 
 
-class Line:
-    """Servos that share a line.
+class ServoLine:
+    """ServoGroup that share a line.
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
@@ -28,16 +28,16 @@ class Line:
         self.knows_fast = True
 
     def answer(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
-        """What they write, and after which delay [s]; nothing where nobody answers.
+        """Return the answer and its delay [s]; empty without an answer.
 
         Args:
-            servos: that hear the packet; several may have the same id.
+            servos: that receive the packet; several may have the same id.
             packet: from the host.
         """
         if packet.id != BROADCAST:
             return self._addressed(servos, packet)
         for servo in servos:
-            servo.heard()
+            servo.packet_received()
         if not packet.intact:
             return b"", 0.0
         match packet.instruction:
@@ -61,14 +61,14 @@ class Line:
     def _addressed(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
         for servo in servos:
             if servo.secondary == packet.id:
-                servo.heard()
+                servo.packet_received()
                 if packet.intact:
                     _carry_out(servo, packet, primary=False)
         answers = []
         for servo in servos:
             if servo.id != packet.id:
                 continue
-            servo.heard()
+            servo.packet_received()
             if not packet.intact:
                 answers.append(status(packet.id, Error.CRC | _alert(servo)))
                 continue
@@ -80,7 +80,7 @@ class Line:
         return _collide(answers), _delay(servos)
 
     def _all_ping(self, servos: Sequence[EmulatedServo]) -> bytes:
-        """In the order of their ids; those of the same id at the same time."""
+        """Answer in the order of the ids, those of one id at the same time."""
         answers: dict[int, list[bytes]] = {}
         for servo in servos:
             answers.setdefault(servo.id, []).append(status(servo.id, _alert(servo), _identity(servo)))
@@ -113,7 +113,7 @@ class Line:
 
 
 def _carry_out(servo: EmulatedServo, packet: Packet, *, primary: bool = True) -> tuple[int, bytes]:
-    """Do what an instruction for one servo says; error and data of its answer."""
+    """Carry out an instruction for one servo; return error and data of its answer."""
     parameters = packet.parameters
     match packet.instruction:
         case Instruction.PING:
@@ -162,7 +162,7 @@ def _write(servos: Sequence[EmulatedServo], identifier: int, address: int, data:
 
 
 def _read(servos: Sequence[EmulatedServo], identifier: int, address: int, length: int) -> tuple[int, bytes] | None:
-    """Error byte and data of one servo's part of a common answer."""
+    """Return error byte and data of one servo's block of a common answer."""
     servo = next((one for one in servos if one.id == identifier), None)
     if servo is None or not servo.answers(reads=True):
         return None
@@ -171,7 +171,7 @@ def _read(servos: Sequence[EmulatedServo], identifier: int, address: int, length
 
 
 def _collide(answers: Sequence[bytes]) -> bytes:
-    """Several servos write at the same time: a 0 on the line wins over a 1."""
+    """Combine answers that are written at the same time: a 0 on the line is dominant."""
     if len(answers) < 2:
         return b"".join(answers)
     longest = max(map(len, answers))

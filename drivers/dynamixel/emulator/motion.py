@@ -1,4 +1,4 @@
-"""What lies between a commanded position and the one that is reached: profile, lag, resolution, play."""
+"""Dynamics of an actuator from goal to output: profile, lag, resolution, backlash."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Actuator:
-    """One servo, in any unit of position.
+    """Actuator, in any unit of position.
 
     Attributes:
         rate: largest speed of its profile [unit/s]; 0: no limit.
@@ -28,17 +28,17 @@ class Actuator:
     output: float = 0.0
 
     def place(self, position: float) -> None:
-        """Stand still there."""
+        """Set all positions, at rest."""
         self.position = self.shaft = self.output = position
         self.velocity = 0.0
 
     def step(self, goal: float, duration: float, friction: float = 0.0) -> float:
-        """The output after `duration` [s] on the way to a goal.
+        """Return the output after `duration` [s] of moving to a goal.
 
         Args:
             goal: [unit].
             duration: [s].
-            friction: half of the play that friction adds [unit].
+            friction: half of the backlash that friction adds [unit].
         """
         self._profile(goal, duration)
         self.shaft += (self.position - self.shaft) * (-math.expm1(-duration / self.lag) if self.lag > 0.0 else 1.0)

@@ -11,7 +11,7 @@ LONGEST = 2048
 
 
 class Instruction(IntEnum):
-    """What a host may ask."""
+    """Instruction of a host."""
 
     PING = 0x01
     READ = 0x02
@@ -29,7 +29,7 @@ class Instruction(IntEnum):
 
 
 class Error(IntEnum):
-    """What a servo may answer."""
+    """Error in a servo's answer."""
 
     NONE = 0
     RESULT_FAIL = 1
@@ -42,7 +42,7 @@ class Error(IntEnum):
 
 
 ALERT = 0x80
-"""In a status packet's error byte: there is a hardware error."""
+"""Bit of a status packet's error byte for a hardware error."""
 
 
 @dataclass(frozen=True)

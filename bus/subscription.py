@@ -1,0 +1,55 @@
+"""A client's subscription to one kind of message: decoded, bounded, without waiting."""
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Generic, TypeVar
+
+import zenoh
+
+from tendond.schemas.messages import Message
+from tendond.schemas.wire import UnreadableError, decode
+
+M = TypeVar("M", bound=Message)
+
+
+class Subscription(Generic[M]):
+    """The last messages published on a key; ends with its session, or by `close`.
+
+    Args:
+        session: to subscribe with.
+        expression: full key, see `schemas.keys.key`.
+        kind: class of the messages.
+        size: messages kept between two calls; the oldest are dropped.
+
+    Attributes:
+        unreadable: number of samples that could not be decoded, by reason.
+    """
+
+    def __init__(self, session: zenoh.Session, expression: str, kind: type[M], size: int = 1) -> None:
+        self.unreadable: Counter[str] = Counter()
+        self._kind = kind
+        self._size = size
+        self._subscriber = session.declare_subscriber(expression, zenoh.handlers.RingChannel(size))
+
+    def __iter__(self) -> Iterator[M]:
+        """Take the messages that have arrived, oldest first; ends after `size` samples, whatever keeps arriving."""
+        for _ in range(self._size):
+            if (sample := self._subscriber.try_recv()) is None:
+                return
+            try:
+                if sample.kind != zenoh.SampleKind.PUT:
+                    raise UnreadableError("deleted")
+                yield decode(self._kind, sample.payload.to_bytes())
+            except UnreadableError as error:
+                self.unreadable[error.reason] += 1
+
+    def newest(self) -> M | None:
+        """Take the messages that have arrived and return the last; none if there is none."""
+        newest = None
+        for message in self:
+            newest = message
+        return newest
+
+    def close(self) -> None:
+        """Undeclare the subscription."""
+        self._subscriber.undeclare()

@@ -1,0 +1,120 @@
+"""The command line: the groups of commands, and errors turned into lines and exit statuses."""
+
+import os
+import sys
+import warnings
+from io import TextIOWrapper
+from typing import Annotated
+
+import typer
+
+from tendond import TendondError, __version__
+from tendond.cli.bench.commands import bench
+from tendond.cli.config.commands import config
+from tendond.cli.demo.commands import demo
+from tendond.cli.identify.commands import identify
+from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
+from tendond.cli.log.commands import log
+from tendond.cli.program import Program
+from tendond.cli.rig.commands import rig
+from tendond.cli.servo.commands import servo
+from tendond.cli.signals import INTERRUPTED, exit_at_the_end, exit_on_interrupt, was_interrupted
+from tendond.cli.study.commands import study
+from tendond.schemas.config.renamed import RenamedKeyWarning
+
+EPILOG = """\
+\b
+Exit status: 0 success; 1 refused or failed; 2 invalid usage or configuration;
+130 interrupted. Results go to standard output, messages to standard error.
+Run `tendond COMMAND --help` for details and an example.
+"""
+
+app = typer.Typer(
+    name="tendond",
+    cls=Program,
+    help="Controller for tendon-driven continuum robots: Cosserat rod model, Zenoh bus, MCAP log of every cycle.",
+    epilog=EPILOG,
+    no_args_is_help=True,
+    rich_markup_mode=None,  # the rich help page takes longer to import than all the rest of the program
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+
+
+@app.callback(invoke_without_command=True)
+def options(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+    """Handle the options of the program itself."""
+    if version:
+        print(f"tendond {__version__}")
+        raise typer.Exit
+
+
+for group in (rig, log, servo, config, identify, study, bench):
+    app.add_typer(group)
+app.command()(demo)
+
+
+def _show_renamed(message: Warning | str, *place: object, **more: object) -> None:
+    """Print a warning as a line for people."""
+    print(f"tendond: warning: {message}", file=sys.stderr, flush=True)
+
+
+def main() -> None:
+    """Run the command line; errors that a user can fix are one line each, without a traceback."""
+    warnings.simplefilter("once", RenamedKeyWarning)
+    warnings.showwarning = _show_renamed
+    exit_on_interrupt()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
+            stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
+    try:
+        prepare_for_numba(_say)
+        _run()
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+    finally:
+        exit_at_the_end()
+
+
+def _run() -> None:
+    """Run the command; errors become lines and exit statuses."""
+    try:
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
+    except SystemExit as end:
+        if not end.code and was_interrupted():
+            raise SystemExit(INTERRUPTED) from None
+        raise
+    except TendondError as error:
+        for line in str(error).splitlines():
+            _say(line)
+        raise SystemExit(_exit_code(error)) from None
+    except BrokenPipeError:  # as in `tendond config show | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
+        raise SystemExit(EXIT_FAILED) from None
+    except OSError as error:
+        if error.filename is None:
+            raise
+        _say(f"{error.filename}: {error.strerror}")
+        raise SystemExit(EXIT_FAILED) from None
+    except RuntimeError as error:
+        if "cannot cache function" not in str(error):  # numba's, when a kernel is imported
+            raise
+        _say(NOWHERE)
+        raise SystemExit(EXIT_FAILED) from None
+
+
+def _say(line: str) -> None:
+    print(f"tendond: {line}", file=sys.stderr, flush=True)
+
+
+def _exit_code(error: TendondError) -> int:
+    from tendond.daemon.errors import UsageError
+    from tendond.schemas.config.rig import ConfigError
+
+    return EXIT_USAGE if isinstance(error, (ConfigError, UsageError)) else EXIT_FAILED

@@ -1,0 +1,99 @@
+"""The group `tendond bench`: options and help of the benchmarks."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import Json
+from tendond.cli.signals import exit_on_signals
+
+bench = typer.Typer(
+    name="bench", help="Benchmark the solvers, the loop and replay.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@bench.command("rod")
+def bench_rod(
+    json: Json = False,
+    against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run to compare with.")] = None,
+) -> None:
+    """Benchmark the rod's solvers and their errors.
+
+    Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json
+    """
+    from tendond.cli.bench.tables import run_bench_rod
+
+    run_bench_rod(against, as_json=json)
+
+
+@bench.command("loop")
+def bench_loop(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Duration of each run [s].")] = 10.0,
+    json: Json = False,
+) -> None:
+    """Benchmark the control loop against a bare loop.
+
+    Wake-up delay, time of a cycle, pose to command, recorder.
+
+    Real processes on a real bus; takes about six times SECONDS. On a busy machine only the ratios are meaningful.
+
+    Example: tendond bench loop --seconds 5
+    """
+    exit_on_signals(130)
+    from tendond.cli.bench.loop import run_bench_loop
+
+    run_bench_loop(seconds, as_json=json)
+
+
+@bench.command("schemes")
+def bench_schemes() -> None:
+    """Compare space schemes, as a Markdown table.
+
+    Example: tendond bench schemes
+    """
+    from tendond.cli.bench.tables import run_bench_schemes
+
+    run_bench_schemes()
+
+
+@bench.command("profiles")
+def bench_profiles() -> None:
+    """Benchmark both laws on each simulator profile.
+
+    Prints settling and tracking as a Markdown table.
+
+    Example: tendond bench profiles
+    """
+    from tendond.offline.bench.profiles import table
+
+    print(table())
+
+
+@bench.command("replay")
+def bench_replay(
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="Length of the log [s].")] = 20.0,
+) -> None:
+    """Benchmark replay, as a Markdown table.
+
+    Replays a log made for it (Euler, 200 nodes), next to the cycle's step alone. On a busy machine only the last column
+    is meaningful.
+
+    Example: tendond bench replay --seconds 20
+    """
+    from tendond.cli.bench.tables import run_bench_replay
+
+    run_bench_replay(seconds)
+
+
+@bench.command("friction")
+def bench_friction() -> None:
+    """Benchmark tendon friction, as a Markdown table.
+
+    Pulls and releases tendons with friction, and runs both laws with them on profile rig.
+
+    Example: tendond bench friction
+    """
+    from tendond.offline.bench.friction import table
+
+    print(table())

@@ -1,0 +1,104 @@
+"""`tendond bench`: the tables of the benchmarks."""
+
+import json
+import math
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from tendond.cli.common import say
+from tendond.daemon.errors import DaemonError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.model.warm import warm_up
+from tendond.offline.bench.replay import bench_replay
+from tendond.offline.bench.replay import markdown as replay_table
+from tendond.offline.bench.rod import RodRow, bench_rod
+from tendond.offline.bench.rod import as_json as rows_as_json
+from tendond.offline.bench.schemes import compare_schemes, markdown
+
+MEANING = {
+    "euler_n200": "paper's scheme",
+    "default": "rk6, 6 nodes",
+    "default_displacement": "elastic tendons",
+    "static": "from a neighbour",
+    "reference": "plain SciPy, euler",
+}
+
+
+def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
+    """Time the rod's solvers and print the table; see `tendond bench rod --help`.
+
+    Raises:
+        DaemonError: a file that cannot be read.
+    """
+    earlier = _read(against) if against is not None else {}
+    announce_compilation(say)
+    warm_up()
+    console = Console()
+    with Console(stderr=True).status("") as status:
+        rows = bench_rod(lambda name: status.update(f"timing {MEANING.get(name, name)}"))
+    if as_json:
+        print(json.dumps(rows_as_json(rows), indent=2))
+        return
+    header, lines = _cells(rows, earlier)
+    if console.is_terminal:
+        console.print(_table(header, lines))
+    else:
+        print("\n".join("| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *lines)))
+
+
+def run_bench_schemes() -> None:
+    """Compare the space schemes and print the table."""
+    announce_compilation(say)
+    with Console(stderr=True).status("") as status:
+        rows = compare_schemes(status.update)
+    print(markdown(rows))
+
+
+def run_bench_replay(seconds: float) -> None:
+    """Time replays and print the table; see `tendond bench replay --help`."""
+    announce_compilation(say)
+    with Console(stderr=True).status("") as status:
+        rows = bench_replay(seconds, status.update)
+    print(replay_table(rows))
+
+
+def _cells(rows: list[RodRow], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
+    """Format header and lines of the table."""
+    header = ["one step, 10 ms", "median us", "p99 us", "max us", "passes", "tip error mm", "to euler_n200"]
+    euler = next(row.median_us for row in rows if row.name == "euler_n200")
+    lines = [
+        [
+            f"{row.name}: {MEANING[row.name]}",
+            *(f"{value:.0f}" for value in (row.median_us, row.p99_us, row.max_us)),
+            "-" if math.isnan(row.passes_per_step) else f"{row.passes_per_step:.2f}",
+            f"{row.tip_error_mm:.4f}",
+            f"{row.median_us / euler:.2f}",
+        ]
+        for row in rows
+    ]
+    if earlier:
+        header.append("to earlier")
+        for row, line in zip(rows, lines, strict=True):
+            line.append(f"{row.median_us / earlier[row.name]:.2f}" if row.name in earlier else "-")
+    return header, lines
+
+
+def _table(header: list[str], lines: list[list[str]]) -> Table:
+    table = Table()
+    for name in header:
+        table.add_column(name, justify="left" if name == header[0] else "right")
+    for line in lines:
+        table.add_row(*line)
+    return table
+
+
+def _read(path: Path) -> dict[str, float]:
+    """Read the medians of an earlier run, by name."""
+    try:
+        return {str(row["name"]): float(row["median_us"]) for row in json.loads(path.read_text(encoding="utf-8"))}
+    except OSError as error:
+        raise DaemonError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise DaemonError(f"{path}: is not a result of 'tendond bench rod --json'") from error

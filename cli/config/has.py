@@ -1,0 +1,26 @@
+"""`tendond config has`: a module of its own, since units run it at each start and it needs no model."""
+
+from pathlib import Path
+
+from tendond.cli.common import say
+from tendond.cli.include import sections
+from tendond.schemas.config.rig import ConfigError
+
+
+def run_has(section: str, file: Path, *, or_unreadable: bool) -> None:
+    """Test whether a configuration has a section; see `tendond config has --help`.
+
+    Raises:
+        ConfigError: the file cannot be read, and `or_unreadable` is not set.
+        SystemExit: with 1, it does not.
+    """
+    try:
+        found = section in sections(file)
+    except ConfigError as error:
+        if not or_unreadable:
+            raise
+        say(str(error))
+        return
+    print(f"{file}: {'has' if found else 'has no'} [{section}]")
+    if not found:
+        raise SystemExit(1)

@@ -1,0 +1,54 @@
+"""`tendond demo`: options and help."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import scenarios
+from tendond.cli.signals import exit_on_signals
+
+
+def demo(
+    scenario: Annotated[
+        str,
+        typer.Option("--scenario", help="plane, wired or spatial, see above.", autocompletion=scenarios),
+    ] = "plane",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for log, figures and summary. Default: out/demo, or out/demo-SCENARIO."),
+    ] = None,
+    profile: Annotated[
+        str | None,
+        typer.Option("--profile", help="Of scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
+    ] = None,
+) -> None:
+    """Run the controller on a simulated robot, with log and figures.
+
+    Real processes on Zenoh, in real time.
+
+    plane: the paper's experiment, in ten seconds. wired: the same robot behind the real drivers, with emulated servos
+    on a serial port and Tracker packets on UDP, in half a minute. spatial: the tip on a circle in space with all
+    tendons, with ideal tensions and behind the real drivers, in a minute.
+
+    Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
+    """
+    exit_on_signals(130)
+    from tendond.cli.common import profile_text, say
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.model.warm import warm_up
+    from tendond.offline.demo.scenarios import SCENARIOS, run_plane
+
+    if scenario not in SCENARIOS:
+        raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(SCENARIOS)}", param_hint="--scenario")
+    folder = out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}")
+    if profile is not None and scenario != "plane":
+        raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")
+    if profile is not None:
+        profile_text(profile)
+    announce_compilation(say)
+    warm_up()
+    if profile is not None:
+        run_plane(folder, profile)
+    else:
+        SCENARIOS[scenario](folder)

@@ -1,0 +1,72 @@
+"""A second on the bus as a client: the controller's status, poses and tendon states."""
+
+import time
+from dataclasses import dataclass, field
+
+from tendond.bus.client import BusError, open_client
+from tendond.bus.operator import ask_status
+from tendond.bus.subscription import Subscription
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.keys import TENDON_STATE, TIP_POSE, key
+from tendond.schemas.messages import Status, TendonState, TipPose
+
+CONNECT_SECONDS = 0.5
+LISTEN_SECONDS = 1.0
+POLL_SECONDS = 0.002
+QUEUE = 4096
+
+
+@dataclass
+class BusActivity:
+    """Poses and tendon states, with the time of their arrival [ns] on the monotonic clock.
+
+    Attributes:
+        connected: whether a Zenoh session could be opened.
+        status: of the controller, received after `answer_ms`.
+        error: why there is no status.
+        unreadable: number of unreadable messages, by reason.
+    """
+
+    connected: bool = False
+    status: Status | None = None
+    answer_ms: float = 0.0
+    error: str = ""
+    poses: list[tuple[int, TipPose]] = field(default_factory=list)
+    states: list[tuple[int, TendonState]] = field(default_factory=list)
+    unreadable: dict[str, int] = field(default_factory=dict)
+
+
+def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
+    """Query the controller, then listen; publish nothing.
+
+    Args:
+        config: of the rig.
+        seconds: time to listen.
+    """
+    activity = BusActivity()
+    name = config.rig.name
+    try:
+        session = open_client(config.bus.endpoint, CONNECT_SECONDS)
+    except (BusError, ConfigError) as error:
+        activity.error = str(error)
+        return activity
+    with session:
+        activity.connected = True
+        poses = Subscription(session, key(name, TIP_POSE), TipPose, QUEUE)
+        states = Subscription(session, key(name, TENDON_STATE), TendonState, QUEUE)
+        started = time.monotonic()
+        try:
+            activity.status = ask_status(session, name)
+        except BusError as error:
+            activity.error = str(error)
+        activity.answer_ms = (time.monotonic() - started) * 1e3
+        for waiting in (poses, states):  # what has arrived meanwhile says nothing about its age
+            waiting.newest()
+            waiting.unreadable.clear()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            activity.poses += [(time.monotonic_ns(), pose) for pose in poses]
+            activity.states += [(time.monotonic_ns(), state) for state in states]
+            time.sleep(POLL_SECONDS)
+        activity.unreadable = dict(poses.unreadable + states.unreadable)
+    return activity

@@ -1,0 +1,107 @@
+"""Folder of compiled kernels for a user who may write nowhere that numba looks: a temporary one, with a message.
+
+numba looks for a folder that it can write to in NUMBA_CACHE_DIR, beside the sources, and in the user's cache, and does
+not even import a kernel where there is none. A service's user, or one in a container, often has none: no home, and an
+installation that is root's.
+"""
+
+import hashlib
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.abc import MetaPathFinder
+from pathlib import Path
+
+import tendond
+
+VARIABLE = "NUMBA_CACHE_DIR"
+TEMPORARY = "tendond-kernels-"
+"""Prefix of the temporary folder's name."""
+
+KERNELS = ("*.nbi", "*.nbc")
+NOWHERE = "no folder for compiled kernels can be written: set NUMBA_CACHE_DIR to one that can"
+
+
+class _Watch(MetaPathFinder):
+    """Calls `prepare` when numba is about to be imported: most commands need no kernels."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+        if name == "numba":
+            sys.meta_path.remove(self)
+            prepare(self._say)
+
+
+def prepare_for_numba(say: Callable[[str], None]) -> None:
+    """Call `prepare` as soon as numba is imported, which looks at its environment then."""
+    if "numba" not in sys.modules and not any(isinstance(one, _Watch) for one in sys.meta_path):
+        sys.meta_path.insert(0, _Watch(say))
+
+
+def prepare(say: Callable[[str], None]) -> None:
+    """Provide a folder that numba can write to, with the existing kernels.
+
+    Args:
+        say: prints a line for people.
+    """
+    folders = sorted(path.parent for path in (Path(tendond.__file__).parent / "model").rglob("__init__.py"))
+    beside = folders[0] / "__pycache__"
+    given = os.environ.get(VARIABLE)
+    if any(is_writable(folder) for folder in (*([Path(given)] if given else []), beside, _users())):
+        return
+    folder = _temporary()
+    if folder is None:
+        return  # a command that needs a kernel says so: see `NOWHERE`
+    if not any(folder.iterdir()):
+        with suppress(OSError):  # else they are compiled again
+            for one in folders:
+                _copy(one / "__pycache__", folder / numbas_name(one))
+            for one in Path(given).iterdir() if given and Path(given).is_dir() else []:
+                _copy(one, folder / one.name)
+        say(f"compiled kernels are kept in {folder}: no other folder can be written; {VARIABLE} names a lasting one")
+    os.environ[VARIABLE] = str(folder)
+
+
+def is_writable(folder: Path) -> bool:
+    """Whether a folder can be written to, or created."""
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def numbas_name(sources: Path) -> str:
+    """Return the name that numba gives, in NUMBA_CACHE_DIR, to the folder of a source folder's kernels."""
+    return f"{sources.name}_{hashlib.sha1(str(sources).encode()).hexdigest()}"
+
+
+def _users() -> Path:
+    """Return the user's own cache, where numba looks last."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
+
+
+def _temporary() -> Path | None:
+    """Create a folder that later runs find again; private to this user, since it holds machine code."""
+    try:
+        folder = Path(tempfile.gettempdir()) / f"{TEMPORARY}{os.getuid()}"
+        with suppress(FileExistsError):
+            folder.mkdir(mode=0o700)
+        found = folder.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077:
+            return folder
+        return Path(tempfile.mkdtemp(prefix=TEMPORARY))
+    except OSError:
+        return None
+
+
+def _copy(kernels: Path, folder: Path) -> None:
+    """Copy the kernels of one folder of sources."""
+    for pattern in KERNELS:
+        for one in kernels.glob(pattern):
+            folder.mkdir(exist_ok=True)
+            shutil.copyfile(one, folder / one.name)

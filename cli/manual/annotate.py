@@ -1,0 +1,66 @@
+"""A rig.toml with every key of the configuration: what it is, its unit and range, and its default.
+
+`make example` writes deploy/rig.toml so. What is left out by default is commented out, and so are whole sections
+that are: the text parses to the defaults.
+"""
+
+import textwrap
+from collections.abc import Iterator
+
+from tendond.cli.manual.config_text import OPTIONAL, comment_of, to_toml
+from tendond.daemon.control.laws import LAWS
+from tendond.schemas.config.rates import DERIVED
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.errors.keywords import Table, keys_of, tables
+
+HEADING = """\
+# A rig's configuration: every key, what it is, its unit and range, and its default. SI units and radians throughout.
+# Keys may be left out, and so may sections; what is commented out is left out. `tendond config check rig.toml` looks at
+# it, `tendond doctor -c rig.toml` at the rig as well. An unknown key or a value out of range is refused by name before
+# anything starts.
+"""
+WIDTH = 116
+
+
+def annotated() -> str:
+    """The text of the file."""
+    return HEADING + "".join(f"{line}\n" for table in tables(RigConfig) for line in _section(table))
+
+
+def _section(table: Table) -> Iterator[str]:
+    """A heading and its keys; each table of a law's parameters after [control]."""
+    name = table.name.removesuffix("[]")
+    each = name != table.name
+    off = each or name.partition(".")[0] in OPTIONAL
+    yield from _heading(f"[[{name}]]" if each else f"[{name}]", table.meaning, off)
+    laws = False
+    for key in table.keys:
+        if isinstance(key.default, dict):
+            laws = True
+            continue
+        yield from _comment(comment_of(key))
+        if key.required or key.default is None:
+            yield f"#{key.name} = ..."
+        else:
+            yield f"{'#' if off or key.path in DERIVED else ''}{key.name} = {to_toml(key.default)}"
+    for law in LAWS.values() if laws else ():
+        yield from _heading(f"[{name}.laws.{law.name}]", " ".join((law.parameters.__doc__ or "").split()), off=True)
+        for key in keys_of(law.parameters):
+            yield from _comment(comment_of(key))
+            yield f"#{key.name} = {to_toml(key.default)}"
+
+
+def _heading(text: str, meaning: str, off: bool) -> Iterator[str]:
+    yield ""
+    yield from _comment(meaning)
+    if off:
+        yield "# Optional: remove the '#' before the heading and before the keys to be set."
+    yield f"{'#' if off else ''}{text}"
+
+
+def _comment(text: str) -> Iterator[str]:
+    yield from (f"# {line}" for line in textwrap.wrap(text, WIDTH))
+
+
+if __name__ == "__main__":
+    print(annotated(), end="")

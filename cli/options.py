@@ -1,0 +1,56 @@
+"""Options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def _profiles() -> list[str]:
+    from tendond.schemas.config.presets import PROFILES
+
+    return list(PROFILES)
+
+
+def laws() -> list[str]:
+    """Names of the control laws, for the shell's completion."""
+    from tendond.daemon.control.laws import LAWS
+
+    return list(LAWS)
+
+
+def faults() -> list[str]:
+    """Names of the simulator's faults, for the shell's completion."""
+    from tendond.schemas.faults import Fault
+
+    return list(Fault)
+
+
+def scenarios() -> list[str]:
+    """Names of the demo's scenarios, for the shell's completion."""
+    from tendond.offline.demo.scenarios import SCENARIOS
+
+    return list(SCENARIOS)
+
+
+Config = Annotated[
+    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
+]
+Profile = Annotated[
+    str | None,
+    typer.Option(
+        "--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.", autocompletion=_profiles
+    ),
+]
+Lockstep = Annotated[
+    bool, typer.Option("--lockstep", help="One cycle per pose, without a clock; for both run and simulate.")
+]
+Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="Number of cycles to run.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Parallel processes. Default: one per processor.")
+]
+Processes = Annotated[
+    int | None, typer.Option("--processes", min=1, help="Parallel processes. Default: one per processor.")
+]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")]

@@ -1,0 +1,1 @@
+"""Commands of a rig: processes, operator's requests, live view, diagnosis."""

@@ -1,0 +1,120 @@
+"""`tendond arm`, `stop`, `reset`, `status`, `law`, `reference`: an operator's requests."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from rich.console import Console
+from rich.table import Table
+
+from tendond.bus.operator import request, status_in
+from tendond.cli.common import load_config, read_samples
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.errors.explain import explain
+from tendond.schemas.messages import LARGEST_PAYLOAD, ControlAction, ControlRequest, Status
+from tendond.schemas.wire import encode
+
+
+def operate(action: str, config_file: Path | None) -> None:
+    """Make the request and print the answer.
+
+    Raises:
+        TendondError: no controller, or it refused.
+    """
+    _request(config_file, ControlRequest(action=ControlAction(action)))
+
+
+def select_law(name: str, config_file: Path | None) -> None:
+    """Request another law.
+
+    Raises:
+        TendondError: no controller, or it refused.
+    """
+    _request(config_file, ControlRequest(action=ControlAction.LAW, law=name[:64]))
+
+
+def set_reference(settings: list[str], config_file: Path | None) -> None:
+    """Request another reference; see `tendond rig reference --help`.
+
+    Args:
+        settings: keys of [reference] with their values, as KEY=VALUE.
+        config_file: of the rig.
+
+    Raises:
+        UsageError: the settings are not a valid reference.
+        TendondError: no controller, or it refused.
+    """
+    table: dict[str, Any] = {}
+    for setting in settings:
+        name, sign, value = setting.partition("=")
+        if not sign:
+            raise UsageError(f"'{setting}': give KEY=VALUE, as in across=0.3")
+        table[name.strip()] = _value(value.strip())
+    if table.get("file"):
+        table["samples"] = read_samples(Path(str(table.pop("file"))))
+        table.setdefault("kind", "samples")
+    try:
+        wanted = ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection.model_validate(table))
+    except ValidationError as error:
+        raise UsageError("\n".join(f"reference: {line}" for line in explain(error, ReferenceSection))) from error
+    if len(encode(wanted)) > LARGEST_PAYLOAD:
+        raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
+    _request(config_file, wanted)
+
+
+def _value(text: str) -> Any:
+    """Parse as TOML; a bare word is a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _request(config_file: Path | None, wanted: ControlRequest) -> None:
+    reply = request(load_config(config_file), wanted)
+    if not reply.done:
+        raise DaemonError(reply.message)
+    print(reply.message)
+
+
+def show_status(config_file: Path | None, *, as_json: bool) -> None:
+    """Print the status as a table, or as JSON.
+
+    Raises:
+        TendondError: no controller.
+    """
+    status = status_in(request(load_config(config_file), ControlAction.STATUS))
+    if as_json:
+        print(status.model_dump_json(indent=2))
+    else:
+        Console().print(_table(status))
+
+
+def _table(status: Status) -> Table:
+    table = Table(title=f"rig {status.rig}", show_header=False)
+    rows = {
+        "mode": f"{status.mode.value} ({status.reason})",
+        "law": f"{status.law}, feedback {status.feedback}",
+        "tip": "no pose yet" if status.tip is None else _millimetres(status.tip),
+        "target": _millimetres(status.target),
+        "tension": " ".join(f"{value:.2f}" for value in status.tension) + " N",
+        "displacement": _millimetres(status.displacement),
+        "cycles": f"{status.loop.cycles}, {status.loop.missed_ticks} deadlines missed",
+        "wake-up to command": f"median {status.loop.cycle_ms_median:.2f} ms, p99 {status.loop.cycle_ms_p99:.2f} ms",
+        "rejected": ", ".join(f"{count} {reason}" for reason, count in status.rejected.items()) or "nothing",
+        **({"refused": status.refused} if status.refused else {}),
+        "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped{_days(status.loop.log_days_left)}",
+    }
+    for name, value in rows.items():
+        table.add_row(name, value)
+    return table
+
+
+def _days(left: float | None) -> str:
+    return "" if left is None else f", space for {left:.1f} more days"
+
+
+def _millimetres(values: tuple[float, ...]) -> str:
+    return " ".join(f"{value * 1e3:.1f}" for value in values) + " mm"

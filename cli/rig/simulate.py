@@ -1,0 +1,88 @@
+"""`tendond simulate`: the simulated robot."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from tendond.cli.common import chosen_config, load_config, present, say, stop_on_signals
+from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.errors import DaemonError
+from tendond.drivers.dynamixel.calibration import load_calibration
+from tendond.drivers.simulator.faults import request_fault
+from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.simulator.process import Simulator
+from tendond.drivers.wired.rig import WiredRig, without_servos
+from tendond.model import ModelError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.errors.explain import explain
+from tendond.schemas.faults import Fault, FaultRequest
+
+
+def run_wired(config_file: Path | None) -> None:
+    """Run the wired rig until a signal comes; see `tendond simulate --help`.
+
+    Raises:
+        TendondError: as `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
+    """
+    config = load_config(config_file)
+    servo = present(config.servo, "servo", config_file)
+    vicon = present(config.vicon, "vicon", config_file)
+    folder = Path() if config_file is None else config_file.parent
+    ids = servo.servo_ids(len(config.rod.tendon_positions))
+    calibration = load_calibration(folder / servo.calibration, config.rig.name, ids)
+    plant = _plant(without_servos(config), str(config_file))
+    rig = WiredRig(config, servo, vicon, calibration, plant, stop_on_signals())
+    say(f"wired rig '{config.rig.name}': servos at {servo.port}, Tracker to UDP port {vicon.port}")
+    try:
+        rig.run()
+    finally:
+        rig.close()
+
+
+def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, object]) -> None:
+    """Inject a fault into a running simulator; see `tendond rig inject --help`.
+
+    Raises:
+        TendondError: there is no such fault or servo, it takes no such option, or no simulator runs.
+    """
+    try:
+        known = Fault(fault)
+    except ValueError:
+        raise ConfigError(f"'{fault}' is not a fault: choose from {', '.join(Fault)}") from None
+    if known.value != fault:
+        say(f"fault '{fault}' was renamed to '{known.value}': use that name")
+    try:
+        request = FaultRequest.model_validate({"fault": known.value, **options})
+    except ValidationError as error:
+        raise ConfigError("\n".join(explain(error, FaultRequest))) from error
+    reply = request_fault(load_config(config_file), request)
+    if not reply.done:
+        raise DaemonError(reply.message)
+    print(reply.message)
+
+
+def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bool, cycles: int | None) -> None:
+    """Run until a signal comes, or for a number of cycles; see `tendond simulate --help`.
+
+    Raises:
+        TendondError: the configuration cannot be used, there is no controller, or the plant has no solution.
+    """
+    config, source = chosen_config(config_file, profile)
+    simulator = Simulator(config, _plant(config, source), stop_on_signals())
+    say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
+    simulator.run(lockstep=lockstep, cycles=cycles)
+    if simulator.unreadable:
+        say(f"{simulator.unreadable} commands were unreadable")
+
+
+def _plant(config: RigConfig, source: str) -> Plant:
+    """Build the plant, at rest."""
+    announce_compilation(say)
+    try:
+        rod = rod_from_section(config.simulator.rod, config.simulator.period)
+        Plant(config, rod).step(None)  # loads the kernels before the first pose
+        return Plant(config, rod)
+    except ModelError as error:
+        raise ConfigError(f"{source}: simulator.rod: {error}") from error

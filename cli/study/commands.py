@@ -1,0 +1,163 @@
+"""The group `tendond study`: options and help of the studies on simulated rigs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.options import Config, Jobs, Json, Processes
+from tendond.cli.signals import exit_on_signals
+
+study = typer.Typer(
+    name="study",
+    help="Reproduce the paper and test robustness, in simulation.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+def processor_count() -> int:
+    """Count the processors that this process may use."""
+    import os
+
+    return len(os.sched_getaffinity(0))
+
+
+@study.command("paper")
+def paper(
+    out: Annotated[Path, typer.Option("--out", help="Folder for page, tables and figures.")] = Path("out/paper"),
+    processes: Processes = None,
+) -> None:
+    """Reproduce the paper's simulations.
+
+    Every table and figure, next to the published numbers. In lockstep; takes about a minute.
+
+    Example: tendond study paper --out out/paper
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.paper import run_paper
+
+    run_paper(out, processes)
+
+
+@study.command("robustness")
+def robustness(
+    config: Config = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for table, summary, figure and report.")] = Path(
+        "out/robustness"
+    ),
+    points: Annotated[
+        str, typer.Option("--points", help="Set of plants: default, axes, corners, grid, sample, or space.")
+    ] = "default",
+    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    feedback: Annotated[
+        list[str] | None, typer.Option("--feedback", help="force, offset or direct; may be repeated.")
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option("--count", min=1, max=1_000_000, help="Random points per law. Default: 50.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of noise and random points.")] = 0,
+    jobs: Jobs = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", help="Dask scheduler to run on instead, such as tcp://HOST:8786.")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Discard the results already in the folder.")] = False,
+) -> None:
+    """Run the loop on plants that differ from the model.
+
+    In delay, lag, noise, stiffness, loads and impacts. The plant is the configuration's [rod], changed.
+
+    axes: one parameter at a time, for every feedback; corners: all extremes together; grid: every combination (an
+    hour); sample: random plants; default: all but the grid (about two minutes on two cores). space: circles,
+    figure-eight, helix and line with the law 'sensitivity', a figure each (half a minute).
+
+    An interrupted study can be resumed with the same command.
+
+    Example: tendond study robustness --points axes --feedback force
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.robustness import run_robustness
+    from tendond.offline.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
+
+    if points == "space":
+        if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh:
+            raise typer.BadParameter(
+                "'space' takes no --feedback, --count, --cluster, --fresh, and no law but sensitivity",
+                param_hint="--points",
+            )
+        from tendond.cli.study.trials import run_trials
+
+        run_trials(config, out, seed, jobs)
+        return
+    if points not in POINT_SETS:
+        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}, space", param_hint="--points")
+    for name in feedback or ():
+        if name not in FEEDBACKS:
+            raise typer.BadParameter(f"'{name}': choose one of {', '.join(FEEDBACKS)}", param_hint="--feedback")
+    if count is not None and points not in ("default", "sample"):
+        raise typer.BadParameter(f"the set '{points}' has no random points", param_hint="--count")
+    run_robustness(
+        config,
+        out,
+        points,
+        tuple(law or ("backstepping", "sliding_mode")),
+        tuple(feedback) if feedback else None,
+        count=SAMPLE_SIZE if count is None else count,
+        seed=seed,
+        jobs=jobs,
+        cluster=cluster,
+        fresh=fresh,
+    )
+
+
+@study.command("margin")
+def margin(
+    config: Config = None,
+    json: Json = False,
+    short: Annotated[bool, typer.Option("--short", help="Run the extreme cases at 100 Hz only.")] = False,
+    processes: Processes = None,
+) -> None:
+    """Compute the loop's stability margin for a tip mass.
+
+    Prints the gains that the margin admits, the stiffness of the bent arm, and lockstep runs with tip masses unknown
+    to the controller. Exit status 1: a run does not settle, or its ripple exceeds 0.2 mm.
+
+    Example: tendond study margin --short
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.margin import run_margin
+
+    if not run_margin(config, json, short, processes or processor_count()):
+        raise typer.Exit(1)
+
+
+@study.command("wiring")
+def wiring(
+    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    row: Annotated[list[str] | None, typer.Option("--row", help="Kind of mistake; may be repeated.")] = None,
+    setups: Annotated[
+        int, typer.Option("--setups", min=0, max=1_000_000, help="Number of correct rigs, drawn at random.")
+    ] = 100,
+    processes: Processes = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Markdown file for the table.")] = None,
+    json: Json = False,
+) -> None:
+    """Arm miswired rigs, and correct ones.
+
+    Mistakes of the camera's frame, units and quaternions, of the tendons' order, sign and spools, poses of another
+    robot and stale ones, for each law, with ideal tendons and with servos. A row passes if every miswired rig is
+    refused, or faults before the tip has moved far, and no correct rig does. Exit status 1: a row fails.
+
+    In lockstep; takes several minutes.
+
+    Example: tendond study wiring --setups 1000 --out out/wiring.md
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.wiring import run_wiring
+    from tendond.daemon.control.laws import LAWS
+
+    for name in law or ():
+        if name not in LAWS:
+            raise typer.BadParameter(f"'{name}': choose one of {', '.join(LAWS)}", param_hint="--law")
+    if not run_wiring(tuple(law or ()), setups, tuple(row or ()), processes, out, as_json=json):
+        raise typer.Exit(1)

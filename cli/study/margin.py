@@ -1,0 +1,61 @@
+"""`tendond study margin`: tables as the rows are computed, then a summary."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from tendond.cli.common import load_config
+from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, loop_rows, stiffness_rows
+
+
+def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
+    """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
+    config = load_config(config_file)
+    gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
+    if not as_json:
+        print("gains that the margin admits\n")
+        print("| rate Hz | delay cycles | Li 1/s | Kp | Kd s | decay bare 1/s | decay loaded 1/s |")
+        print("| --- | --- | --- | --- | --- | --- | --- |")
+        for row in gains:
+            print(
+                f"| {row.rate:g} | {row.delay} | {row.integral:.2f} | {row.proportional:.2f} | {row.derivative:.3f} "
+                f"| {row.bare:.2f} | {row.loaded:.2f} |"
+            )
+        print("\nstiffness of the tip in its min_stiffness_ratio direction, of 3 EI/L^3\n")
+        print("| mass g | tension N | tip across mm | arm | observer |\n| --- | --- | --- | --- | --- |")
+        for one in stiffnesses:
+            print(
+                f"| {one.mass * 1e3:.0f} | {one.tension:.0f} | {one.across * 1e3:.0f} | {one.arm:.2f} "
+                f"| {one.observer:.2f} |"
+            )
+        print("\nthe loop in lockstep\n")
+        print("| law | rate Hz | mass g | E | delay known | unknown | settling s | ripple mm | |")
+        print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |", flush=True)
+    runs: list[LoopRow] = []
+    for run in loop_rows(config, loop_cases(config, short=short), processes):
+        runs.append(run)
+        if not as_json:
+            print(_line(run), flush=True)
+    failed = sum(not run.passes for run in runs)
+    if as_json:
+        document = {
+            "gains": [asdict(row) for row in gains],
+            "stiffness": [asdict(row) for row in stiffnesses],
+            "loop": [asdict(run) for run in runs],
+            "failed": failed,
+        }
+        print(json.dumps(document, indent=2))
+    else:
+        worst = max((run.ripple for run in runs if run.ripple is not None), default=0.0)
+        print(f"\n{len(runs) - failed} of {len(runs)} runs pass; largest ripple {worst * 1e3:.3f} mm")
+    return failed == 0
+
+
+def _line(run: LoopRow) -> str:
+    settling = "-" if run.settling is None else f"{run.settling:.2f}"
+    ripple = "-" if run.ripple is None else f"{run.ripple * 1e3:.3f}"
+    verdict = "pass" if run.passes else f"FAIL {run.reason}".rstrip()
+    return (
+        f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.0f} | {run.stiffness:g} | {run.told} | {run.untold} "
+        f"| {settling} | {ripple} | {verdict} |"
+    )

@@ -1,0 +1,75 @@
+"""`tendond study paper`: the paper's simulations, tables and figures."""
+
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from tendond.cli.common import say
+from tendond.daemon.errors import DaemonError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.model.warm import warm_up
+from tendond.offline.paper.page import page
+from tendond.offline.paper.published import LAWS, SIMULATION
+from tendond.offline.paper.run import Runs, process_pool, run_all
+from tendond.offline.paper.scenarios import paper_scenarios
+from tendond.offline.paper.tables import comparison, write_tables
+
+SCENARIOS = ("normal", "normal_edge")
+
+
+def run_paper(out: Path, processes: int | None = None) -> None:
+    """Run the scenarios, draw the figures, write tables and page into `out`.
+
+    Raises:
+        DaemonError: the folder cannot be written, or matplotlib is not installed.
+    """
+    try:
+        from tendond.offline.paper.draw import draw_all, figures
+    except ModuleNotFoundError as error:
+        raise DaemonError(f"the figures need {error.name}: pip install 'tendond[plot]'") from error
+    announce_compilation(say)
+    warm_up()  # or every process of the pool would compile
+    scenarios = paper_scenarios()
+    console = Console()
+    columns = (
+        TextColumn("{task.description:<11}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[newest]}"),
+    )
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with (
+            process_pool(processes) as pool,
+            Progress(*columns, console=console, disable=not console.is_terminal) as progress,
+        ):
+            running = progress.add_task("simulations", total=len(scenarios), newest="")
+            drawing = progress.add_task("figures", total=len(figures()), newest="")
+            runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, newest=name))
+            draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
+        write_tables(runs, out, *SCENARIOS, "rig_normal")
+        (out / "README.md").write_text(page(runs), encoding="utf-8")
+    except BrokenProcessPool as error:
+        raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
+    except OSError as error:
+        raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+    for scenario in SCENARIOS:
+        console.print(_table(runs, scenario))
+    console.print(f"page     {out / 'README.md'}\nresults  {out / 'results.json'}", highlight=False)
+
+
+def _table(runs: Runs, scenario: str) -> Table:
+    rows = {law: runs[scenario, law] for law in LAWS}
+    table = Table(title=f"\n{rows[LAWS[0]].scenario.title}", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for law in LAWS:
+        table.add_column(f"{law.replace('_', ' ')}\npaper", justify="right", no_wrap=True)
+        table.add_column("\nours", justify="right", no_wrap=True)
+    for label, *cells in comparison(SIMULATION, rows):
+        table.add_row(escape(label), cells[0], cells[1], cells[3], cells[4])
+    return table

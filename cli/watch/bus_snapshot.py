@@ -1,0 +1,107 @@
+"""Snapshot of the bus: the newest message of each kind, its time and rate, and the tip's trail."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+from tendond.schemas.base import Vector3
+from tendond.schemas.messages import Message, Status, TendonCommand, TendonState, TipPose
+
+FRAMES_PER_SECOND = 10.0
+TRAIL_POSES = 1000
+ERRORS = 200
+RATE_SECONDS = 2.0
+SILENT_SECONDS = 1.0
+"""Time without a command after which there is no controller: it sends one each cycle, armed or not."""
+
+STATUS_SILENT_SECONDS = 2.5
+"""The same for its status, sent each second."""
+
+
+@dataclass
+class Stream:
+    """Newest message of a kind, its arrival time [s], and earlier sequence numbers with their times."""
+
+    message: Message | None = None
+    at: float = -math.inf
+    _numbers: deque[tuple[float, int]] = field(default_factory=lambda: deque(maxlen=100))
+
+    def add(self, message: Message, now: float) -> None:
+        """Add a message that arrived at `now` [s]."""
+        if self._numbers and message.seq < self._numbers[-1][1]:  # its publisher has restarted
+            self._numbers.clear()
+        self._numbers.append((now, message.seq))
+        self.message, self.at = message, now
+
+    def rate(self, now: float) -> float:
+        """Rate over the last two seconds [Hz], by sequence numbers; 0 if they have stopped."""
+        recent = [(at, seq) for at, seq in self._numbers if at >= now - RATE_SECONDS]
+        if len(recent) < 2 or recent[-1][0] <= recent[0][0]:
+            return 0.0
+        return (recent[-1][1] - recent[0][1]) / (recent[-1][0] - recent[0][0])
+
+
+class BusSnapshot:
+    """Messages of a rig, as the live view shows them."""
+
+    def __init__(self) -> None:
+        self.status_stream, self.pose_stream = Stream(), Stream()
+        self.command_stream, self.tendons_stream = Stream(), Stream()
+        self.trail: deque[Vector3] = deque(maxlen=TRAIL_POSES)
+        self.errors: deque[float] = deque(maxlen=ERRORS)
+
+    def add(self, message: Message, now: float) -> None:
+        """Add a message that arrived at `now` [s]."""
+        match message:
+            case Status():
+                self.status_stream.add(message, now)
+            case TipPose():
+                self.pose_stream.add(message, now)
+                if message.valid:
+                    self.trail.append(message.position)
+            case TendonCommand():
+                self.command_stream.add(message, now)
+            case TendonState():
+                self.tendons_stream.add(message, now)
+
+    def tick(self, now: float) -> None:
+        """Advance by a frame, after its messages: record the error while poses arrive."""
+        if self.error is not None and self.pose_stream.at > now - SILENT_SECONDS:
+            self.errors.append(self.error)
+
+    @property
+    def status(self) -> Status | None:
+        """Newest message of its kind; none if there is none."""
+        message = self.status_stream.message
+        return message if isinstance(message, Status) else None
+
+    @property
+    def pose(self) -> TipPose | None:
+        """Newest message of its kind; none if there is none."""
+        message = self.pose_stream.message
+        return message if isinstance(message, TipPose) else None
+
+    @property
+    def command(self) -> TendonCommand | None:
+        """Newest message of its kind; none if there is none."""
+        message = self.command_stream.message
+        return message if isinstance(message, TendonCommand) else None
+
+    @property
+    def tendons(self) -> TendonState | None:
+        """Newest state of the servos or the simulator; none if there is none."""
+        message = self.tendons_stream.message
+        return message if isinstance(message, TendonState) else None
+
+    @property
+    def error(self) -> float | None:
+        """Distance of the tip from the target [m]."""
+        if self.status is None or self.pose is None:
+            return None
+        return math.dist(self.pose.position, self.status.target)
+
+    def is_silent(self, now: float) -> bool:
+        """Whether no controller is heard; by its status where an access list hides its commands."""
+        if self.command_stream.message is None:
+            return self.status_stream.at < now - STATUS_SILENT_SECONDS
+        return self.command_stream.at < now - SILENT_SECONDS

@@ -1,1 +1,0 @@
-"""Whether the rig is the one that the configuration describes: its rest, its tendons, its tracking."""

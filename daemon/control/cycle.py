@@ -1,0 +1,114 @@
+"""One cycle of the controller: a pure function of setup, state and inputs. No clock, no I/O, no randomness.
+
+The same `step` runs live and in lockstep with the simulator; on recorded inputs it returns the recorded outputs.
+"""
+
+from tendond.daemon.control.phases.admission import admit
+from tendond.daemon.control.phases.decision import Wanted, decide, tracking_time
+from tendond.daemon.control.phases.estimation import estimate
+from tendond.daemon.control.phases.modes import ACTIVE, advance_mode
+from tendond.daemon.control.phases.monitors import watch_tip
+from tendond.daemon.control.phases.prediction import Predicted, limit, predict
+from tendond.daemon.control.record import Response, write_record
+from tendond.daemon.control.state import CycleSetup, CycleState, changed
+from tendond.schemas.base import SCHEMA_VERSION
+from tendond.schemas.messages import Mode, TendonCommand
+from tendond.schemas.record import CycleInputs, CycleRecord, ReferencePoint
+
+
+def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, TendonCommand, CycleRecord]:
+    """Run one cycle: `respond`, and the record of it.
+
+    The loop takes the two apart, to publish the command before it writes the record; all others call this.
+
+    Args:
+        setup: setup of the controller.
+        state: state after the last cycle; it is not changed.
+        inputs: what has arrived since.
+
+    Returns:
+        The new state, the command to publish, and the record of the cycle.
+    """
+    response = respond(setup, state, inputs)
+    return response.state, response.command, write_record(setup, response)
+
+
+def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
+    """Run one cycle up to its command, phase by phase; arguments as in `step`."""
+    admission = admit(setup, state, inputs)
+    state, answer = advance_mode(setup, admission.state, inputs, admission.fresh)
+    state, measured = estimate(setup, state, admission.fresh)
+    state, reference = refer(setup, state, admission.fresh)
+    wanted = decide(setup, state, measured, reference)
+    limited = limit(setup, state, wanted.tension)
+    predicted = predict(setup, state, limited)
+    state = conclude(setup, predicted, wanted, reference)
+    return Response(
+        state=state,
+        command=command_of(state),
+        inputs=inputs,
+        rejected=admission.rejected,
+        answer=answer,
+        reference=reference,
+        situation=wanted.situation,
+        decision=wanted.decision,
+        limited=predicted.met,
+        error=predicted.error,
+    )
+
+
+def refer(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState, ReferencePoint]:
+    """Evaluate the reference, and watch the measured tip against it; `fresh`: its pose was admitted in this cycle."""
+    reference = state.selection.task.reference.at(tracking_time(setup, state), state.reference_offset)
+    return watch_tip(setup, state, fresh, reference), reference
+
+
+def conclude(setup: CycleSetup, predicted: Predicted, wanted: Wanted, reference: ReferencePoint) -> CycleState:
+    """Return the state for the next cycle: the model's new tip, the reference's offset, and runs at a limit."""
+    state = predicted.state
+    held_back = any(name != "tension min" for name in predicted.met)  # the minimum only keeps the others taut
+    bad = state.bad_cycles
+    if held_back or bad.limited:
+        bad = changed(bad, limited=bad.limited + 1 if held_back else 0)
+    return changed(
+        state,
+        tick=state.tick + 1,
+        tip=setup.rod.tip(state.rod),
+        release_pending=predicted.held_back and state.mode not in ACTIVE,
+        reference_offset=_next_offset(setup, state, None if held_back else wanted, reference),
+        law_state=wanted.law_state,
+        bad_cycles=bad,
+    )
+
+
+def _next_offset(setup: CycleSetup, state: CycleState, wanted: Wanted | None, reference: ReferencePoint) -> float:
+    """Return the offset of the reference for the next cycle [m]; it changes only where no limit holds the tip back."""
+    if state.mode is not Mode.TRACKING:
+        return 0.0
+    planar = state.selection.task.reference.in_plane
+    if planar is None or wanted is None or wanted.situation is None:
+        return state.reference_offset
+    situation = wanted.situation
+    return planar.next_offset(
+        state.reference_offset, situation.position, reference, situation.elapsed, setup.config.rod.length
+    )
+
+
+def command_of(state: CycleState) -> TendonCommand:
+    """Return the command to the tendons after a cycle."""
+    # Releasing what is wired wrongly may pull it: its torque is cut as soon as no tension is commanded.
+    releasing = state.release_pending and not (state.probe is not None and state.probe.verdict)
+    armed = state.mode in (*ACTIVE, Mode.RELEASING) or (
+        state.mode is Mode.FAULT and (releasing or bool((state.tension_command > 0.0).any()))
+    )
+    displacement = state.displacement_command
+    return TendonCommand.trusted(
+        version=SCHEMA_VERSION,
+        seq=state.tick - 1,
+        stamp_ns=0,
+        source="",
+        pose_seq=None if state.pose is None else state.pose.seq,
+        displacement=tuple(displacement.tolist() if armed else [0.0] * len(displacement)),
+        tension=tuple(state.tension_command.tolist()),
+        armed=armed,
+    )

@@ -1,0 +1,100 @@
+"""The protocol of control laws, and two implementations of it around a plain function."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import NoneType
+from typing import Any, Generic, Protocol, TypeVar
+
+from pydantic import BaseModel, ConfigDict
+
+from tendond.daemon.control.tasks.decision import Decision, LawTerms, Pair
+from tendond.daemon.control.tasks.observation import PlanarObservation, SpatialObservation
+from tendond.daemon.control.tasks.task import TaskSpace
+
+__all__ = [
+    "Decision",
+    "Law",
+    "LawParameters",
+    "LawTerms",
+    "Pair",
+    "PlanarObservation",
+    "SpatialObservation",
+    "StatefulLaw",
+    "StatelessLaw",
+]
+
+P = TypeVar("P")
+O = TypeVar("O")
+S = TypeVar("S")
+
+
+class LawParameters(BaseModel):
+    """Base of a law's parameters, if it wants one: frozen, finite, nothing unknown."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Law(Protocol):
+    """A control law: a pure function of parameters, observation and its own state.
+
+    It reads no clock, does no I/O, and keeps nothing but the state that it returns.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in `control.law`, and of its table of parameters in `control.laws`."""
+
+    @property
+    def parameters(self) -> type[Any]:
+        """Type of the parameters: anything that pydantic can validate a table into."""
+
+    @property
+    def state(self) -> type[Any]:
+        """Type of the law's state: a dataclass or a pydantic model; `NoneType` for a law without one."""
+
+    @property
+    def task_space(self) -> TaskSpace:
+        """`BENDING_PLANE` or `SPACE`: the tendons it uses, the references it follows, the observation it is given."""
+
+    def start(self, parameters: Any) -> Any:
+        """Return the state with which tracking begins."""
+
+    def decide(self, parameters: Any, observation: Any, state: Any) -> Decision:
+        """Return the tensions wanted, the terms, and the state after the cycle."""
+
+
+@dataclass(frozen=True)
+class StatelessLaw(Generic[P, O]):
+    """A law that keeps nothing between cycles, from a function of parameters and observation."""
+
+    name: str
+    parameters: type[P]
+    function: Callable[[P, O], Decision]
+    task_space: TaskSpace
+    state: type[None] = NoneType
+
+    def start(self, parameters: P) -> None:
+        """Return none: there is no state."""
+
+    def decide(self, parameters: P, observation: O, state: None) -> Decision:
+        """Call the function."""
+        return self.function(parameters, observation)
+
+
+@dataclass(frozen=True)
+class StatefulLaw(Generic[P, O, S]):
+    """A law with a state, from a function of parameters, observation and state; `state()` is the state at the start."""
+
+    name: str
+    parameters: type[P]
+    state: type[S]
+    function: Callable[[P, O, S], Decision]
+    task_space: TaskSpace
+
+    def start(self, parameters: P) -> S:
+        """Return the state with its defaults."""
+        return self.state()
+
+    def decide(self, parameters: P, observation: O, state: S) -> Decision:
+        """Call the function."""
+        return self.function(parameters, observation, state)

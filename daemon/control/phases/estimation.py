@@ -1,0 +1,72 @@
+"""Estimate: the tip by observer and model, jumps and mismatches of the measurement, and the probe of the tendons."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.commissioning.probe import advance_probe
+from tendond.daemon.control.commissioning.probe_plan import Phase
+from tendond.daemon.control.phases.admission import lengthened
+from tendond.daemon.control.phases.faults import slack_tendon
+from tendond.daemon.control.phases.modes import ACTIVE
+from tendond.daemon.control.phases.monitors import watch_jumps
+from tendond.daemon.control.state import CycleSetup, CycleState, changed
+from tendond.model.estimation.observer import observe
+from tendond.schemas.messages import Mode
+
+Array = NDArray[np.float64]
+
+
+def estimate(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState, Array | None]:
+    """Return the state with tip, observer and probe of this cycle, and the measured tip [m] that a law may use.
+
+    Args:
+        setup: setup of the cycle.
+        state: state with the admitted pose.
+        fresh: the pose was admitted in this cycle.
+    """
+    measured = np.array(state.pose.position) if fresh and state.pose is not None else None
+    state = _probe(setup, _observe(setup, state, measured), fresh)
+    jump = state.jump_watch
+    if jump.withheld or (jump.pose_distrusted and setup.config.control.feedback == "direct"):
+        return state, None
+    return state, measured
+
+
+def _observe(setup: CycleSetup, state: CycleState, measured: Array | None) -> CycleState:
+    """Run the observer, and count the signs of a frozen pose and of another robot than the model."""
+    probing = state.mode is Mode.PROBE and state.probe is not None and state.probe.phase is not Phase.REST
+    if probing:  # the model runs freely, to be compared with
+        measured = None
+    elif state.mode is Mode.PROBE and state.probe is not None and measured is not None and state.pose is not None:
+        measured = np.array(state.probe.in_base(state.pose.position))
+    observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, measured)
+    jump = watch_jumps(setup, state, measured is not None, observer)
+    if jump.withheld:
+        measured = None
+        observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, None)
+    path_length = state.path_length + setup.config.loop.period * math.hypot(*state.tip.velocity.tolist())
+    bad = state.bad_cycles
+    if measured is not None:
+        apart = math.hypot(*observer.innovation.tolist())
+        gross = apart > setup.config.faults.mismatch * setup.rod.parameters.length
+        if gross or bad.mismatches:
+            bad = changed(bad, mismatches=lengthened(bad.mismatches, state.pose_interval) if gross else 0)
+    if state.tendon_age == 0:  # an old report says nothing about a tension that has changed since
+        slack = state.mode in ACTIVE and slack_tendon(setup, state) is not None
+        if slack or bad.slack:
+            bad = changed(bad, slack=lengthened(bad.slack, state.tendon_interval) if slack else 0)
+    return changed(state, observer=observer, path_length=path_length, bad_cycles=bad, jump_watch=jump)
+
+
+def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
+    """Advance the probe of the tendons, where one runs."""
+    if state.mode is not Mode.PROBE or state.probe is None:
+        return state
+    pose = state.pose if fresh else None
+    tendons = state.tendon_state if state.tendon_age == 0 else None
+    probe = advance_probe(
+        setup.probe, state.probe, pose, state.tip.position, state.rest_watch, tendons, state.displacement_command
+    )
+    return changed(state, probe=probe)

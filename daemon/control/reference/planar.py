@@ -1,0 +1,247 @@
+"""References in the bending plane, checked against what the rod can reach."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from tendond.daemon.control.reference.feasibility import feasibility
+from tendond.daemon.control.reference.reference import Goal
+from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
+from tendond.daemon.errors import TargetError
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
+from tendond.schemas.base import Vector3
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.record import ReferencePoint
+
+Array = NDArray[np.float64]
+
+PLANES = {"xz": (0, 2), "yz": (1, 2)}
+"""World axes of a bending plane: across the straight rod, and along it."""
+
+REACHED = 1e-3
+"""Distance from the curve of resting tips within which a target is reachable [m]."""
+
+PAST_TARGET = 0.5
+"""Bend beyond the target from which on the laws' inverse of b_c points the wrong way [rad]."""
+
+PAPER_ACROSS = 0.34
+"""Target where the configuration names none: the paper's x [m]."""
+
+FOLLOW_RATE = 0.4
+"""Fraction per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
+
+OFFSET_MAX = 0.08
+"""Largest such offset, of the rod's length: the other shape with the same x must not attract it."""
+
+ARRIVED = 0.1
+"""Distance from the target, of the target, within which the tip has arrived and the reference may yield."""
+
+
+@dataclass(frozen=True)
+class PlanarReference:
+    """A trajectory in the bending plane.
+
+    Attributes:
+        target: final position [m].
+        arc: arc length of the target on the curve of resting tips [m]; none for samples and for an unreachable target.
+        curve: tips of the resting rod without load.
+        follows_load: the along component was not asked for, and may follow the tip under load.
+        trajectory: see `Trajectory`.
+        arrival: time from which on the reference rests at its target, or nearly [s].
+        notes: remarks for the operator.
+        aim: see `Reference`.
+    """
+
+    target: Vector3
+    arc: float | None
+    curve: StaticCurve
+    follows_load: bool
+    trajectory: Trajectory
+    arrival: float
+    notes: tuple[str, ...] = ()
+    aim: str = "position"
+
+    @property
+    def in_plane(self) -> "PlanarReference":
+        """The reference itself."""
+        return self
+
+    def past_target(self, tip_direction: Array) -> float | None:
+        """Return the tension [N] that holds the target at rest, where the rod is bent past it by `PAST_TARGET`.
+
+        There the laws' inverse of b_c points the wrong way: they would pull on. None elsewhere, and without a target.
+
+        Args:
+            tip_direction: direction of the model's tip, world frame, shape (3,).
+        """
+        if self.arc is None:
+            return None
+        across, along = self.curve.axes
+        angle = math.atan2(float(tip_direction[across]), float(tip_direction[along]))
+        beyond = math.remainder(angle - float(np.interp(self.arc, self.curve.arc, self.curve.angle)), 2.0 * math.pi)
+        side = math.copysign(1.0, float(self.curve.angle[-1]))
+        return self.curve.tension_at(self.arc) if side * beyond > PAST_TARGET else None
+
+    def next_offset(
+        self, offset: float, position: Array, point: ReferencePoint, elapsed: float, length: float
+    ) -> float:
+        """Return the offset along the straight rod [m] after a cycle: under a load the same x is at another z.
+
+        It changes only where the tip has arrived.
+
+        Args:
+            offset: so far [m].
+            position: tip [m], shape (3,).
+            point: the reference now.
+            elapsed: time since tracking began [s].
+            length: length of the rod [m].
+        """
+        if not self.follows_load or elapsed < self.arrival:
+            return offset
+        across, along = self.curve.axes
+        place: list[float] = position.tolist()
+        if abs(place[across] - point.position[across]) > ARRIVED * abs(point.position[across]):
+            return offset
+        offset += FOLLOW_RATE * (place[along] - point.position[along])
+        offset_max = OFFSET_MAX * length
+        return min(offset_max, max(-offset_max, offset))
+
+    def at(self, time: float, offset: float = 0.0) -> ReferencePoint:
+        """Evaluate the trajectory at `time` [s] since tracking began, its along component moved by `offset` [m]."""
+        (x, z), velocity, acceleration = self.trajectory(time)
+        axes = self.curve.axes
+        return ReferencePoint.trusted(
+            position=in_world((x, z + offset), axes),
+            velocity=in_world(velocity, axes),
+            acceleration=in_world(acceleration, axes),
+            target=self.target,
+        )
+
+    def goal(self, time: float, offset: float = 0.0) -> Goal:
+        """Evaluate the goal of a law in space at `time` [s]."""
+        return Goal(np.array(self.at(time, offset).position), None)
+
+
+def in_world(pair: Pair, axes: tuple[int, int]) -> Vector3:
+    """Return a vector of the bending plane in the world frame."""
+    vector = [0.0, 0.0, 0.0]
+    vector[axes[0]], vector[axes[1]] = pair
+    return vector[0], vector[1], vector[2]
+
+
+def plan_in_plane(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> PlanarReference:
+    """Plan the reference that a configuration asks for.
+
+    Args:
+        config: configuration of the rig; its reference is in the bending plane.
+        rod: the controller's model.
+        curve: its resting tips, where they are known already.
+
+    Raises:
+        TargetError: the target cannot be reached; the message names the nearest that can.
+        ConvergenceError: the rod has no equilibrium.
+    """
+    section, axes = config.reference, PLANES[config.control.plane]
+    if curve is None:
+        curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
+    if section.kind == "samples":
+        trajectory, target, arrival = _sampled(section, curve)
+        notes = feasibility(curve, trajectory, arrival, target, config.limits)
+        return PlanarReference(in_world(target, axes), None, curve, False, trajectory, arrival, notes)
+    point, arc = _resolve(section, curve)
+    across, along = point.tolist()
+    progress, arrival = progress_of(section)
+    if section.path == "direct" or arc is None:
+        trajectory = DirectPath(progress, across, along)
+    else:
+        start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
+        trajectory = CurvePath(progress, curve, start_arc, arc - start_arc)
+    follows_load = section.target_name == "across"
+    notes = feasibility(curve, trajectory, arrival, (across, along), config.limits)
+    return PlanarReference(in_world((across, along), axes), arc, curve, follows_load, trajectory, arrival, notes)
+
+
+def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, float | None]:
+    """Return the target's point in the plane [m], and its arc length on the curve, if it has one."""
+    name = section.target_name
+    if name == "position":
+        assert section.position is not None
+        wanted = np.array([section.position[i] for i in curve.axes])
+        arc = float(curve.nearest(wanted)[0])
+        at = curve.at(arc)[0]
+        if float(np.linalg.norm(at - wanted)) <= REACHED:
+            return wanted, arc
+        return _unreachable(section, f"position = {list(section.position)}", wanted, at)
+    if name == "across":
+        value = PAPER_ACROSS if section.across is None else section.across
+        found = curve.where_across(value)
+        values, asked, unit = curve.spline(curve.arc)[:, 0], f"across = {value}", "m"
+    else:
+        value = _angle(section, curve)
+        found = curve.where_angle(value)
+        values, unit = curve.angle, "rad"
+        asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
+    if found.size:
+        arc = float(found[-1] if section.branch != "below_135" else found[0])
+        return curve.at(arc)[0], arc
+    nearest = int(np.argmin(np.abs(values - value)))
+    point = curve.spline(curve.arc[nearest])
+    wanted = np.array([value, point[1]]) if name == "across" else point
+    return _unreachable(section, asked, wanted, point, f"{values[nearest]:.4f} {unit}")
+
+
+def _unreachable(
+    section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = ""
+) -> tuple[Array, float | None]:
+    if section.unreachable == "track":
+        return wanted, None
+    at = f"(across, along) = ({nearest[0]:.4f}, {nearest[1]:.4f}) m"
+    raise TargetError(
+        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max; "
+        f"the nearest is {value + ', ' if value else ''}the tip at {at}"
+    )
+
+
+def _angle(section: ReferenceSection, curve: StaticCurve) -> float:
+    """Return the bending angle asked for [rad]."""
+    if section.angle is not None:
+        return section.angle
+    assert section.direction is not None
+    inside = np.array([section.direction[i] for i in curve.axes])
+    size = float(np.linalg.norm(section.direction))
+    if size == 0.0 or float(np.linalg.norm(inside)) < 0.999 * size:
+        raise TargetError(
+            f"reference.direction = {list(section.direction)} must lie in the bending plane and not be zero"
+        )
+    angle = math.atan2(inside[0], inside[1])
+    # Directions repeat every turn: the one nearest to the angles that the rod passes is meant.
+    return angle + 2.0 * math.pi * round((0.5 * float(curve.angle[-1]) - angle) / (2.0 * math.pi))
+
+
+def _sampled(section: ReferenceSection, curve: StaticCurve) -> tuple[Trajectory, Pair, float]:
+    """Return a cubic spline through samples, at rest at both ends; its last point [m]; and its end [s].
+
+    Each sample is checked against the curve.
+    """
+    if not section.samples:
+        raise TargetError(f"reference.file = '{section.file}' has not been read: give the configuration as a file")
+    table = np.array(section.samples)
+    if section.unreachable == "refuse":
+        arcs = curve.nearest(table[:, 1:])
+        gaps = np.linalg.norm(curve.spline(arcs) - table[:, 1:], axis=1)
+        worst = int(np.argmax(gaps))
+        if gaps[worst] > REACHED:
+            near = curve.at(float(arcs[worst]))[0]
+            raise TargetError(
+                f"reference.samples[{worst}] = {table[worst].tolist()} is {gaps[worst] * 1e3:.1f} mm from where the "
+                f"tip can rest; the nearest is (across, along) = ({near[0]:.4f}, {near[1]:.4f}) m, or set "
+                "reference.unreachable = 'track'"
+            )
+    spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="clamped")
+    end, last = float(table[-1, 0]), (float(table[-1, 1]), float(table[-1, 2]))
+    return SampledPath(spline, end, last), last, end

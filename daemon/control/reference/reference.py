@@ -1,0 +1,59 @@
+"""The protocol of references: what the cycle and the tasks ask of one, in the bending plane or in space."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.schemas.base import Vector3
+from tendond.schemas.record import ReferencePoint
+
+if TYPE_CHECKING:
+    from tendond.daemon.control.reference.planar import PlanarReference
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Target of a law that moves the tip in space.
+
+    Attributes:
+        place: position [m] or direction [-] of the tip, shape (3,).
+        jacobian: derivative of `place` by the tendons' bending moment in the resting rod, shape (3, 2); none where it
+            is not known.
+    """
+
+    place: Array
+    jacobian: Array | None
+
+
+class Reference(Protocol):
+    """Trajectory of the tip as a function of the time since tracking began."""
+
+    @property
+    def target(self) -> Vector3:
+        """Final position of the tip [m]."""
+
+    @property
+    def aim(self) -> str:
+        """'position' or 'direction': the quantity of the goal."""
+
+    @property
+    def arrival(self) -> float:
+        """Time from which on the reference rests at its target, or nearly [s]."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks for the operator: how it was changed, and what will keep the tip from it."""
+
+    @property
+    def in_plane(self) -> "PlanarReference | None":
+        """The reference itself if it lies in the bending plane; none for one in space."""
+
+    def at(self, time: float, offset: float = 0.0) -> ReferencePoint:
+        """Evaluate the trajectory at `time` [s]; `offset` [m] shifts one in the plane along the straight rod."""
+
+    def goal(self, time: float, offset: float = 0.0) -> Goal:
+        """Evaluate the goal of a law in space at `time` [s]; `offset` as in `at`."""

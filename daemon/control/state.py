@@ -1,0 +1,259 @@
+"""Setup of the cycle, which never changes, and its state, which each cycle replaces."""
+
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.actuation import lag_share
+from tendond.daemon.control.commissioning.averages import RESTLESS, RestWatch
+from tendond.daemon.control.commissioning.jump import JumpWatch
+from tendond.daemon.control.commissioning.probe import Probe
+from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_limits
+from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests
+from tendond.daemon.control.commissioning.tracking import TrackingBounds, TrackingWatch
+from tendond.daemon.control.gains import observer_gains
+from tendond.daemon.control.law_state import LawState
+from tendond.daemon.control.selection import PlanCache, Selection
+from tendond.daemon.control.sources import Sources
+from tendond.daemon.control.thresholds import Thresholds
+from tendond.model.estimation.observer import ObserverGains, ObserverState, start_observer
+from tendond.model.rod.parameters import RodParameters
+from tendond.model.rod.rod import Rod
+from tendond.model.rod.state import RodState
+from tendond.model.rod.tip import Tip
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
+from tendond.schemas.messages import Mode, TendonState, TipPose
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+
+def changed(old: T, **changes: Any) -> T:
+    """Return a changed copy as `dataclasses.replace` does, in a tenth of its time; for classes without own initialiser.
+
+    A cycle makes a dozen of these copies, of twenty fields each.
+    """
+    new = object.__new__(type(old))
+    new.__dict__.update(old.__dict__)
+    new.__dict__.update(changes)
+    return new
+
+
+def rod_from_section(section: RodSection, time_step: float) -> Rod:
+    """Make the rod that a configuration describes.
+
+    Args:
+        section: [rod] or [simulator.rod].
+        time_step: [s].
+    """
+    fields = section.model_dump(exclude={"space", "nodes", "alpha", "tendon_stiffness"})
+    if section.tendon_stiffness is not None:
+        fields["tendon_stiffness"] = section.tendon_stiffness
+    return Rod(RodParameters(**fields), section.space, section.nodes, time_step, section.alpha)
+
+
+@dataclass(frozen=True)
+class CycleSetup:
+    """Constant input of `cycle.step`: the configuration, and what follows from it.
+
+    Attributes:
+        config: of the rig, with the robot's own rates where it names none.
+        rod: the model.
+        selection: law and reference that the configuration names.
+        observer: its gains.
+        lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
+        thresholds: of faults, in cycles.
+        rests: that a right rig may have; none: they are not compared.
+        probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
+        plans: references that were planned beforehand.
+        tracking_bounds: limits of what is tolerated while tracking.
+    """
+
+    config: RigConfig
+    rod: Rod
+    selection: Selection
+    observer: ObserverGains
+    lag_factor: float
+    thresholds: Thresholds
+    rests: RestFamily | None
+    probe: ProbePlan
+    probe_limits: LimitsSection
+    tracking_bounds: TrackingBounds
+    plans: PlanCache = field(default_factory=PlanCache)
+
+    @staticmethod
+    def from_config(config: RigConfig) -> "CycleSetup":
+        """Make the setup of a configuration.
+
+        Raises:
+            LawError: an unknown law or parameter.
+            ParameterError: a rod that cannot be.
+            TargetError: a reference that the rod cannot reach.
+            ConvergenceError: the rod has no equilibrium.
+        """
+        config = config.with_own_rates()
+        rod = rod_from_section(config.rod, config.loop.period)
+        section, period = config.observer, config.loop.period
+        rests = configured_rests(config, rod.parameters)
+        return CycleSetup(
+            config=config,
+            rod=rod,
+            selection=Selection.from_config(config, rod),
+            observer=observer_gains(config, rod.parameters),
+            lag_factor=lag_share(section.lag, period),
+            thresholds=Thresholds.from_config(config),
+            rests=rests,
+            probe=ProbePlan.from_config(config, rod.parameters, rests),
+            probe_limits=probe_limits(config),
+            tracking_bounds=TrackingBounds.from_config(config),
+        )
+
+
+@dataclass(frozen=True)
+class BadCycles:
+    """Number of cycles for which something has been wrong; the fault table's thresholds apply to these.
+
+    What is judged by reports (rejected, teleports, equal_poses, mismatches, slack) counts the cycles from the first bad
+    report to the newest one, the first as one: a slow camera is judged by the same time as a fast one.
+
+    Attributes:
+        disorder: cycles during which poses have arrived out of order, beside others that are used.
+        objection: reason of the newest rejected pose.
+        since_pose: cycles since a pose arrived, used or not.
+    """
+
+    rejected: int = 0
+    teleports: int = 0
+    missed_ticks: int = 0
+    solver_failures: int = 0
+    limited: int = 0
+    equal_poses: int = 0
+    occluded: int = 0
+    mismatches: int = 0
+    slack: int = 0
+    odd_reports: int = 0
+    objection: str = ""
+    since_pose: int = 0
+    disorder: int = 0
+    since_disorder: int = 0
+
+
+@dataclass(frozen=True)
+class PoseAge:
+    """Age of the newest pose by its stamp.
+
+    Attributes:
+        stamp_ns: stamp of that pose [ns]. seconds: its age when it was used [s].
+        lag_min: smallest difference of the two clocks so far, that of a pose without delay [s].
+        too_old: cycles for which poses have been too old.
+    """
+
+    stamp_ns: int = -1
+    seconds: float = 0.0
+    lag_min: float = 1e18
+    too_old: int = 0
+
+
+YOUNG, STILL, UNWATCHED = PoseAge(), JumpWatch(), TrackingWatch()
+
+
+@dataclass(frozen=True)
+class CycleState:
+    """State of the controller between two cycles.
+
+    Attributes:
+        tick: index of the next cycle.
+        mode, reason: see `Mode`; mode_since: tick at which the mode was entered.
+        rod: state of the model.
+        tip: tip of that rod.
+        observer: state of the tip observer.
+        selection: law and reference in use.
+        pose: newest admitted pose; pose_age: cycles since it arrived.
+        previous_position: position of the pose before it [m], shape (3,); pose_interval: cycles between the two.
+        path_length: distance the model's tip has travelled since the measured tip last changed [m].
+        tendon_state: newest report of the tendons; tendon_age: cycles since it arrived;
+            tendon_interval: cycles between it and the one before.
+        tension_estimate: tension that the actuators are estimated to apply [N], shape (n,).
+        tension_command: tension last commanded [N], shape (n,).
+        displacement_estimate: displacement that the actuators are estimated to hold [m], shape (n,).
+        displacement_command: displacement last commanded [m], shape (n,).
+        reference_offset: shift of the reference along the straight rod [m], where that is not part of the target.
+        release_pending: the tendons are being released, and the rate limit still holds the displacement back.
+        sources: publishers in use.
+        bad_cycles: durations of what is wrong.
+        rejected: inputs dropped since the start, by reason.
+        rest_watch: averages of the tip while no tendon is under tension.
+        probe: the running or the last probe; commissioned: one has passed and nothing has changed since.
+        stamp_age: age of the pose by its stamp. jump_watch: jumps of the measured tip. tracking_watch: tip against
+            reference.
+        law_state: state that the law keeps while it tracks; none for a law without one.
+        unreadable: field of the first malformed message and what was wrong with it; empty without one.
+    """
+
+    tick: int
+    mode: Mode
+    reason: str
+    mode_since: int
+    rod: RodState
+    tip: Tip
+    observer: ObserverState
+    selection: Selection
+    pose: TipPose | None
+    pose_age: int | None
+    previous_position: Array | None
+    pose_interval: int
+    tendon_state: TendonState | None
+    tension_estimate: Array
+    tension_command: Array
+    displacement_estimate: Array
+    displacement_command: Array
+    reference_offset: float = 0.0
+    path_length: float = 0.0
+    tendon_age: int = 0
+    tendon_interval: int = 1
+    release_pending: bool = False
+    sources: Sources = field(default_factory=lambda: Sources({}, {}))
+    bad_cycles: BadCycles = BadCycles()
+    rejected: dict[str, int] = field(default_factory=dict)
+    unreadable: str = ""
+    rest_watch: RestWatch = RESTLESS
+    probe: Probe | None = None
+    commissioned: bool = False
+    stamp_age: PoseAge = YOUNG
+    jump_watch: JumpWatch = STILL
+    tracking_watch: TrackingWatch = UNWATCHED
+    law_state: LawState | None = None
+
+
+def initial_state(setup: CycleSetup) -> CycleState:
+    """Disarmed, slack, the model at rest under gravity.
+
+    Raises:
+        ConvergenceError: the model has no such rest.
+    """
+    n = setup.rod.parameters.tendon_count
+    rod = setup.rod.solve_static(np.zeros(n))
+    tip = setup.rod.tip(rod)
+    return CycleState(
+        tick=0,
+        mode=Mode.STARTING,
+        reason="starting",
+        mode_since=0,
+        rod=rod,
+        tip=tip,
+        observer=start_observer(setup.observer, tip.position),
+        selection=setup.selection,
+        pose=None,
+        pose_age=None,
+        previous_position=None,
+        pose_interval=1,
+        tendon_state=None,
+        tension_estimate=np.zeros(n),
+        tension_command=np.zeros(n),
+        displacement_estimate=np.zeros(n),
+        displacement_command=np.zeros(n),
+    )

@@ -1,0 +1,1 @@
+"""The MCAP log: recorder, channels, retention."""

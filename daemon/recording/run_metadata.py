@@ -1,0 +1,48 @@
+"""Metadata of a log: the rig, and revision and versions of the code that wrote it."""
+
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import llvmlite.binding
+
+from tendond import __version__
+from tendond.schemas.config.rig import RigConfig
+
+LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
+
+
+def run_metadata(config: RigConfig) -> dict[str, str]:
+    """Whose log this is, and of which code: revision and versions."""
+    versions = {}
+    for name in LIBRARIES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "unknown"
+    return {
+        "rig": config.rig.name,
+        "tendond": __version__,
+        "revision": _revision(),
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "cpu": llvmlite.binding.get_host_cpu_name(),  # compiled code, and so the last bit, is the processor's own
+        **versions,
+    }
+
+
+def _revision() -> str:
+    """Return the revision of the working copy, if it is one."""
+    try:
+        result = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=Path(__file__).resolve().parent,
+            capture_output=True,
+            text=True,
+            timeout=2.0,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return result.stdout.strip()

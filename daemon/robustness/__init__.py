@@ -1,1 +1,0 @@
-"""The closed loop over a grid of plants that differ from the controller's model: `tendond robustness`."""

@@ -1,0 +1,1 @@
+"""The loop and its I/O: clock, bus, requests, planning process."""

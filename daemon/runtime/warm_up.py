@@ -1,0 +1,45 @@
+"""A few cycles that count for nothing: every kernel is then loaded, or compiled if it has to be.
+
+With every law that the configuration admits: an operator may choose another one, and its first cycle must not compile.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.errors import LawError
+from tendond.model.errors import ModelError
+from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.record import CycleInputs
+
+CYCLES = 3
+
+
+def warm_up(setup: CycleSetup) -> CycleState:
+    """The initial state, which the practice leaves as it is.
+
+    Raises:
+        ConvergenceError: as `initial_state`.
+    """
+    state = initial_state(setup)
+    _track(setup, state)
+    for name in LAWS:
+        with suppress(LawError):  # a law that does not go with reference or tendons cannot be chosen either
+            selection = state.selection.with_law(setup.config, name)
+            with suppress(ModelError):
+                _track(setup, replace(state, selection=selection))
+    return state
+
+
+def _track(setup: CycleSetup, state: CycleState) -> None:
+    """A few cycles of tracking, with poses: without one the observer does nothing; then a stop, and a reset."""
+    state = replace(state, mode=Mode.TRACKING, pose_age=0)
+    tip = setup.rod.tip(state.rod)
+    for seq in range(CYCLES):
+        pose = TipPose(seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=(1.0, 0.0, 0.0, 0.0))
+        state, _, _ = step(setup, state, CycleInputs(pose=pose))
+    state, _, _ = step(setup, state, CycleInputs(request=ControlAction.STOP))
+    fault = replace(state, mode=Mode.FAULT, bad_cycles=replace(state.bad_cycles, solver_failures=1))
+    step(setup, fault, CycleInputs(request=ControlAction.RESET))

@@ -1,1 +1,0 @@
-"""Trials in space: courses run in lockstep on plants like and unlike the model, with what came of them."""

@@ -1,0 +1,1 @@
+"""The servos' serial bus: port, packets, control table, readings."""

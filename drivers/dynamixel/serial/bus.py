@@ -1,0 +1,284 @@
+"""Registers of the servos on a serial bus: read, write, ping, all of them or an error."""
+
+import struct
+import time
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+
+from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
+from dynamixel_sdk.robotis_def import BROADCAST_ID, INST_PING, INST_READ, INST_REBOOT, INST_WRITE
+
+from tendond.drivers.dynamixel.serial.port import NoAnswerError as NoAnswerError
+from tendond.drivers.dynamixel.serial.port import PortLostError as PortLostError
+from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
+from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
+from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading, reading_from
+from tendond.drivers.dynamixel.serial.table import Register
+from tendond.drivers.dynamixel.serial.transport import STATUS_BYTES, Transport
+
+TRIES = 8
+"""Attempts for a single register: writing the same value again does no harm. Where a fifth of the answers is lost, 3 in
+a million pairs of request and answer fail so often."""
+
+PING_SLOT_SECONDS = 0.003
+"""Time for each id after a ping to all, as in the SDK [s]."""
+
+HEADER = b"\xff\xff\xfd"
+SERVOS_PER_READ = 8
+"""Number of servos in one read: the SDK limits packets to 1024 bytes."""
+
+PING_BYTES = 14
+READ_BYTES = 14
+"""Length of a read request without its ids."""
+
+
+class ServoBus:
+    """Servos on a serial port.
+
+    Args:
+        port: of the adapter.
+        baudrate: [bit/s].
+        answer_timeout: timeout of an answer, beyond its time on the wire [s].
+
+    Raises:
+        PortLostError: it cannot be opened.
+
+    Attributes:
+        port: name of it.
+        reads: number of reads of all servos.
+        round_trips: of those that were answered, since the list was last emptied [s]; bounded.
+    """
+
+    def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
+        self.port = port
+        self.reads = 0
+        self.round_trips: deque[float] = deque(maxlen=1000)
+        self._transport = Transport(port, baudrate, answer_timeout)
+        self._request = 0
+
+    def __enter__(self) -> "ServoBus":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def set_baudrate(self, baudrate: int) -> None:
+        """Open the port again, at another rate.
+
+        Raises:
+            PortLostError: it cannot be opened.
+        """
+        self._transport.set_baudrate(baudrate)
+
+    def set_answer_timeout(self, seconds: float) -> None:
+        """Change the timeout of an answer, beyond its time on the wire [s]."""
+        self._transport.set_answer_timeout(seconds)
+
+    def close(self) -> None:
+        """Close the port; repeated calls do nothing."""
+        self._transport.close()
+
+    @property
+    def late(self) -> int:
+        """Number of answers that came after their timeout."""
+        return self._transport.late
+
+    @property
+    def late_by(self) -> float:
+        """Largest delay of a late answer, from its request [s]."""
+        return self._transport.late_by
+
+    @property
+    def lateness(self) -> str:
+        """Late answers and their likely cause, in words; empty without any."""
+        if not self.late:
+            return ""
+        by = self.late_by * 1e3
+        return f"; {self.late} answers came late, by up to {by:.0f} ms: is the adapter's latency timer 1 ms?"
+
+    def wire_seconds(self, servos: int) -> float:
+        """Duration of a read of so many servos on the wire alone [s]."""
+        length = READ_REQUESTS[0].length + STATUS_BYTES
+        return self._transport.wire_seconds(READ_BYTES + servos + servos * length)
+
+    def ping(self, identifier: int) -> int | None:
+        """Return the model number of a servo; none without an intelligible answer.
+
+        Raises:
+            PortLostError: the port has gone away.
+        """
+        with self._transport.in_use():
+            data, result, _ = self._transport.transact(identifier, INST_PING, (), 3)
+        return int.from_bytes(data[:2], "little") if result == COMM_SUCCESS else None
+
+    def ping_all(self, patience: float = PING_SLOT_SECONDS * BROADCAST_ID) -> tuple[dict[int, int], bool]:
+        """Ping all ids at once.
+
+        Args:
+            patience: silence of the line after which all have answered [s].
+
+        Returns:
+            Model number by id; and true where there were bytes that are not an answer: noise, or two servos of one id.
+
+        Raises:
+            PortLostError: the port has gone away.
+        """
+        received = b""
+        with self._transport.in_use():
+            self._transport.send(BROADCAST_ID, INST_PING, ())
+            wire = self._transport.wire_seconds(PING_BYTES)
+            silent_since = time.monotonic()
+            while time.monotonic() - silent_since < patience + wire:
+                if more := self._transport.available():
+                    received += more
+                    silent_since = time.monotonic()
+        found = {}
+        rest = received
+        while (start := rest.find(HEADER + b"\0")) >= 0 and len(rest) >= start + PING_BYTES:
+            packet = rest[start : start + PING_BYTES]
+            if self._transport.crc_fits(packet):
+                found[packet[4]] = int.from_bytes(packet[9:11], "little")
+            rest = rest[start + PING_BYTES :]
+        return found, len(received) != PING_BYTES * len(found)
+
+    def read(self, identifier: int, register: Register) -> int:
+        """Read a register.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        parameters = struct.pack("<HH", register.address, register.size)
+        data = self._confirmed(identifier, f"read {register.name}", INST_READ, parameters, register.size)
+        return register.from_bytes(data)
+
+    def read_many(self, identifier: int, registers: Sequence[Register]) -> dict[Register, int]:
+        """Read several registers of one servo at once, from the first to the last.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        first = min(register.address for register in registers)
+        length = max(register.address + register.size for register in registers) - first
+        data = self._confirmed(identifier, "read", INST_READ, struct.pack("<HH", first, length), length)
+        return {one: one.from_bytes(data[one.address - first : one.address - first + one.size]) for one in registers}
+
+    def write(self, identifier: int, register: Register, value: int) -> None:
+        """Write a register, confirmed.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        data = register.to_bytes(value)
+        if HEADER in data:
+            raise RefusedError(f"servo {identifier}: {register.name} = {value} cannot be sent: it looks like a header")
+        parameters = struct.pack("<H", register.address) + data
+        self._confirmed(identifier, f"write {register.name} = {value}", INST_WRITE, parameters, 0)
+
+    def reboot(self, identifier: int) -> None:
+        """Reboot a servo: its torque is then off, its hardware errors and whole turns are lost.
+
+        Raises:
+            PortLostError, NoAnswerError, RefusedError: see there.
+        """
+        self._confirmed(identifier, "reboot", INST_REBOOT, b"", 0)
+
+    def _confirmed(self, identifier: int, what: str, instruction: int, parameters: bytes, length: int) -> bytes:
+        """Send a request until it is answered, at most `TRIES` times."""
+        result, error, data = COMM_RX_TIMEOUT, 0, b""
+        transport = self._transport
+        for _ in range(TRIES):
+            with transport.in_use():
+                transport.drain()
+                data, result, error = transport.transact(identifier, instruction, parameters, length)
+            if result == COMM_SUCCESS:
+                break
+        if result != COMM_SUCCESS:
+            raise NoAnswerError(f"servo {identifier}: {what}: {transport.text(result)}{self.lateness}")
+        if error & ~ALERT:
+            raise RefusedError(f"servo {identifier}: {what}: {transport.error_text(error & ~ALERT)}")
+        return data
+
+    def write_all(self, register: Register, values: Mapping[int, int]) -> None:
+        """Write a register of several servos in one packet, unconfirmed.
+
+        Positions with which the packet would contain FF FF FD are changed by one tick: the SDK cannot stuff them.
+
+        Raises:
+            PortLostError: the port has gone away.
+        """
+        parameters = b""
+        for identifier, wanted in values.items():
+            data = register.to_bytes(wanted)
+            if HEADER in data:
+                data = register.to_bytes(wanted + 1)
+            parameters += bytes([identifier]) + data
+        if HEADER in parameters:
+            raise RefusedError(f"write {register.name}: cannot be sent: it looks like a header")
+        with self._transport.in_use():
+            result = self._transport.sync_write(register.address, register.size, parameters)
+        if result != COMM_SUCCESS:
+            raise NoAnswerError(f"write {register.name}: {self._transport.text(result)}")
+
+    def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, ServoReading]:
+        """Read all servos; either all answer, or an error is raised.
+
+        After a request without an answer, the next one asks for another number of bytes, so that a late answer is not
+        taken for one to it.
+
+        Args:
+            identifiers: of the servos.
+            fast: by Fast Sync Read, one packet from all of them.
+
+        Raises:
+            PortLostError: the port has gone away.
+            NoAnswerError: one or more did not answer.
+        """
+        readings: dict[int, ServoReading] = {}
+        self.reads += 1
+        began = time.monotonic()
+        for start in range(0, len(identifiers), SERVOS_PER_READ):
+            some = identifiers[start : start + SERVOS_PER_READ]
+            if self._transport.pending:
+                self._request = (self._request + 1) % len(READ_REQUESTS)
+            with self._transport.in_use():
+                readings |= self._read_fast(some) if fast else self._read_plain(some)
+        self.round_trips.append(time.monotonic() - began)
+        return readings
+
+    def _read_fast(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
+        request, transport = READ_REQUESTS[self._request], self._transport
+        length = request.length
+        transport.request_sync_read(request.address, length, identifiers, fast=True)
+        stride = length + 4  # error, id, data, CRC
+        whole = stride * len(identifiers)
+        # The last CRC is the packet's own; the first error is at the place of a plain answer's error.
+        data, result, error = transport.answer(BROADCAST_ID, (whole - 3,), fast=True)
+        if result != COMM_SUCCESS or len(data) != whole - 3:
+            raise NoAnswerError(f"fast read of all servos: {transport.text(result)}")
+        raw = bytes([error]) + data
+        found = {}
+        for index, identifier in enumerate(identifiers):
+            block = raw[index * stride : (index + 1) * stride]
+            if block[1] != identifier:
+                raise NoAnswerError(f"fast read of all servos: servo {identifier} is not in the answer")
+            found[identifier] = reading_from(request, block[2 : 2 + length], block[0])
+        return found
+
+    def _read_plain(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
+        request, transport = READ_REQUESTS[self._request], self._transport
+        transport.request_sync_read(request.address, request.length, identifiers, fast=False)
+        found = {}
+        for identifier in identifiers:
+            data, result, error = transport.answer(identifier, (request.length,), fast=False)
+            if result != COMM_SUCCESS or len(data) != request.length:
+                raise NoAnswerError(f"servo {identifier}: read: {transport.text(result)}")
+            found[identifier] = reading_from(request, data, error)
+        return found
+
+    def absent(self, identifiers: Iterable[int], tries: int = 2) -> list[int]:
+        """Return the servos that do not answer to so many pings each.
+
+        Raises:
+            PortLostError: the port has gone away.
+        """
+        return [one for one in identifiers if all(self.ping(one) is None for _ in range(tries))]

@@ -1,0 +1,1 @@
+"""Tools for servos without a driver: find, set up, calibrate, home."""

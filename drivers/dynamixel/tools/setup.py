@@ -1,0 +1,84 @@
+"""Set up a servo: id, baud rate, required register values; reboot it."""
+
+from contextlib import suppress
+
+from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.servos import REBOOT_PINGS
+from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS, let_answer
+
+TRIES = 5
+
+
+def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
+    """Set id, baud rate and required values of a servo, which must stand still and be alone with its old id.
+
+    Rate and id come last. After an interruption it can be repeated.
+
+    Returns:
+        What was changed.
+
+    Raises:
+        ServoError: it does not answer, is of another kind, or another servo has the new id already.
+    """
+    model = _ping(bus, old)
+    if model is None:
+        raise ServoError(
+            f"servo {old}: does not answer, or several do: plug in one at a time, and see 'tendond servo scan'"
+        )
+    if model != table.MODEL_NUMBER:
+        raise ServoError(f"servo {old}: is model {model}, not {table.MODEL_NUMBER} ({table.MODEL_NAME})")
+    if new != old and _ping(bus, new) is not None:
+        raise ServoError(f"servo {new}: there is one already on this bus")
+    let_answer(bus, (old,))
+    if bus.read(old, table.TORQUE_ENABLE):
+        raise ServoError(f"servo {old}: its torque is on: stop the driver or tool, then 'tendond servo reboot {old}'")
+    changed = []
+    for one in REQUIREMENTS:
+        before = bus.read(old, one.register)
+        if before != one.wanted:
+            bus.write(old, one.register, one.wanted)
+            changed.append(f"{one.register.name} {before} -> {one.wanted}")
+    if new != old:
+        with suppress(NoAnswerError):  # its answer may be lost, and it is asked by its new id below
+            bus.write(old, table.ID, new)
+        if _ping(bus, new) is None:
+            raise ServoError(f"servo {new}: does not answer after its id was set: run 'tendond servo scan'")
+        changed.append(f"ID {old} -> {new}")
+    code = table.BAUD_CODES[baudrate]
+    before = bus.read(new, table.BAUD_RATE)
+    if before != code:
+        with suppress(NoAnswerError):
+            bus.write(new, table.BAUD_RATE, code)
+        changed.append(f"{table.BAUD_RATE.name} {before} -> {code}")
+        bus.set_baudrate(baudrate)
+    if _ping(bus, new) is None:
+        raise ServoError(f"servo {new}: does not answer any more after it was set up: run 'tendond servo scan'")
+    return changed
+
+
+def reboot(bus: ServoBus, identifier: int) -> str:
+    """Reboot a servo; then only its gears hold the tendon.
+
+    Returns:
+        The hardware errors that it had, in words; empty if none.
+
+    Raises:
+        ServoError: it does not answer, before or afterwards.
+    """
+    let_answer(bus, (identifier,))
+    errors = table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS))
+    bus.reboot(identifier)
+    if bus.absent((identifier,), REBOOT_PINGS):
+        raise ServoError(f"servo {identifier}: does not answer after its reboot: switch its power off and on")
+    if left := table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS)):
+        raise ServoError(f"servo {identifier}: {', '.join(left)}, after the reboot as well: fix its cause")
+    return ", ".join(errors)
+
+
+def _ping(bus: ServoBus, identifier: int) -> int | None:
+    """Model number, where one of a few pings is answered."""
+    for _ in range(TRIES):
+        if (model := bus.ping(identifier)) is not None:
+            return model
+    return None

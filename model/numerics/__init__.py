@@ -1,0 +1,1 @@
+"""Numerics of the kernels: compilation, small vectors, matrices, SIMD lanes, rotations."""

@@ -1,0 +1,24 @@
+"""Announce the compilation of a kernel: it takes a minute, and happens once."""
+
+from collections.abc import Callable
+
+import numba.core.event as numba_events
+
+
+class _FirstCompilation(numba_events.Listener):
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._said = False
+
+    def on_start(self, event: numba_events.Event) -> None:
+        if not self._said:
+            self._said = True
+            self._say("compiling the rod's kernels: takes about a minute, on the first start only")
+
+    def on_end(self, event: numba_events.Event) -> None:
+        pass
+
+
+def announce_compilation(say: Callable[[str], None]) -> None:
+    """Call `say` with one line when the first kernel is compiled; never, when all of them come from the disk."""
+    numba_events.register("numba:compile", _FirstCompilation(say))

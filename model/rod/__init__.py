@@ -1,0 +1,1 @@
+"""The paper's rod: parameters, statics, time steps, tip, sensitivities, predictions."""

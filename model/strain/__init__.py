@@ -1,0 +1,13 @@
+"""The general rod in strain coordinates: sections, routed tendons, lumped bodies, light damping, no failure by design.
+
+Sources: F. Boyer, V. Lebastard, F. Candelier, F. Renda, "Dynamics of continuum and soft robots: a strain
+parameterization based approach", IEEE T-RO 37 (2021); F. Renda, C. Armanini, V. Lebastard, F. Candelier, F. Boyer, "A
+geometric variable-strain approach for static modeling of soft manipulators with tendon and fluidic actuation",
+IEEE RA-L 5 (2020); D. C. Rucker, R. J. Webster, "Statics and dynamics of continuum robots with general tendon routing
+and external loading", IEEE T-RO 27 (2011).
+"""
+
+from tendond.model.strain.robot import Body, Robot, Section, Tendon
+from tendond.model.strain.rod import StrainRod, StrainState
+
+__all__ = ["Body", "Robot", "Section", "StrainRod", "StrainState", "Tendon"]

@@ -1,0 +1,210 @@
+"""The general rod: statics, time steps, tip, shape and stability of a robot, from one description."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.errors import ConvergenceError, ParameterError
+from tendond.model.strain.dynamics import Loads, advance, mass_matrix, scratch_for
+from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.layout import Layout, lay_out
+from tendond.model.strain.robot import Robot
+from tendond.model.strain.statics import ITERATIONS, minimise, stiffness_of
+from tendond.model.strain.tendons import empty_paths, find_paths
+
+Array = NDArray[np.float64]
+
+STATIC_TOLERANCE = 1e-10
+STEP_TOLERANCE = 1e-8
+"""Of the residual, as a part of the largest generalised force in it: scaled by the robot itself."""
+
+
+@dataclass(frozen=True)
+class StrainState:
+    """What the robot is at one instant.
+
+    Attributes:
+        strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).
+        iterations: Newton's, of the solution that led here. steps: that the last step was split into.
+    """
+
+    strain: Array
+    rate: Array
+    iterations: int = 0
+    steps: int = 0
+
+
+class StrainRod:
+    """A robot as a rod in strain coordinates.
+
+    Args:
+        robot: its description.
+        time_step: of `step` [s].
+
+    Raises:
+        ParameterError: a robot that cannot be.
+    """
+
+    def __init__(self, robot: Robot, time_step: float = 0.01) -> None:
+        if not (np.isfinite(time_step) and time_step > 0.0):
+            raise ParameterError(f"time_step = {time_step!r} must be finite and above 0")
+        self.robot = robot
+        self.time_step = time_step
+        self.layout: Layout = lay_out(robot)
+        self._work = scratch_for(self.layout)
+        self._shape = empty_shape(self.layout)
+        self._paths = empty_paths(self.layout)
+        self._tip_points = self._at_tip()
+
+    @property
+    def modes(self) -> int:
+        """Number of strain modes, n."""
+        return len(self.layout.component)
+
+    def loads(
+        self,
+        tension: object = None,
+        displacement: object = None,
+        tip_force: object = (0.0, 0.0, 0.0),
+        wrenches: Sequence[tuple[float, object, object]] = (),
+    ) -> Loads:
+        """Return what acts on the robot.
+
+        Args:
+            tension: of each tendon [N], not negative, shape (m,); left out: none.
+            displacement: of each tendon [m], shape (m,), for elastic tendons; a tendon never pushes. One of the two.
+            tip_force: dead force on the tip, world frame [N], shape (3,).
+            wrenches: dead forces [N] and moments [N m], world frame, at arc lengths [m] where the robot has a node: the
+                ends of sections, and bodies.
+
+        Raises:
+            ParameterError: not finite, of another shape, a negative tension, or an inextensible tendon driven by
+                displacement.
+        """
+        m = len(self.robot.tendons)
+        if tension is not None and displacement is not None:
+            raise ParameterError("loads: give tension or displacement, not both")
+        given = tension if displacement is None else displacement
+        values = np.zeros(m) if given is None else np.asarray(given, dtype=np.float64)
+        if values.shape != (m,) or not np.all(np.isfinite(values)):
+            raise ParameterError(f"loads: {m} finite numbers are needed, one per tendon")
+        if displacement is None and np.any(values < 0.0):
+            raise ParameterError("loads: a tendon cannot push: tension must not be negative")
+        if displacement is not None and np.any(self.layout.tendon_stiffness <= 0.0):
+            raise ParameterError("loads: a tendon without stiffness can only be driven by tension")
+        force = np.asarray(tip_force, dtype=np.float64)
+        if force.shape != (3,) or not np.all(np.isfinite(force)):
+            raise ParameterError("loads: tip_force must be three finite numbers")
+        on_points = np.zeros((len(self.layout.mass), 3))
+        on_points[self._tip_points] += force
+        on_nodes = np.zeros((len(self.layout.polar), 3))
+        for at, one, moment in wrenches:
+            node, point = self._node(at)
+            for values_of, target in ((one, on_points[point]), (moment, on_nodes[node])):
+                given_values = np.asarray(values_of, dtype=np.float64)
+                if given_values.shape != (3,) or not np.all(np.isfinite(given_values)):
+                    raise ParameterError(f"loads: force and moment at s = {at:g} m must be three finite numbers each")
+                target += given_values
+        return Loads(on_points, values.copy(), np.full(m, displacement is not None), on_nodes)
+
+    def rest(self) -> StrainState:
+        """Return the unloaded reference shape, at rest."""
+        return StrainState(np.zeros(self.modes), np.zeros(self.modes))
+
+    def solve_static(self, loads: Loads, start: StrainState | None = None) -> StrainState:
+        """Return a stable equilibrium, downhill from `start` (left out: the reference shape).
+
+        Raises:
+            ConvergenceError: none was found.
+        """
+        q = self.rest().strain if start is None else start.strain.copy()
+        count = minimise(self.layout, loads, q, STATIC_TOLERANCE, self._work)
+        if count < 0 or not np.all(np.isfinite(q)):
+            raise ConvergenceError(
+                "statics: no equilibrium downhill from this start", 0.0, self._residual(), ITERATIONS
+            )
+        return StrainState(q, np.zeros(self.modes), int(count), 0)
+
+    def step(self, state: StrainState, loads: Loads) -> StrainState:
+        """Return the state one time step on, under loads that are held over it.
+
+        Raises:
+            ConvergenceError: not even a thousandth of the step could be solved.
+        """
+        q, w = state.strain.copy(), state.rate.copy()
+        count, steps = advance(self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work)
+        if count < 0:
+            raise ConvergenceError("dynamics: no solution of the step, nor of parts of it", 0.0, self._residual(), 0)
+        return StrainState(q, w, int(count), int(steps))
+
+    def _residual(self) -> float:
+        return float(np.max(np.abs(self._work.residual)))
+
+    def tip(self, state: StrainState) -> tuple[Array, Array]:
+        """Return position [m], shape (3,), and orientation of the tip, body to world, shape (3, 3)."""
+        find_shape(self.layout, state.strain, self._shape)
+        return self._shape.position[-1].copy(), self._shape.rotation[-1].reshape(3, 3).copy()
+
+    def tip_velocity(self, state: StrainState) -> Array:
+        """Return velocity of the tip, world frame [m/s], shape (3,)."""
+        find_shape(self.layout, state.strain, self._shape)
+        twist = state.rate @ self._shape.twist[-1]
+        return np.asarray(np.cross(twist[:3], self._shape.position[-1]) + twist[3:])
+
+    def backbone(self, state: StrainState) -> Array:
+        """Return the nodes' positions, world frame [m], shape (K + 1, 3)."""
+        find_shape(self.layout, state.strain, self._shape)
+        return self._shape.position.copy()
+
+    def displacements(self, state: StrainState) -> Array:
+        """Return the displacement of each tendon: shortening of its path in the robot [m], shape (m,)."""
+        find_paths(self.layout, state.strain, self._paths)
+        return self._paths.displacement.copy()
+
+    def stability(self, state: StrainState, loads: Loads) -> float:
+        """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
+        tangent = stiffness_of(self.layout, loads, state.strain, self._work)
+        root = 1.0 / np.sqrt(np.diag(self.layout.stiffness))
+        return float(np.linalg.eigvalsh(root[:, None] * tangent * root[None, :])[0])
+
+    def frequencies(self, state: StrainState, loads: Loads) -> Array:
+        """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""
+        tangent = stiffness_of(self.layout, loads, state.strain, self._work)
+        mass = np.zeros_like(tangent)
+        mass_matrix(self.layout, self._work.after, mass)
+        lower = np.linalg.cholesky(mass)
+        inner = np.linalg.solve(lower, np.linalg.solve(lower, tangent).T)
+        squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+    def energy(self, state: StrainState) -> float:
+        """Return kinetic, elastic and gravity's energy [J]."""
+        find_shape(self.layout, state.strain, self._shape)
+        velocity = np.einsum("pni,n->pi", self._shape.jacobian, state.rate)
+        spin = self._shape.spin @ state.rate
+        kinetic = 0.5 * float(self.layout.mass @ np.sum(velocity**2, axis=1) + self.layout.polar @ spin**2)
+        elastic = 0.5 * float(state.strain @ self.layout.stiffness @ state.strain)
+        weight = -float(self.layout.mass @ (self._shape.point @ self.layout.gravity))
+        return kinetic + elastic + weight
+
+    def _node(self, at: float) -> tuple[int, int]:
+        """Node at an arc length, and a mass point there."""
+        ends = np.concatenate(([0.0], np.cumsum(self.layout.step)))
+        node = int(np.argmin(np.abs(ends - at)))
+        if abs(ends[node] - at) <= 1e-6 * self.robot.length:
+            for index in range(len(self.layout.mass)):
+                if self.layout.place[index] == node and not self.layout.arm[index].any():
+                    return node, index
+        raise ParameterError(
+            f"loads: the robot has no node at s = {at:g} m; put a Body there, of mass 0 if nothing else"
+        )
+
+    def _at_tip(self) -> int:
+        """Index of the mass point on the tip itself."""
+        last = len(self.layout.polar) - 1
+        for index in range(len(self.layout.mass)):
+            if self.layout.place[index] == last and not self.layout.arm[index].any():
+                return index
+        raise ParameterError("robot: no mass on its tip")

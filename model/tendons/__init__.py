@@ -1,0 +1,1 @@
+"""Tendons: allocation of tensions."""

@@ -1,0 +1,1 @@
+"""Everything that works on logs or runs simulations; nothing in here runs on a rig."""

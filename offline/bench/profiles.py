@@ -1,0 +1,142 @@
+"""What both laws do on each profile of the simulator, in lockstep: how long the servos' real speed makes it take."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.state import CycleSetup
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.schemas.config.presets import PROFILES
+from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.messages import ControlAction, Mode
+
+Array = NDArray[np.float64]
+
+LAWS = ("backstepping", "sliding_mode")
+ARMED_AT = 10
+CYCLES = 1000
+SETTLED = 0.05
+"""Of the target's x, either side of it."""
+
+LAST = 100
+"""Cycles of which the error is taken."""
+
+TICK = 2.3e-5
+"""[m] Of tendon, on a spool of 15 mm: a servo that moves less does not move."""
+
+HEADING = (
+    "| profile | law | tendon travel [mm] | at full speed [s] | reference arrives [s] | settled [s]"
+    " | max. error after [mm] | error [mm] | tension variation [N] | jerks [mm] | reversals [1/s] |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+@dataclass(frozen=True)
+class ProfileRow:
+    """How a law did on a profile; the tip is the simulated one.
+
+    Attributes:
+        profile, law: names.
+        way_mm: of the agonist's end, from the straight rod [mm].
+        full_speed: time that the travel takes at the displacement rate [s]; none without servos.
+        arrival: of the reference [s].
+        settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
+        worst_mm: largest error of x after the reference's arrival and one second [mm].
+        error_mm: mean error of x in the end [mm].
+        variation: total variation of the agonist's commanded tension until one second after the arrival [N].
+        jerks_mm: root mean square of the second difference of its commanded displacement, as long [mm].
+        reversals: how often the commanded displacement turns, counted in ticks, as long [1/s].
+        fault: reason; empty without one.
+    """
+
+    profile: str
+    law: str
+    way_mm: float
+    full_speed: float | None
+    arrival: float
+    settled: float | None
+    worst_mm: float
+    error_mm: float
+    variation: float
+    jerks_mm: float
+    reversals: float
+    fault: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Of the Markdown table."""
+        return (
+            self.profile,
+            self.law,
+            f"{self.way_mm:.1f}",
+            "-" if self.full_speed is None else f"{self.full_speed:.2f}",
+            f"{self.arrival:.2f}",
+            f"never: {self.fault}" if self.settled is None else f"{self.settled:.2f}",
+            f"{self.worst_mm:.1f}",
+            f"{self.error_mm:.1f}",
+            f"{self.variation:.0f}",
+            f"{self.jerks_mm:.3f}",
+            f"{self.reversals:.1f}",
+        )
+
+
+def reversals(displacement: Array) -> int:
+    """Count the reversals of a servo that follows `displacement` [m], shape (k,)."""
+    steps = np.sign(np.diff(np.round(displacement / TICK)))
+    steps = steps[steps != 0.0]
+    return int(np.count_nonzero(np.diff(steps)))
+
+
+def profile_config(profile: str, law: str, *, sampled: bool | None = None) -> RigConfig:
+    """A profile's configuration with a law; `sampled` instead of its own `control.sampled`."""
+    config = parse_config(PROFILES[profile], f"profile '{profile}'")
+    changes = {"law": law} if sampled is None else {"law": law, "sampled": sampled}
+    return config.model_copy(update={"control": config.control.model_copy(update=changes)})
+
+
+def run_profile(profile: str, law: str, config: RigConfig | None = None) -> ProfileRow:
+    """Ten seconds of a profile under a law; `config` instead of the profile's own.
+
+    Raises:
+        ConvergenceError: the plant has no solution.
+    """
+    config = profile_config(profile, law) if config is None else config
+    period = config.loop.period
+    seen = list(watched_loop(config, CYCLES, {ARMED_AT: ControlAction.ARM}))
+    part = [one for one in seen if one.record.mode is Mode.TRACKING]
+    last = seen[-1].record
+    x = np.array([one.truth.position[0] for one in part])
+    target = last.reference.target[0]
+    error = np.abs(x - target)
+    outside = np.flatnonzero(error > SETTLED * target)
+    settled = (int(outside[-1]) + 1) * period if outside.size else 0.0
+    travel = last.command.displacement[config.control.agonist]
+    driven = config.simulator.drive == "displacement"
+    arrival = CycleSetup.from_config(config).selection.reference.arrival
+    busy = part[: round((arrival + 1.0) / period)]
+    tension = np.array([one.record.command.tension[config.control.agonist] for one in busy])
+    displacement = np.array([one.record.command.displacement[config.control.agonist] for one in busy])
+    return ProfileRow(
+        profile=profile,
+        law=law,
+        way_mm=1e3 * travel,
+        full_speed=travel / config.with_own_rates().limits.displacement_rate if driven else None,
+        arrival=arrival,
+        settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,
+        worst_mm=1e3 * float(error[round((arrival + 1.0) / period) :].max()),
+        error_mm=1e3 * abs(float(x[-LAST:].mean()) - target),
+        variation=float(np.abs(np.diff(tension)).sum()),
+        jerks_mm=1e3 * float(np.sqrt(np.mean(np.diff(displacement, 2) ** 2))),
+        reversals=reversals(displacement) / (len(busy) * period),
+        fault=last.reason if last.mode is Mode.FAULT else "",
+    )
+
+
+def table() -> str:
+    """Markdown: every profile, both laws, and on `rig` also as they are written: with `control.sampled` false."""
+    rows = [run_profile(profile, law) for profile in PROFILES for law in LAWS]
+    for law in LAWS:
+        row = run_profile("rig", law, profile_config("rig", law, sampled=False))
+        rows.append(replace(row, law=f"{law}, as written"))
+    return "\n".join([HEADING, *(f"| {' | '.join(row.cells)} |" for row in rows)])

@@ -1,0 +1,133 @@
+"""Checks of a configuration beyond its keys and values: laws, the rod, the simulator, files that it names."""
+
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from tendond import TendondError
+from tendond.daemon.control.laws import LAWS, select_law
+from tendond.daemon.errors import DaemonError, LawError
+from tendond.model.numerics.announce import announce_compilation
+from tendond.schemas.config.control import ControlSection
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.errors.explain import Objection, objection_from
+from tendond.schemas.errors.toml_lines import key_lines, line_of
+
+
+def located(lines: Iterable[str], file: Path | None) -> list[Objection]:
+    """Turn messages into objections with their lines in the file."""
+    places = {} if file is None else key_lines(file.read_text(encoding="utf-8-sig"))
+    found = [objection_from(line) for line in lines]
+    return [replace(one, line=line_of(one.path, places)) for one in found]
+
+
+def control_of(file: Path | None) -> ControlSection | None:
+    """Read [control] of an invalid file; none if it is invalid itself."""
+    if file is None:
+        return None
+    try:
+        return ControlSection.model_validate(tomllib.loads(file.read_text(encoding="utf-8-sig")).get("control", {}))
+    except ValidationError:
+        return None
+
+
+def law_objections(control: ControlSection | None) -> list[str]:
+    """Check the law's name and the laws' parameters; a message for each error."""
+    try:
+        if control is not None:
+            select_law(control.law, control.laws)
+    except LawError as error:
+        return str(error).splitlines()
+    return []
+
+
+def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[str]:
+    """Build controller and simulator as they start, with any law; a message for each error."""
+    from tendond.daemon.control.selection import tip_objection
+    from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+    from tendond.drivers.simulator.plant import Plant
+    from tendond.model import ModelError
+
+    announce_compilation(say)
+    control = config.control.model_copy(update={"law": next(iter(LAWS)), "laws": {}})
+    try:
+        initial_state(CycleSetup.from_config(config.model_copy(update={"control": control})))
+    except (DaemonError, ModelError) as error:
+        yield from str(error).splitlines()
+    law = LAWS.get(config.control.law)
+    if law is not None and (objection := tip_objection(config, law)):
+        yield objection
+    try:
+        Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    except ModelError as error:
+        yield f"simulator.rod: {error}"
+
+
+FINE_NODES = 41
+"""Nodes of the comparison: the sixth-order scheme differs from the fourth-order one with 200 nodes by
+0.1 mm at most."""
+
+RESOLVED = 0.005
+"""Largest difference of the tip, as a fraction of the rod's length, that is not reported."""
+
+
+def resolution_remarks(config: RigConfig) -> Iterator[str]:
+    """Compare the rod's tip at limits.tension_max with that of a finer rod; a message where its nodes are too few."""
+    import numpy as np
+
+    from tendond.daemon.control.state import rod_from_section
+    from tendond.model import ModelError
+
+    tensions = [0.0] * len(config.rod.tendon_positions)
+    tensions[config.control.agonist] = config.limits.tension_max
+    tips = []
+    try:
+        for section in (config.rod, config.rod.model_copy(update={"space": "rk6", "nodes": FINE_NODES})):
+            rod = rod_from_section(section, config.loop.period)
+            tips.append(rod.tip(rod.solve_static(tensions)).position)
+    except ModelError:
+        return  # a bend without a solution is the solver's fault while running, and named there
+    error = float(np.linalg.norm(tips[0] - tips[1]))
+    if error > RESOLVED * config.rod.length:
+        yield (
+            f"rod.nodes: at limits.tension_max = {config.limits.tension_max:g} N the tip is {error * 1e3:.1f} mm"
+            f" from that of a rod with {FINE_NODES} nodes: set more rod.nodes, or a lower limits.tension_max"
+        )
+
+
+def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
+    """Yield what is valid, but keeps a process from running as the machine is now, or makes it run badly."""
+    from tendond.daemon.control.gains import lowered
+    from tendond.daemon.control.state import rod_from_section
+    from tendond.daemon.runtime.bus import hub_settings
+    from tendond.drivers.dynamixel.calibration import load_calibration
+    from tendond.drivers.vicon.datastream import is_installed
+
+    try:
+        hub_settings(config)
+    except ConfigError as error:
+        yield str(error)
+    if gains := lowered(config, rod_from_section(config.rod, config.loop.period).parameters):
+        yield gains
+    frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
+    if allowed < 2.0 * frame:
+        yield (
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms, and faults.pose_timeout = "
+            f"{allowed * 1e3:g} ms covers less than one lost frame: raise it, or lower simulator.mocap.period"
+        )
+    elif frame > 3.0 * config.loop.period:
+        yield (
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms, the loop runs each "
+            f"{config.loop.period * 1e3:g} ms: most cycles have no new pose and rely on the model"
+        )
+    if config.vicon is not None and config.vicon.source == "datastream" and not is_installed():
+        yield "vicon.source = 'datastream' needs the motioncapture package: pip install 'tendond[vicon-sdk]'"
+    if config.servo is not None:
+        path = (Path() if file is None else file.parent) / config.servo.calibration
+        try:
+            load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
+        except TendondError as error:
+            yield str(error)

@@ -1,0 +1,206 @@
+"""What can be identified: each parameter's name, unit, key in the configuration, and how the fit counts it."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.errors import UsageError
+from tendond.model.rod.parameters import RodParameters
+from tendond.schemas.config.rig import RigConfig
+
+Array = NDArray[np.float64]
+
+TENDON_STIFFNESS = 2e4
+"""[N/m] Where the configuration's tendons do not stretch: those of a displacement-driven rod must, a little."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One that can be fitted.
+
+    Attributes:
+        name: as on the command line.
+        unit: SI.
+        meaning: in words.
+        section, key: of the configuration; empty where the controller has none.
+        scale: of the fit's own coordinate: 0 for the logarithm of the value, else a value's unit of change.
+        lower, upper: bounds, factors of the start where the logarithm is fitted.
+        force: multiplies with every force: the motion alone fixes only the ratios of such parameters.
+        max_error: error beyond which the value is not reported: a fraction of the value, or in its unit.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    section: str
+    key: str
+    scale: float
+    lower: float
+    upper: float
+    force: bool = False
+    max_error: float = 0.25
+
+    @property
+    def logarithmic(self) -> bool:
+        """The fit counts its logarithm."""
+        return self.scale == 0.0
+
+    def coordinate(self, value: float, start: float) -> float:
+        """The fit's coordinate of a value, zero at the start."""
+        return math.log(value / start) if self.logarithmic else (value - start) / self.scale
+
+    def value(self, coordinate: float, start: float) -> float:
+        """The value at a coordinate."""
+        return start * math.exp(coordinate) if self.logarithmic else start + self.scale * coordinate
+
+    def error(self, value: float, deviation: float) -> float:
+        """Standard error of the value, from that of its coordinate."""
+        return deviation * (value if self.logarithmic else self.scale)
+
+    @property
+    def max_deviation(self) -> float:
+        """Return `max_error` in the coordinate."""
+        return self.max_error if self.logarithmic else self.max_error / self.scale
+
+
+def _factor(
+    name: str, unit: str, meaning: str, section: str, key: str, *, force: bool = False, far: float = 20.0
+) -> Parameter:
+    return Parameter(name, unit, meaning, section, key, 0.0, 1.0 / far, far, force)
+
+
+PARAMETERS: dict[str, Parameter] = {
+    parameter.name: parameter
+    for parameter in (
+        _factor("E", "Pa", "Young's modulus", "rod", "youngs_modulus", force=True),
+        _factor("rho", "kg/m^3", "density, with disks, glue and markers", "rod", "density", force=True),
+        _factor("Bbt", "N m^2 s", "bending damping", "rod", "bending_damping", force=True, far=100.0),
+        _factor("C", "kg/m^2", "square-law drag", "rod", "drag", force=True, far=100.0),
+        _factor("tendon_stiffness", "N/m", "of each tendon", "rod", "tendon_stiffness", force=True, far=100.0),
+        Parameter(
+            "tip_mass",
+            "kg",
+            "of a body on the tip, beside a known weight",
+            "rod",
+            "tip_mass",
+            0.01,
+            0.0,
+            1.0,
+            force=True,
+            max_error=0.001,
+        ),
+        _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", far=2.0),
+        Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, max_error=0.005),
+        Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, max_error=0.01),
+        Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, max_error=1e-4),
+        Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, max_error=0.001),
+    )
+}
+"""By name."""
+
+DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "tip_mass", "delay", "lag", "spool", "backlash")
+
+FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3}
+"""[s], [m], [kg] Minimum start of a fit of these: at zero derivatives vanish, or steps do."""
+
+
+def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
+    """The parameters of these names, in the order of `PARAMETERS`.
+
+    Raises:
+        UsageError: an unknown name, or none.
+    """
+    wanted = [name.strip() for name in names if name.strip()]
+    for name in wanted:
+        if name not in PARAMETERS:
+            raise UsageError(f"--parameters: '{name}': choose among {', '.join(PARAMETERS)}")
+    if not wanted:
+        raise UsageError(f"--parameters: choose among {', '.join(PARAMETERS)}")
+    return tuple(parameter for parameter in PARAMETERS.values() if parameter.name in wanted)
+
+
+def nominal(config: RigConfig) -> dict[str, float]:
+    """What the configuration says, by name; of diagonals the first entry, to which the others keep their ratio."""
+    rod, observer = config.rod, config.observer
+    return {
+        "E": rod.youngs_modulus,
+        "rho": rod.density,
+        "Bbt": rod.bending_damping[0],
+        "C": rod.drag[0],
+        "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,
+        "tip_mass": rod.tip_mass,
+        "spool": 1.0,
+        "backlash": 0.0,
+        "delay": observer.delay,
+        "lag": observer.lag,
+        "zero": 0.0,
+    }
+
+
+def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParameters:
+    """The rod of a configuration with other values, by name.
+
+    Raises:
+        ParameterError: values that no rod has.
+    """
+    fields = config.rod.model_dump(exclude={"space", "nodes", "alpha"})
+    fields["tendon_stiffness"] = values["tendon_stiffness"]
+    fields["youngs_modulus"], fields["density"] = values["E"], values["rho"]
+    fields["bending_damping"] = _diagonal(config.rod.bending_damping, values["Bbt"])
+    fields["drag"] = _diagonal(config.rod.drag, values["C"])
+    fields["tip_mass"] = values["tip_mass"]
+    return RodParameters(**fields)
+
+
+def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
+    """The configuration of a controller that believes these values; those left out stay."""
+    known = {**nominal(config), **values}
+    rod: dict[str, Any] = {
+        "youngs_modulus": known["E"],
+        "density": known["rho"],
+        "bending_damping": _diagonal(config.rod.bending_damping, known["Bbt"]),
+        "drag": _diagonal(config.rod.drag, known["C"]),
+        "tip_mass": known["tip_mass"],
+    }
+    if "tendon_stiffness" in values:
+        rod["tendon_stiffness"] = known["tendon_stiffness"]
+    observer = {"delay": known["delay"], "lag": known["lag"]}
+    return config.model_copy(
+        update={
+            "rod": config.rod.model_copy(update=rod),
+            "observer": config.observer.model_copy(update=observer),
+        }
+    )
+
+
+def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, float]:
+    """Where the fit starts, by name: the configuration's values, those to be fitted moved off bounds.
+
+    Raises:
+        UsageError: a value of zero, of which there is no logarithm.
+    """
+    values = nominal(config)
+    for parameter in parameters:
+        if parameter.logarithmic and values[parameter.name] <= 0.0:
+            raise UsageError(f"{parameter.section}.{parameter.key} = 0 cannot be fitted from: give it a first guess")
+        values[parameter.name] = max(values[parameter.name], FROM.get(parameter.name, -math.inf))
+    return values
+
+
+def _diagonal(entries: tuple[float, ...], first: float) -> tuple[float, float, float]:
+    """`entries` scaled so that the first is `first`."""
+    if entries[0] == 0.0:
+        return (first, first, first)
+    a, b, c = (first * entry / entries[0] for entry in entries)
+    return a, b, c
+
+
+def bounds(parameter: Parameter, start: float) -> tuple[float, float]:
+    """Of the fit's coordinate."""
+    if parameter.logarithmic:
+        return math.log(parameter.lower), math.log(parameter.upper)
+    return parameter.coordinate(parameter.lower, start), parameter.coordinate(parameter.upper, start)

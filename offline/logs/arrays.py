@@ -1,0 +1,148 @@
+"""A log as numpy arrays with names and units, a row per cycle."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.recording.channels import CYCLE, TIMING, TRUTH
+from tendond.offline.logs.log import Run, no_cycles, open_run
+from tendond.offline.logs.units import column_name, components, unit_of
+from tendond.schemas.base import SCHEMA_VERSION
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.record import RECORD_VERSION
+
+LOG_TIME = "log_time_ns"
+LEFT_OUT = ("inputs.reference",)
+"""A request's own tables, which are no numbers of the cycle."""
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """A run, column by column.
+
+    `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record
+    (`tendond.schemas.record`) with dots between, `timing.` and `truth.` before what the loop and the simulator say.
+    Numbers that a cycle does not have are NaN, texts are empty; several texts of a cycle have '; ' between.
+
+    Attributes:
+        path: of the log.
+        config: of the rig.
+        metadata: revision and versions, by name.
+        arrays: by name; shapes (cycles,) or (cycles, components).
+        units: by name; empty where there is none.
+    """
+
+    path: Path
+    config: RigConfig
+    metadata: dict[str, str]
+    arrays: dict[str, NDArray[Any]]
+    units: dict[str, str]
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """An array by its name."""
+        try:
+            return self.arrays[name]
+        except KeyError:
+            raise KeyError(f"'{name}' is not in {self.path}; it has {', '.join(self.arrays)}") from None
+
+    def __len__(self) -> int:
+        """Cycles."""
+        return len(self.arrays["tick"])
+
+    @property
+    def names(self) -> list[str]:
+        """Of the arrays."""
+        return list(self.arrays)
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """One-dimensional arrays by names with component and unit: `command_displacement_0_m`."""
+        found = {}
+        for name, array in self.arrays.items():
+            if array.ndim == 1:
+                found[column_name(name)] = array
+            else:
+                for i, component in enumerate(components(name, array.shape[1])):
+                    found[column_name(name, component)] = array[:, i]
+        return found
+
+
+def load(path: str | Path) -> Arrays:
+    """Read a log of `tendond run` or `tendond replay`, with all the files that it was spread over.
+
+    Raises:
+        LogError: no file, not an MCAP file, not one of ours, damaged, without configuration or cycles, or of another
+            version.
+    """
+    run = open_run(Path(path))
+    rows = list(_rows(run))
+    if not rows:
+        raise no_cycles(Path(path))
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    arrays = {name: _array([row.get(name) for row in rows]) for name in names}
+    return Arrays(Path(path), run.config, run.metadata, arrays, {name: unit_of(name) for name in names})
+
+
+def _rows(run: Run) -> Iterator[dict[str, Any]]:
+    """Of each cycle, with what was written beside it."""
+    row: dict[str, Any] = {}
+    for topic, message in run.messages((CYCLE.topic, TIMING.topic, TRUTH.topic)):
+        data = _checked(run, topic, message.data)
+        if topic == CYCLE.topic:
+            if row:
+                yield row
+            row = {LOG_TIME: message.log_time}
+            _flatten("", data, row)
+        elif row:
+            _flatten("timing" if topic == TIMING.topic else "truth", data, row)
+    if row:
+        yield row
+
+
+def _checked(run: Run, topic: str, data: bytes) -> dict[str, Any]:
+    """Return a message with the present names; an unknown version is refused: its numbers could mean something else."""
+    try:
+        found = json.loads(data)
+        present = RECORD_VERSION if topic == CYCLE.topic else SCHEMA_VERSION
+        if found.get("version", present) == present and "rehearsal_us" not in found:
+            return dict(found)
+    except (ValueError, AttributeError):
+        pass
+    model = {channel.topic: channel.model for channel in (CYCLE, TIMING, TRUTH)}[topic]
+    return run.decode(topic, model, data).model_dump(mode="json")
+
+
+def _flatten(path: str, value: Any, row: dict[str, Any]) -> None:
+    if path in LEFT_OUT or path.rsplit(".", 1)[-1] == "version":
+        return
+    if isinstance(value, dict) and path.rsplit(".", 1)[-1] == "unreadable":
+        row[path] = "; ".join(f"{count} {reason}" for reason, count in value.items())
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            _flatten(f"{path}.{key}" if path else key, inner, row)
+    elif isinstance(value, list) and all(isinstance(item, str) for item in value):
+        row[path] = "; ".join(value)
+    elif value is not None:
+        row[path] = value
+
+
+def _array(values: list[Any]) -> NDArray[Any]:
+    """Of one field through all cycles; those that do not have it are filled."""
+    present = [value for value in values if value is not None]
+    kind = present[0]
+    if isinstance(kind, list):
+        width = max(len(value) for value in present)
+        filled = np.full((len(values), width), np.nan)
+        for i, value in enumerate(values):
+            if value is not None:
+                filled[i, : len(value)] = value
+        return filled
+    if isinstance(kind, str):
+        return np.array(["" if value is None else value for value in values])
+    if len(present) == len(values) and all(isinstance(value, type(kind)) for value in present):
+        return np.array(values)
+    return np.array([np.nan if value is None else float(value) for value in values])

@@ -1,0 +1,196 @@
+"""Metrics of a run: the paper's, of the component of the tip that bends (x, or y in plane 'yz'), and others.
+
+Definitions for readers are in docs/metrics.md; demo, paper, robustness, plots and replay all use this module.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.reference.planar import PLANES
+from tendond.model.rod.static_curve import StaticCurve
+from tendond.offline.logs.log import LogError, LogFile
+from tendond.schemas.base import Vector3
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.messages import Mode
+from tendond.schemas.record import CycleRecord
+
+Array = NDArray[np.float64]
+
+SETTLED = 0.05
+"""Of the target, either side of it: within this band the tip has settled."""
+
+RISEN = 0.9
+"""Of the target: here the rise ends."""
+
+STEADY_SAMPLES = 20
+"""At the end of the run, that the steady-state error is the mean of."""
+
+RIPPLE_SAMPLES = 40
+"""At the end of the run, over which the ripple is taken."""
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """The first stretch of a run that tracks, one sample per cycle; sample 0 is the tip when tracking began.
+
+    Attributes:
+        ticks: of the cycles, shape (k,).
+        time: since the start of tracking [s], shape (k,).
+        tip: measured [m], shape (k, 3). The command of one cycle shows in the next: sample i follows i commands.
+        reference: where the tip should have been [m], shape (k, 3).
+        displacement: of the tendons, commanded in the cycle [m], shape (k, n).
+        tension: of the tendons, commanded in the cycle [N], shape (k, n).
+        target: where the reference ends [m].
+        axes: of the bending plane: index of the component that bends (0 for x, 1 for y), and 2.
+        agonist: index of its tendon.
+    """
+
+    ticks: NDArray[np.int64]
+    time: Array
+    tip: Array
+    reference: Array
+    displacement: Array
+    tension: Array
+    target: Vector3
+    axes: tuple[int, int]
+    agonist: int
+
+    @property
+    def axis(self) -> int:
+        """Of the component that bends."""
+        return self.axes[0]
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Of k samples; an iteration is the index of a sample. The first seven are of the component x of the tip (or y).
+
+    Attributes:
+        tpl_mm: total path length, the sum of |x[i+1] - x[i]| [mm].
+        settling_iterations: first iteration from which on |x - target| stays within 5 % of the target; none if the last
+            sample is outside.
+        overshoot_percent: how far x goes beyond the target, of the target [%]; 0 if it does not.
+        rise_iterations: first iteration with 90 % of the target; none if there is none.
+        steady_state_error_mm: |target - mean of the last 20 samples| [mm].
+        final_tip_m: last sample [m].
+        final_displacement_m: of the agonist, last command [m].
+        settling_s: `settling_iterations` in seconds.
+        path_mm: distance travelled by the tip in the plane [mm].
+        path_overshoot_percent: how far the tip goes beyond the target along the curve of resting tips, of the way from
+            its start to the target [%]; none without that curve. A bend that overshoots is seen here even where x turns
+            back, and x beyond the target during a slow bend is not counted.
+        iae_mm_s: integral of the distance between tip and reference in the plane [mm s].
+        ripple_mm: standard deviation of the tip in the plane over the last 40 samples [mm].
+        tendon_rate_mm_s: root mean square of the rate of all commanded displacements [mm/s]: wear of the motors.
+        peak_tension_n: largest commanded tension [N]. least_tension_n: smallest [N].
+    """
+
+    tpl_mm: float
+    settling_iterations: int | None
+    overshoot_percent: float
+    rise_iterations: int | None
+    steady_state_error_mm: float
+    final_tip_m: Vector3
+    final_displacement_m: float
+    settling_s: float | None
+    path_mm: float
+    path_overshoot_percent: float | None
+    iae_mm_s: float
+    ripple_mm: float
+    tendon_rate_mm_s: float
+    peak_tension_n: float
+    least_tension_n: float
+
+
+def tracking(log: LogFile) -> Tracking:
+    """The first stretch of a log's cycles in mode 'tracking'; raises LogError as `tracking_of`."""
+    return tracking_of(log.records, log.config, str(log.path))
+
+
+def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) -> Tracking:
+    """The first stretch of cycles in mode 'tracking'.
+
+    Args:
+        records: of consecutive cycles.
+        config: that they ran with.
+        source: where they are from, for messages.
+
+    Raises:
+        LogError: there is none, or the target's bending component is zero, which the metrics are relative to.
+    """
+    start = next((i for i, record in enumerate(records) if record.mode is Mode.TRACKING), None)
+    if start is None:
+        raise LogError(f"{source}: holds no cycle in mode 'tracking'; arm the controller while it records")
+    end = next((i for i, record in enumerate(records[start:], start) if record.mode is not Mode.TRACKING), None)
+    part = records[start:end]
+    axes = PLANES[config.control.plane]
+    target = part[0].reference.target
+    if target[axes[0]] == 0.0:
+        raise LogError(
+            f"{source}: the reference ends at 0 in {'xy'[axes[0]]}, which the metrics are relative to; use another log"
+        )
+    tip = [record.measured for record in part]
+    if None in tip:
+        raise LogError(f"{source}: holds tracking cycles without a measured tip; use another log")
+    return Tracking(
+        ticks=np.array([record.tick for record in part]),
+        time=np.array([record.time - part[0].time for record in part]),
+        tip=np.array(tip),
+        reference=np.array([record.reference.position for record in part]),
+        displacement=np.array([record.command.displacement for record in part]),
+        tension=np.array([record.command.tension for record in part]),
+        target=target,
+        axes=axes,
+        agonist=config.control.agonist,
+    )
+
+
+def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None = None) -> Metrics:
+    """The metrics of a run; see `Metrics` for their definitions.
+
+    Args:
+        run: at least one sample.
+        curve: of the resting rod's tips, for the overshoot along it.
+        tip: to use instead of the measured one, for instance a simulator's truth [m], shape (k, 3).
+    """
+    tip = run.tip if tip is None else tip
+    axis, axes, target = run.axis, list(run.axes), run.target
+    # As a part of the target: a target on the negative side is no different.
+    progress = tip[:, axis] / target[axis]
+    outside = np.flatnonzero(np.abs(progress - 1.0) > SETTLED)
+    risen = np.flatnonzero(progress >= RISEN)
+    settling = int(outside[-1]) + 1 if outside.size else 0
+    settled = settling < len(tip)
+    scale_mm = 1000.0 * math.fabs(target[axis])
+    x, y, z = (float(value) for value in tip[-1])
+    period = float(run.time[1] - run.time[0]) if len(tip) > 1 else 0.0
+    plane = tip[:, axes]
+    rates = np.diff(run.displacement, axis=0) / period if period > 0.0 else np.zeros((1, 1))
+    return Metrics(
+        tpl_mm=1000.0 * float(np.abs(np.diff(tip[:, axis])).sum()),
+        settling_iterations=settling if settled else None,
+        overshoot_percent=100.0 * max(0.0, float(progress.max()) - 1.0),
+        rise_iterations=int(risen[0]) if risen.size else None,
+        steady_state_error_mm=scale_mm * math.fabs(1.0 - float(progress[-STEADY_SAMPLES:].mean())),
+        final_tip_m=(x, y, z),
+        final_displacement_m=float(run.displacement[-1, run.agonist]),
+        settling_s=float(run.time[settling]) if settled else None,
+        path_mm=1000.0 * float(np.linalg.norm(np.diff(plane, axis=0), axis=1).sum()),
+        path_overshoot_percent=None if curve is None else _path_overshoot(plane, np.array(target)[axes], curve),
+        iae_mm_s=1000.0 * period * float(np.linalg.norm(plane - run.reference[:, axes], axis=1).sum()),
+        ripple_mm=1000.0 * float(np.linalg.norm(plane[-RIPPLE_SAMPLES:].std(axis=0))),
+        tendon_rate_mm_s=1000.0 * float(np.sqrt(np.mean(rates**2))),
+        peak_tension_n=float(run.tension.max()),
+        least_tension_n=float(run.tension.min()),
+    )
+
+
+def _path_overshoot(plane: Array, target: Array, curve: StaticCurve) -> float:
+    """Overshoot along the curve, relative to the path length from the first sample to the target [%]."""
+    arcs = curve.nearest(np.vstack([plane, target]))
+    length = arcs[-1] - arcs[0]
+    return 100.0 * max(0.0, float((arcs[:-1].max() - arcs[-1]) / length)) if length > 0.0 else 0.0

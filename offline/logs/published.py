@@ -1,0 +1,21 @@
+"""Published figures of a run, to be shown beside its own."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Published:
+    """What a paper prints of a run; named as in `tendond.offline.logs.metrics.Metrics`.
+
+    Attributes:
+        final_displacement_mm: of the tendon at the end; none where the paper does not give it.
+        source: of the figures, in words.
+    """
+
+    tpl_mm: float
+    settling_iterations: int
+    overshoot_percent: float
+    rise_iterations: int
+    steady_state_error_mm: float
+    final_displacement_mm: float | None = None
+    source: str = ""

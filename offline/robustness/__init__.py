@@ -1,0 +1,1 @@
+"""The closed loop over a grid of plants that differ from the controller's model: `tendond study robustness`."""

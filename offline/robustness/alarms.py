@@ -1,0 +1,59 @@
+"""Whether a fault in a run was a true alarm: the same run once more, with the watches of the loop's behaviour off."""
+
+import numpy as np
+
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.model.errors import ConvergenceError
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.messages import ControlAction, Mode
+
+LATER = 6.0
+"""[s] From the fault on, in which a loop that the fault need not have ended comes to rest."""
+
+LAST = 1.25
+"""[s] Of them, in which the tip is looked at: half a period of the slowest swing that the faults look for."""
+
+OFF = 1e6
+"""As a threshold: never reached."""
+
+WATCHES = ("swing", "tension_swing", "tracking_error", "jump", "mismatch")
+"""Of [faults]; `limits.limit_time` beside them."""
+
+TRUE, FALSE = "true", "false"
+
+
+def unwatched(config: RigConfig) -> RigConfig:
+    """Return the same rig, whose loop nobody watches: it may swing, stand at a limit, or stay off its reference."""
+    return config.model_copy(
+        update={
+            "faults": config.faults.model_copy(update=dict.fromkeys(WATCHES, OFF)),
+            "limits": config.limits.model_copy(update={"limit_time": OFF}),
+        }
+    )
+
+
+def judge_alarm(config: RigConfig, arm: int, fault: int) -> str:
+    """Return `FALSE` if the loop would have come to rest at its reference without the fault, `TRUE` if not.
+
+    At rest: in the last `LAST` seconds the true tip swings by less than `faults.swing` of the rod's length, and ends
+    within `faults.tracking_error` of it from the reference. Pushes that come after the fault are left out.
+
+    Args:
+        config: of the run that ended in a fault.
+        arm: cycle in which it is armed. fault: in which it ended.
+    """
+    period, length, faults = config.loop.period, config.rod.length, config.faults
+    simulator = config.simulator
+    pushes = tuple(push for push in simulator.impacts if push.time <= fault * period)
+    config = config.model_copy(update={"simulator": simulator.model_copy(update={"impacts": pushes})})
+    tips, apart = [], 0.0
+    try:
+        for watched in watched_loop(unwatched(config), fault + round(LATER / period), {arm: ControlAction.ARM}):
+            if watched.record.mode is Mode.FAULT:
+                return TRUE
+            tips.append(watched.truth.position)
+            apart = float(np.linalg.norm(np.subtract(watched.truth.position, watched.record.reference.position)))
+    except ConvergenceError:
+        return TRUE
+    swing = float(np.max(np.ptp(np.array(tips[-round(LAST / period) :]), axis=0)))
+    return FALSE if swing < faults.swing * length and apart < faults.tracking_error * length else TRUE

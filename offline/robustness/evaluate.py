@@ -1,0 +1,258 @@
+"""One point: the configuration of its controller and plant, its run, and how it did."""
+
+import functools
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from tendond.daemon.control.reference.planar import PLANES
+from tendond.daemon.control.state import rod_from_section
+from tendond.drivers.simulator.lockstep import Watched, watched_loop
+from tendond.model.errors import ConvergenceError
+from tendond.model.rod.static_curve import StaticCurve, static_curve
+from tendond.offline.logs.metrics import metrics, tracking_of
+from tendond.offline.robustness.alarms import judge_alarm
+from tendond.offline.robustness.points import Point
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.config.robot import RodSection
+from tendond.schemas.messages import ControlAction, Mode
+
+IDLE_CYCLES = 100
+"""Disarmed, before arming: the observer sees what hangs on the tip."""
+
+TRACKING_CYCLES = 600
+"""What a mass on the tip leaves to the observer decays at one to three per second."""
+
+IMPACT_CYCLES = 100
+"""That a run with an impact goes on for, from its beginning."""
+
+SERVO_RATE = 0.085
+"""[m/s] Of a servo of 55 rpm on a drum of 15 mm radius."""
+
+TENDON_STIFFNESS = 2e4
+"""[N/m] Of the plant and the model where displacement drives."""
+
+SLACK = 0.002
+"""Release of slack tendons where displacement drives [m]."""
+
+SETTLING_GOAL = 45
+"""Iterations, and what a rate limit costs."""
+
+RIPPLE_GOAL_MM = 0.1
+ROUNDING = 1e-9
+"""[N] By which a tension may be beyond its bounds."""
+
+LAST_SAMPLES = 20
+"""Of a stretch: what is not within the band in all of them has not settled, but passes by; and the error of the
+estimated force is the largest of them."""
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """How a point did; the CSV's columns after the point's own. The tip is the simulated one, not the measured.
+
+    Attributes:
+        settling_iterations: to stay within 5 % of the target's x; none if it never does, or faults before.
+        rate_cost_iterations: cycles before it settled in which the command stood at its displacement rate, at most
+            those that the tendon's whole travel takes at that rate.
+        overshoot_percent ... steady_error_mm: as in `analysis.metrics`; none without a cycle of tracking.
+        least_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
+        force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
+            a force observer.
+        impact_settling_iterations: from the impact's end, as settling; none if there is none or it never does.
+        impact_rate_cost_iterations: as above, after the impact.
+        mode: at the end. reason: of a fault; or why the plant has no solution, which counts as one.
+        alarm: 'true' or 'false' where a fault ended the run, as `alarms.judge_alarm` finds out; else empty.
+        settles, smooth, bounded, recovers: parts of the goal. meets: all of them, and no fault.
+    """
+
+    settling_iterations: int | None = None
+    rate_cost_iterations: int = 0
+    overshoot_percent: float | None = None
+    path_overshoot_percent: float | None = None
+    tpl_mm: float | None = None
+    ripple_mm: float | None = None
+    rise_iterations: int | None = None
+    steady_error_mm: float | None = None
+    least_tension_n: float | None = None
+    peak_tension_n: float | None = None
+    force_error_n: float | None = None
+    impact_settling_iterations: int | None = None
+    impact_rate_cost_iterations: int = 0
+    mode: str = ""
+    reason: str = ""
+    alarm: str = ""
+    settles: bool = False
+    smooth: bool = False
+    bounded: bool = False
+    recovers: bool = False
+    meets: bool = False
+
+
+RESULT_COLUMNS = tuple(field.name for field in fields(PointResult))
+
+
+def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> RigConfig:
+    """Controller and plant of a point.
+
+    Args:
+        base: the controller's configuration; its [rod] is the plant too, but for what the point says. Its own
+            [simulator] is left aside.
+        point: to run.
+        seed: of the run; a point's noise depends on it and on where the point lies.
+        model: that the controller believes in instead of [rod].
+
+    Raises:
+        ConfigError: the point does not fit the configuration.
+    """
+    period, rod, limits = base.loop.period, base.rod, base.limits
+    if point.drive == "displacement":
+        rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})
+        rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
+        limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
+    configured_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.configured, 0)
+    configured_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
+    feedback = "direct" if point.feedback == "direct" else "observer"
+    kind = "offset" if point.feedback == "offset" else "force"
+    plant = rod.model_copy(
+        update={
+            "youngs_modulus": rod.youngs_modulus * point.youngs_factor,
+            "bending_damping": tuple(value * point.bending_damping_factor for value in rod.bending_damping),
+            "drag": tuple(value * point.drag_factor for value in rod.drag),
+        }
+    )
+    impacts = []
+    if point.impact_n:
+        force = [0.0, 0.0, 0.0]
+        force["xyz".index(point.impact_direction[1])] = math.copysign(
+            point.impact_n, float(point.impact_direction[0] + "1")
+        )
+        impacts.append({"time": _impact_tick(base) * period, "duration": point.impact_ms / 1e3, "force": force})
+    digest = hashlib.sha256(f"{seed}/{point.key}".encode()).digest()
+    values = base.model_dump()
+    values["rod"], values["limits"] = (model or rod).model_dump(), limits.model_dump()
+    values["control"].update(law=point.law, feedback=feedback)
+    values["observer"].update(kind=kind, delay=configured_delay * period, lag=time_constant(configured_lag, period))
+    values["simulator"] = {
+        "period": period,
+        "rod": plant.model_dump(),
+        "drive": point.drive,
+        "weight": {"mass": point.load_g / 1e3},
+        "impacts": impacts,
+        "seed": int.from_bytes(digest[:4], "big"),
+        "servo": {
+            "lag": time_constant(point.lag_part, period),
+            "rate": limits.displacement_rate if point.drive == "displacement" else 0.0,
+        },
+        "mocap": {"latency": point.delay_cycles * period, "noise": point.noise_mm / 1e3},
+    }
+    values["vicon"] = values["servo"] = None
+    return check_config(values, f"plant '{point}'").with_own_rates()
+
+
+def time_constant(part: float, period: float) -> float:
+    """Of a first-order lag [s] of which `part` of a step is missing after `period` [s]."""
+    return -period / math.log(part) if part > 1e-9 else 0.0
+
+
+def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> PointResult:
+    """Run a point and measure it.
+
+    Args:
+        base, point, seed, model: as `rig_of`.
+    """
+    config = rig_of(base, point, seed, model)
+    impact = _impact_tick(base)
+    seen: list[Watched] = []
+    reason = ""
+    try:
+        for watched in watched_loop(
+            config, impact + (IMPACT_CYCLES if point.impact_n else 0), {IDLE_CYCLES: ControlAction.ARM}
+        ):
+            seen.append(watched)
+    except ConvergenceError as error:
+        reason = f"the plant has no solution: {error}"
+    mode = seen[-1].record.mode if seen and not reason else Mode.FAULT
+    if mode is not Mode.TRACKING and not reason:
+        reason = seen[-1].record.reason
+    fault = next((watched.record.tick for watched in seen if watched.record.mode is Mode.FAULT), None)
+    alarm = "" if fault is None else judge_alarm(config, IDLE_CYCLES, fault)
+    result = _tracked(config, point, seen, impact, PointResult(mode=str(mode), reason=reason, alarm=alarm))
+    recovers = True
+    if point.impact_n and len(seen) > impact:
+        ended = impact + max(1, math.ceil(point.impact_ms / 1e3 / base.loop.period - 1e-9))
+        settling, cost = _settling(config, seen[ended:], IMPACT_CYCLES - (ended - impact))
+        recovers = settling is not None and settling <= SETTLING_GOAL + cost
+        result = replace(result, impact_settling_iterations=settling, impact_rate_cost_iterations=cost)
+    meets = result.settles and result.smooth and result.bounded and recovers and mode is Mode.TRACKING
+    return replace(result, recovers=recovers and mode is Mode.TRACKING, meets=meets)
+
+
+def _impact_tick(config: RigConfig) -> int:
+    """Cycle in which an impact begins: tracking has gone on for `TRACKING_CYCLES` then."""
+    return IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period - 1e-9) + TRACKING_CYCLES
+
+
+def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: int, result: PointResult) -> PointResult:
+    """`result` with the measures of what was seen up to the cycle `impact`, and the commanded tensions of all."""
+    part = [watched for watched in seen[:impact] if watched.record.mode is Mode.TRACKING]
+    if not part:
+        return result
+    run = tracking_of([watched.record for watched in seen[:impact]], config, str(point))
+    tip = np.array([watched.truth.position for watched in part])
+    control = config.control
+    curve = _curve(config.rod, control.agonist, control.plane, config.limits.tension_max, config.loop.period)
+    values = metrics(run, curve, tip=tip)
+    settling, cost = _settling(config, part, TRACKING_CYCLES)
+    commanded = np.array([watched.record.command.tension for watched in seen[IDLE_CYCLES:]])
+    pulled = np.array([watched.truth.tension for watched in seen[IDLE_CYCLES:impact]])
+    lowest, peak = min(commanded.min(), pulled.min()), max(commanded.max(), pulled.max())
+    force_error = None
+    if point.feedback == "force":
+        force_error = max(
+            float(np.linalg.norm(np.subtract(watched.record.observer.force, watched.truth.tip_force)))
+            for watched in part[-LAST_SAMPLES:]
+        )
+    return replace(
+        result,
+        settling_iterations=settling,
+        rate_cost_iterations=cost,
+        overshoot_percent=values.overshoot_percent,
+        path_overshoot_percent=values.path_overshoot_percent,
+        tpl_mm=values.tpl_mm,
+        ripple_mm=values.ripple_mm,
+        rise_iterations=values.rise_iterations,
+        steady_error_mm=values.steady_state_error_mm,
+        least_tension_n=float(lowest),
+        peak_tension_n=float(peak),
+        force_error_n=force_error,
+        settles=settling is not None and settling <= SETTLING_GOAL + cost,
+        smooth=values.ripple_mm < RIPPLE_GOAL_MM,
+        bounded=bool(lowest >= -ROUNDING and peak <= config.limits.tension_max + ROUNDING),
+    )
+
+
+@functools.lru_cache(maxsize=4)
+def _curve(rod: RodSection, agonist: int, plane: str, tension_max: float, period: float) -> StaticCurve:
+    """The reference's curve of resting tips: most points have the same one."""
+    return static_curve(rod_from_section(rod, period), agonist, tension_max, PLANES[plane])
+
+
+def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[int | None, int]:
+    """Settling of the true tip in a stretch that should track for `cycles`, and what the rate limit cost of it."""
+    tracked = [watched for watched in part if watched.record.mode is Mode.TRACKING]
+    if len(tracked) < cycles:
+        return None, 0
+    records = [watched.record for watched in tracked]
+    run = tracking_of(records, config, "robustness")
+    tip = np.array([watched.truth.position for watched in tracked])
+    settling = metrics(run, tip=tip).settling_iterations
+    if settling is not None and settling > cycles - LAST_SAMPLES:
+        settling = None
+    until = len(records) if settling is None else settling
+    stood = sum("displacement rate" in record.limited for record in records[:until])
+    travel = np.abs(run.displacement[-1] - run.displacement[0]).max()
+    return settling, min(stood, math.ceil(travel / (config.limits.displacement_rate * config.loop.period)))

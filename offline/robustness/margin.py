@@ -1,0 +1,231 @@
+"""The margin for a mass on the tip: the gains that it admits, what it assumes of a bent arm, and the real loop."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from math import ceil, log
+
+import numpy as np
+
+from tendond.daemon.control.gains import law_rates, observer_gains, unknown_tip_mass
+from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.reference.planar import PLANES
+from tendond.daemon.control.state import rod_from_section
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.model.errors import ConvergenceError
+from tendond.model.estimation.margin import min_stiffness_ratio
+from tendond.model.estimation.observer import tip_compliance
+from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.messages import ControlAction, Mode
+
+RATES = (100.0, 250.0)
+"""[Hz]"""
+
+DELAYS = ((0, 0), (1, 0), (2, 0), (3, 0), (0, 1))
+"""Configured, and beside it, in cycles."""
+
+IDLE_SECONDS, TRACKING_SECONDS, LAST_SECONDS = 1.0, 12.0, 2.0
+ARMING_SECONDS = 20.0
+"""That the rest and the probe may take before tracking begins."""
+
+RIPPLE_MAX = 0.2e-3
+"""[m] Of any coordinate of the true tip, peak to peak, in the last seconds of a run."""
+
+SETTLED = 0.05
+"""Of the target, within which the tip counts as there."""
+
+
+@dataclass(frozen=True)
+class GainsRow:
+    """The gains of a rate and a delay.
+
+    Attributes:
+        rate: of the loop [Hz]. delay: of a pose [cycles].
+        integral, proportional, derivative: admitted [1/s, -, s].
+        bare, loaded: decay of the slowest motion of the linear loop without a mass, and of the worst with the largest,
+            one cycle of delay more than configured [1/s].
+    """
+
+    rate: float
+    delay: int
+    integral: float
+    proportional: float
+    derivative: float
+    bare: float
+    loaded: float
+
+
+@dataclass(frozen=True)
+class StiffnessRow:
+    """Stiffness of the tip in its min_stiffness_ratio direction, of the straight rod's 3 EI/L^3 [-].
+
+    Attributes:
+        mass: on the tip [kg]. tension: of the agonist [N]. across: the tip's place [m].
+        arm: of the arm, from the solver's own derivative. observer: that the observer takes it for.
+    """
+
+    mass: float
+    tension: float
+    across: float
+    arm: float
+    observer: float
+
+
+@dataclass(frozen=True)
+class LoopRow:
+    """A run of the real loop in lockstep on a plant that its model does not know.
+
+    Attributes:
+        law: name. rate: [Hz]. mass: on the tip [kg]. stiffness: E of the plant, of the model's.
+        told, untold: delay of the poses that the observer is told of, and beside it [cycles].
+        settling: time of tracking to stay within `SETTLED` of the target's x [s]; none if it does not.
+        ripple: see `RIPPLE_MAX` [m]. reason: of a fault.
+        passes: it tracks, has settled, and the ripple is small.
+    """
+
+    law: str
+    rate: float
+    mass: float
+    stiffness: float
+    told: int
+    untold: int
+    settling: float | None
+    ripple: float | None
+    reason: str
+    passes: bool
+
+
+def at_rate(config: RigConfig, rate: float, delay: int) -> RigConfig:
+    """`config` at another rate [Hz] and delay [cycles]."""
+    loop = config.loop.model_copy(update={"period": 1.0 / rate})
+    return config.model_copy(
+        update={"loop": loop, "observer": config.observer.model_copy(update={"delay": delay / rate})}
+    )
+
+
+def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
+    """The gains that the margin admits, by rate and delay."""
+    rod = rod_from_section(config.rod, config.loop.period).parameters
+    for rate, delay in product(RATES, range(4)):
+        changed = at_rate(config, rate, delay)
+        gains, mass = observer_gains(changed, rod), unknown_tip_mass(changed, rod)
+        used = FeedbackGains(gains.integral, gains.proportional, gains.derivative, gains.innovation_time, 1.0)
+
+        def decay(plant: UnknownPlant, rate: float = rate, delay: int = delay, used: FeedbackGains = used) -> float:
+            poles = [
+                abs(
+                    loop_poles(rod, 1.0 / rate, config.rod.alpha, used, law_rates(config), plant, delay, ahead=ahead)[0]
+                )
+                for ahead in (False, True)
+            ]
+            return -log(max(poles)) * rate
+
+        loaded = [
+            UnknownPlant(mass, stiffness, delay=delay + late)
+            for stiffness in (min_stiffness_ratio(rod, mass), 1.15)
+            for late in (0, 1)
+        ]
+        yield GainsRow(
+            rate,
+            delay,
+            gains.integral,
+            gains.proportional,
+            gains.derivative,
+            decay(UnknownPlant(delay=delay)),
+            min(map(decay, loaded)),
+        )
+
+
+def stiffness_rows(config: RigConfig) -> Iterator[StiffnessRow]:
+    """What a mass does to the stiffness of the bent arm: where `BENT_STIFFNESS` and `GRAVITY_SOFTENING` come from."""
+    rod = rod_from_section(config.rod, config.loop.period)
+    parameters, control = rod.parameters, config.control
+    straight = 3.0 * parameters.bending_stiffness / parameters.length**3
+    plane = np.ix_(PLANES[control.plane], PLANES[control.plane])
+    largest = unknown_tip_mass(config, parameters)
+    for mass in (0.0, 0.5 * largest, largest):
+        rod.load_tip(mass)
+        state, tension = rod.solve_static(np.zeros(parameters.tendon_count)), np.zeros(parameters.tendon_count)
+        for pull in np.linspace(0.0, 0.8 * config.limits.tension_max, 13):
+            tension[control.agonist] = pull
+            try:
+                state = rod.solve_static(tension, start=state)
+                compliance = rod.sensitivity(state).position_force[plane]
+            except ConvergenceError:
+                break
+            arm = 1.0 / float(np.max(np.linalg.eigvals(compliance).real))
+            observer = 1.0 / float(np.max(np.linalg.eigvalsh(tip_compliance(rod, state)[plane])))
+            across = float(rod.tip(state).position[PLANES[control.plane][0]])
+            yield StiffnessRow(mass, float(pull), across, arm / straight, observer / straight)
+
+
+def loop_cases(config: RigConfig, *, short: bool = False) -> list[LoopRow]:
+    """The runs, without their results; `short`: the corners of one rate."""
+    largest = unknown_tip_mass(config, rod_from_section(config.rod, config.loop.period).parameters)
+    masses = (0.0, largest) if short else (0.0, 0.2 * largest, 0.5 * largest, largest)
+    stiffnesses = (0.85, 1.15) if short else (0.85, 1.0, 1.15)
+    delays = DELAYS[3:] if short else DELAYS
+    return [
+        LoopRow(law, rate, round(mass, 6), stiffness, told, untold, None, None, "", False)
+        for law in LAWS
+        for rate in (RATES[:1] if short else RATES)
+        for mass in masses
+        for stiffness in stiffnesses
+        for told, untold in delays
+    ]
+
+
+def run_loop(config: RigConfig, case: LoopRow) -> LoopRow:
+    """Run a case, and what came of it."""
+    values = at_rate(config, case.rate, case.told).model_dump()
+    values["control"]["law"] = case.law
+    rod = dict(values["rod"])
+    rod["youngs_modulus"] *= case.stiffness
+    period = 1.0 / case.rate
+    values["simulator"] = {
+        "period": period,
+        "rod": rod,
+        "weight": {"mass": case.mass},
+        "mocap": {"latency": (case.told + case.untold) * period},
+    }
+    values["vicon"] = values["servo"] = None
+    rig = check_config(values, str(case))
+    idle, tracking = ceil(IDLE_SECONDS * case.rate), ceil(TRACKING_SECONDS * case.rate)
+    tips, target, reason = [], 0.0, ""
+    try:
+        for watched in watched_loop(rig, idle + ceil(ARMING_SECONDS * case.rate) + tracking, {idle: ControlAction.ARM}):
+            if watched.record.mode is Mode.TRACKING:
+                tips.append(watched.truth.position)
+                target = watched.record.reference.target[PLANES[rig.control.plane][0]]
+            elif tips or watched.record.mode is Mode.FAULT:
+                reason = watched.record.reason
+                break
+            if len(tips) == tracking:
+                break
+    except ConvergenceError as error:
+        reason = f"the plant has no solution: {error}"
+    if len(tips) < tracking:
+        return _with(case, None, None, reason or "tracking did not begin")
+    tip = np.array(tips)
+    ripple = float(np.max(np.ptp(tip[-ceil(LAST_SECONDS * case.rate) :], axis=0)))
+    away = np.flatnonzero(np.abs(tip[:, PLANES[rig.control.plane][0]] - target) > SETTLED * abs(target))
+    settling = (int(away[-1]) + 1) / case.rate if len(away) else 0.0
+    return _with(case, settling if settling < TRACKING_SECONDS - LAST_SECONDS else None, ripple, reason)
+
+
+def _with(case: LoopRow, settling: float | None, ripple: float | None, reason: str) -> LoopRow:
+    passes = settling is not None and ripple is not None and ripple < RIPPLE_MAX and not reason
+    return LoopRow(
+        case.law, case.rate, case.mass, case.stiffness, case.told, case.untold, settling, ripple, reason, passes
+    )
+
+
+def loop_rows(config: RigConfig, cases: Sequence[LoopRow], processes: int) -> Iterator[LoopRow]:
+    """The cases with their results, in their order, as they come."""
+    if processes == 1:
+        yield from (run_loop(config, case) for case in cases)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        yield from pool.map(run_loop, [config] * len(cases), cases)

@@ -1,0 +1,231 @@
+"""Which plants the closed loop is run on: the axes, and sets of points on them."""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+FEEDBACKS = ("force", "offset", "direct")
+"""The observer's two kinds, the first the default, and no observer."""
+
+DIRECTIONS = ("+x", "-x", "+z", "-z")
+CONFIGURED = ("exact", "delay+1", "delay-1", "lag+0.1", "lag-0.1")
+"""What the controller believes of delay [cycles] and lag [-]."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A plant and its controller. The fields are the CSV's first columns; the defaults are the controller's model.
+
+    Attributes:
+        part: set of points that it is in.
+        law: name. feedback: of `FEEDBACKS`.
+        delay_cycles: age of a pose when it arrives.
+        lag_part: of a step of tension (or displacement) that the actuators still lack after a cycle [-].
+        noise_mm: of each measured coordinate of the tip, standard deviation.
+        youngs_factor, bending_damping_factor, drag_factor: E, Bbt, C of the plant against the model's [-].
+        load_g: mass on the tip, from the start.
+        drive: 'tension', ideal; or 'displacement', elastic tendons pulled by servos with a rate limit.
+        impact_n: size of a push on the tip, once it has settled; 0: none. impact_direction: of `DIRECTIONS`.
+        impact_ms: how long it lasts.
+        configured: delay and lag in the controller's configuration, of `CONFIGURED`.
+    """
+
+    part: str
+    law: str
+    feedback: str
+    delay_cycles: int = 0
+    lag_part: float = 0.0
+    noise_mm: float = 0.0
+    youngs_factor: float = 1.0
+    bending_damping_factor: float = 1.0
+    drag_factor: float = 1.0
+    load_g: float = 0.0
+    drive: str = "tension"
+    impact_n: float = 0.0
+    impact_direction: str = "+x"
+    impact_ms: float = 0.0
+    configured: str = "exact"
+
+    @property
+    def key(self) -> str:
+        """Where it lies, whatever set it is in: equal keys are the same run."""
+        return "/".join(str(getattr(self, field.name)) for field in fields(self) if field.name != "part")
+
+    def __str__(self) -> str:
+        """Where it differs from the nominal one, for people."""
+        given = [
+            f"{name} {getattr(self, field):g}{unit}"
+            for field, (name, unit) in _SHORT.items()
+            if getattr(self, field) != getattr(_NOMINAL, field)
+        ]
+        if self.drive != "tension":
+            given.append("servos")
+        if self.impact_n:
+            given.append(f"impact {self.impact_n:g} N {self.impact_direction} {self.impact_ms:g} ms")
+        if self.configured != "exact":
+            given.append(f"configured {self.configured}")
+        return ", ".join(given) or "nominal"
+
+
+_NOMINAL = Point("", "", "")
+_SHORT = {
+    "delay_cycles": ("delay", ""),
+    "lag_part": ("lag", ""),
+    "noise_mm": ("noise", " mm"),
+    "youngs_factor": ("E x", ""),
+    "bending_damping_factor": ("Bbt x", ""),
+    "drag_factor": ("C x", ""),
+    "load_g": ("load", " g"),
+}
+
+AXES: dict[str, tuple[int | float | str, ...]] = {
+    "delay_cycles": (0, 1, 2, 3, 4),
+    "lag_part": (0.0, 0.5, 0.8),
+    "noise_mm": (0.0, 0.1, 0.3),
+    "youngs_factor": (0.85, 1.0, 1.15),
+    "bending_damping_factor": (0.5, 1.0, 2.0),
+    "drag_factor": (0.5, 1.0, 2.0),
+    "load_g": (0.0, 20.0, 50.0),
+    "drive": ("tension", "displacement"),
+}
+"""Every axis but the impacts, in increasing order."""
+
+IMPACTS: tuple[tuple[float, str, float], ...] = tuple(itertools.product((1.0, 3.0, 10.0), DIRECTIONS, (10.0, 50.0)))
+"""Size [N], direction, duration [ms]."""
+
+SAMPLE_SIZE = 50
+"""Points per law of the seeded sample, by default."""
+
+
+def nominal_and_axes(law: str, feedback: str) -> list[Point]:
+    """The model itself, one axis at a time, and delay and lag together without anything else."""
+    start = Point("axes", law, feedback)
+    points = [start]
+    for name, values in AXES.items():
+        points += [replace(start, **{name: value}) for value in values]  # type: ignore[arg-type]
+    points += [_with_impact(start, impact) for impact in IMPACTS]
+    points += [
+        replace(start, delay_cycles=int(delay), lag_part=float(lag))
+        for delay, lag in itertools.product(AXES["delay_cycles"], AXES["lag_part"])
+    ]
+    return points
+
+
+def misconfigured(law: str, feedback: str) -> list[Point]:
+    """The controller's delay off by a cycle, or its lag by 0.1, over all delays and lags that allow it."""
+    points = []
+    for delay, lag, configured in itertools.product((0, 2, 4), (0.0, 0.5, 0.8), CONFIGURED[1:]):
+        if (delay == 0 and configured == "delay-1") or (lag == 0.0 and configured == "lag-0.1"):
+            continue
+        points.append(Point("misconfigured", law, feedback, delay_cycles=delay, lag_part=lag, configured=configured))
+    return points
+
+
+def corners(law: str, feedback: str) -> list[Point]:
+    """The extremes of all axes together; one of the largest impacts each."""
+    extremes = {name: (values[0], values[-1]) for name, values in AXES.items()}
+    return _factorial("corners", law, feedback, extremes, [one for one in IMPACTS if one[0] == IMPACTS[-1][0]])
+
+
+def grid(law: str, feedback: str) -> list[Point]:
+    """The full factorial of all axes; one impact each."""
+    return _factorial("grid", law, feedback, AXES, IMPACTS)
+
+
+def sample(law: str, feedback: str, count: int, seed: int) -> list[Point]:
+    """Random points within the axes' ranges: factors log-uniform, the rest uniform; the same for every law."""
+    random = np.random.default_rng([seed, 2])
+
+    def uniform(name: str) -> float:
+        return round(float(random.uniform(float(AXES[name][0]), float(AXES[name][-1]))), 3)
+
+    def factor(name: str) -> float:
+        ends = np.log([float(AXES[name][0]), float(AXES[name][-1])])
+        return round(float(np.exp(random.uniform(*ends))), 3)
+
+    return [
+        Point(
+            "sample",
+            law,
+            feedback,
+            delay_cycles=int(random.integers(0, int(AXES["delay_cycles"][-1]) + 1)),
+            lag_part=uniform("lag_part"),
+            noise_mm=uniform("noise_mm"),
+            youngs_factor=factor("youngs_factor"),
+            bending_damping_factor=factor("bending_damping_factor"),
+            drag_factor=factor("drag_factor"),
+            load_g=uniform("load_g"),
+            drive=str(AXES["drive"][int(random.integers(2))]),
+            impact_n=round(float(random.uniform(1.0, 10.0)), 2),
+            impact_direction=DIRECTIONS[int(random.integers(len(DIRECTIONS)))],
+            impact_ms=float(random.integers(1, 6) * 10),
+        )
+        for _ in range(count)
+    ]
+
+
+POINT_SETS = ("default", "axes", "corners", "grid", "sample")
+"""`default`: axes for every feedback, and the rest but the grid for the default observer."""
+
+
+def points_of(
+    name: str, laws: Sequence[str], feedbacks: Sequence[str] | None = None, *, count: int = SAMPLE_SIZE, seed: int = 0
+) -> list[Point]:
+    """A set of points, without repetition, in an order that depends on the arguments alone.
+
+    Args:
+        name: of `POINT_SETS`.
+        laws: to run.
+        feedbacks: to run; none: all of them for the axes, the default observer for the others.
+        count: of random points per law.
+        seed: of the random points.
+    """
+    default = FEEDBACKS[:1]
+    makers: dict[str, tuple[Sequence[str], Callable[[str, str], list[Point]]]] = {
+        "axes": (FEEDBACKS, nominal_and_axes),
+        "misconfigured": (default, misconfigured),
+        "corners": (default, corners),
+        "grid": (default, grid),
+        "sample": (default, lambda law, feedback: sample(law, feedback, count, seed)),
+    }
+    wanted = {"default": ("axes", "misconfigured", "corners", "sample"), "axes": ("axes", "misconfigured")}.get(
+        name, (name,)
+    )
+    points = [
+        point
+        for part in wanted
+        for feedback in (makers[part][0] if feedbacks is None else feedbacks)
+        for law in laws
+        for point in makers[part][1](law, feedback)
+    ]
+    unique: dict[str, Point] = {}
+    for point in points:
+        unique.setdefault(point.key, point)
+    return list(unique.values())
+
+
+def _factorial(
+    part: str,
+    law: str,
+    feedback: str,
+    axes: Mapping[str, tuple[int | float | str, ...]],
+    impacts: Sequence[tuple[float, str, float]],
+) -> list[Point]:
+    """Every combination, each with one impact: all impacts equally often, in a fixed random order.
+
+    In a regular order an impact would always meet the same value of some axis.
+    """
+    start = Point(part, law, feedback)
+    combinations = list(itertools.product(*axes.values()))
+    order = np.random.default_rng(3).permutation(len(combinations)) % len(impacts)
+    return [
+        _with_impact(replace(start, **dict(zip(axes, values, strict=True))), impacts[which])  # type: ignore[arg-type]
+        for values, which in zip(combinations, order.tolist(), strict=True)
+    ]
+
+
+def _with_impact(point: Point, impact: tuple[float, str, float]) -> Point:
+    size, direction, duration = impact
+    return replace(point, impact_n=size, impact_direction=direction, impact_ms=duration)

@@ -1,0 +1,1 @@
+"""Foxglove's WebSocket server, fed from a log or from Zenoh."""

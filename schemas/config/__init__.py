@@ -1,0 +1,1 @@
+"""The configuration of a rig, a file a section."""

@@ -1,0 +1,150 @@
+"""Configuration of a rig: one TOML file, every key with its unit and range; SI throughout."""
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from pydantic import ValidationError, model_validator
+
+from tendond import TendondError
+from tendond.schemas.base import Schema
+from tendond.schemas.config.commissioning import CommissioningSection
+from tendond.schemas.config.control import (
+    ControlSection,
+    FaultsSection,
+    LimitsSection,
+    LoopSection,
+    ObserverSection,
+    PretensionSection,
+)
+from tendond.schemas.config.machine import BusSection, LogSection, RigSection
+from tendond.schemas.config.rates import with_own_rates, with_servo_limits
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.renamed import with_new_names
+from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.servo import ServoSection, servo_objections
+from tendond.schemas.config.simulator import SimulatorSection
+from tendond.schemas.config.vicon import ViconSection
+from tendond.schemas.errors.explain import Objection, in_file, objections
+from tendond.schemas.errors.keywords import Path
+from tendond.schemas.errors.toml_lines import key_lines, line_of
+
+
+class ConfigError(TendondError):
+    """A configuration cannot be used: file, key, value and what is allowed, one line each.
+
+    Attributes:
+        objections: the same in parts; may be empty.
+    """
+
+    def __init__(self, text: str, objections: Sequence[Objection] = ()) -> None:
+        self.objections = tuple(objections)
+        super().__init__(text)
+
+
+class RigConfig(Schema):
+    """Configuration of a rig, for the controller, the drivers and the simulator."""
+
+    rig: RigSection = RigSection()
+    bus: BusSection = BusSection()
+    loop: LoopSection = LoopSection()
+    rod: RodSection = RodSection()
+    control: ControlSection = ControlSection()
+    observer: ObserverSection = ObserverSection()
+    reference: ReferenceSection = ReferenceSection()
+    limits: LimitsSection = LimitsSection()
+    pretension: PretensionSection = PretensionSection()
+    faults: FaultsSection = FaultsSection()
+    commissioning: CommissioningSection = CommissioningSection()
+    simulator: SimulatorSection = SimulatorSection()
+    log: LogSection = LogSection()
+    vicon: ViconSection | None = None
+    servo: ServoSection | None = None
+
+    def with_own_rates(self) -> "RigConfig":
+        """Return the configuration with derived rates in [limits] where none are given."""
+        limits = with_own_rates(self.limits, self.rod, self.observer.lag, self.loop.period)
+        return self if limits is self.limits else self.model_copy(update={"limits": limits})
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "RigConfig":
+        if self.servo is not None:
+            limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
+            object.__setattr__(self, "limits", limits)  # frozen for everyone else
+        if wrong := [*self._tendon_objections(), *self._servo_objections()]:
+            raise ValueError("\n".join(wrong))
+        return self
+
+    def _tendon_objections(self) -> Iterator[str]:
+        """Find keys that do not fit the rod's tendons."""
+        control, positions = self.control, self.rod.tendon_positions
+        count = len(positions)
+        exist = {}
+        for name in ("agonist", "antagonist"):
+            index = getattr(control, name)
+            exist[name] = index is not None and index < count
+            if index is not None and index >= count:
+                yield f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}"
+        across = 0 if control.plane == "xz" else 1
+        arm = positions[control.agonist][across] if exist["agonist"] else None
+        if arm == 0.0:
+            yield (f"control.agonist = {control.agonist}: that tendon does not bend the rod in plane '{control.plane}'")
+        if control.agonist == control.antagonist:
+            yield "control.agonist and control.antagonist are the same tendon"
+        elif arm and exist["antagonist"] and positions[control.antagonist or 0][across] * arm >= 0.0:
+            yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
+        if self.pretension.antagonist > 0.0 and control.antagonist is None:
+            yield "pretension.antagonist needs control.antagonist"
+        if self.pretension.tension_min >= self.limits.tension_max:
+            yield "pretension.tension_min must be below limits.tension_max"
+        if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
+            yield "pretension.tension and .antagonist together are above limits.tension_max"
+        if len(self.simulator.rod.tendon_positions) != count:
+            yield "rod and simulator.rod differ in the number of tendon_positions"
+
+    def _servo_objections(self) -> list[str]:
+        """List limits that the servos cannot meet; empty without [servo]."""
+        if self.servo is None:
+            return []
+        limits = self.limits
+        return servo_objections(
+            self.servo,
+            len(self.rod.tendon_positions),
+            limits.tension_max,
+            self.with_own_rates().limits.displacement_rate,
+            limits.displacement_min,
+            limits.displacement_max,
+        )
+
+
+def parse_config(text: str, source: str) -> RigConfig:
+    """Read a configuration from TOML.
+
+    Args:
+        text: TOML.
+        source: name of the file, for messages.
+
+    Raises:
+        ConfigError: invalid TOML, unknown keys, values out of range; all errors at once, one line each.
+    """
+    try:
+        data: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{source}: is not valid TOML: {error}") from error
+    return check_config(data, source, key_lines(text))
+
+
+def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | None = None) -> RigConfig:
+    """Read a configuration from nested tables; `lines` are those of the keys, for messages."""
+    data, old = with_new_names(data, source)
+    wrong = [Objection(".".join(path), "", message, path) for path, message in old]
+    try:
+        config = RigConfig.model_validate(data)
+        if not wrong:
+            return config
+    except ValidationError as error:
+        wrong += objections(error, RigConfig)
+    wrong = [replace(one, line=line_of(one.path, lines or {})) for one in wrong]
+    wrong.sort(key=lambda one: one.line or 0)
+    raise ConfigError("\n".join(in_file(one, source) for one in wrong), wrong)

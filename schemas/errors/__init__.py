@@ -1,0 +1,1 @@
+"""Messages about a configuration that cannot be used: key, line, value, what is allowed."""

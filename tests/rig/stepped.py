@@ -1,0 +1,88 @@
+"""Servo driver on emulated servos in simulated time: the SDK's packets without a terminal, a clock or a thread."""
+
+from collections.abc import Callable, Sequence
+
+import pytest
+
+from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.dynamixel.emulator.line import ServoLine
+from tendond.drivers.dynamixel.emulator.protocol import Receiver
+from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
+from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.messages import TendonCommand
+from tests.rig.servos import BAUDRATE, calibration, set_up
+
+STEP = 0.0005
+"""Time step of the servos [s]."""
+
+
+class InstantSerial:
+    """A serial port whose servos answer at once; stands for pyserial's."""
+
+    def __init__(self, servos: Sequence[EmulatedServo]) -> None:
+        self._servos = servos
+        self._line, self._receiver, self._answers = ServoLine(), Receiver(), bytearray()
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self._answers)
+
+    def write(self, data: bytes) -> int:
+        for packet in self._receiver.feed(bytes(data)):
+            self._answers += self._line.answer(self._servos, packet)[0]
+        return len(data)
+
+    def read(self, length: int) -> bytes:
+        data = bytes(self._answers[:length])
+        del self._answers[:length]
+        return data
+
+    def reset_input_buffer(self) -> None:
+        self._answers.clear()
+
+    def flush(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+class SteppedBench:
+    """A driver and its servos, cycled in simulated time.
+
+    Args:
+        section: [servo].
+        tension_max: of [limits] [N].
+        monkeypatch: replaces pyserial's port.
+    """
+
+    def __init__(self, section: ServoSection, tension_max: float, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.section = section
+        self.servos = [EmulatedServo(index + 1, BAUDRATE) for index in range(4)]
+        for servo in self.servos:
+            set_up(servo)
+        serial = InstantSerial(self.servos)
+        monkeypatch.setattr("serial.Serial", lambda **_: serial)
+        self.now, self._seq = 0.0, 0
+        self.driver = ServoDriver(section, calibration(), lambda: ServoBus("none", BAUDRATE, 0.01), {}, tension_max)
+
+    def cycle(self, displacement: Sequence[float], *, armed: bool, during: Callable[[], None] = lambda: None) -> None:
+        """Run one cycle of the driver, then its period of the servos.
+
+        Args:
+            displacement: commanded, of the tendons [m].
+            armed: of the command.
+            during: called after each of the servos' steps.
+        """
+        self._seq += 1
+        values = tuple(displacement)
+        command = TendonCommand(
+            seq=self._seq, stamp_ns=0, pose_seq=None, displacement=values, tension=(0.0,) * len(values), armed=armed
+        )
+        self.now += self.section.period
+        self.driver.cycle(self.now, command)
+        for _ in range(round(self.section.period / STEP)):
+            for servo in self.servos:
+                servo.advance(STEP)
+            during()

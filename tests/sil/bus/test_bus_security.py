@@ -1,0 +1,268 @@
+"""Who may do what on a guarded bus: with the files under deploy/bus, the rig's name and paths put in."""
+
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from tendond.bus.client import OUR_QUEUE, QUEUE_SIZE, BusError, client_config, open_client
+from tendond.bus.operator import ask
+from tendond.daemon.runtime.bus import Hub
+from tendond.schemas.config.rig import ConfigError, check_config
+from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
+from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
+from tendond.schemas.wire import encode
+from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
+
+pytestmark = pytest.mark.sil
+
+SERVERS = {"controller", "router"}
+EXAMPLES = Path(__file__).parents[3] / "deploy" / "bus"
+POSE = TipPose(seq=1, stamp_ns=0, position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0.0, 0.0))
+STATE = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 4, tension=(0.0,) * 4)
+
+
+def put_in_place(folder: Path) -> None:
+    """The examples, as an administrator would install them for a rig 'sil'."""
+    for file in EXAMPLES.iterdir():
+        text = file.read_text().replace("/etc/tendond/bus", str(folder)).replace('"rig/', '"sil/')
+        (folder / file.name).write_text(text)
+
+
+def certificates(folder: Path, names: Sequence[str] = ("controller", "vicon", "viewer")) -> None:
+    """An authority, and whom it certifies, by the README's commands."""
+
+    def openssl(*arguments: str) -> None:
+        subprocess.run(["openssl", *arguments], cwd=folder, check=True, capture_output=True)
+
+    curve = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes")
+    openssl("req", "-x509", *curve, "-days", "9", "-subj", "/CN=rig-ca", "-keyout", "ca.key", "-out", "ca.pem")
+    for name in names:
+        openssl("req", *curve, "-subj", f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
+        (folder / f"{name}.ext").write_text(f"subjectAltName=DNS:{'localhost' if name in SERVERS else name}\n")
+        signed = ("-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-days", "9", "-extfile", f"{name}.ext")
+        openssl("x509", "-req", "-in", f"{name}.csr", *signed, "-out", f"{name}.pem")
+        text = (folder / "client-tls.json5").read_text()
+        if name not in SERVERS:
+            (folder / f"{name}-tls.json5").write_text(text.replace("client.", f"{name}."))
+
+
+def until(happens: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE_SECONDS
+    while not happens():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def gets(hub: Hub, session: zenoh.Session, action: ControlAction) -> bool:
+    """Whether the controller hears a request, and its answer comes."""
+    replies: list[ControlReply] = []
+
+    def run() -> None:
+        with suppress(BusError):
+            replies.append(ask(session, "sil", action))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    while thread.is_alive():
+        hub.requests.receive(time.monotonic())
+        for question in hub.requests.questions:
+            question.answer(ControlReply(done=True, message="yes"))
+        if (other := hub.requests.next(time.monotonic())) is not None:
+            assert other.request.action is action
+            other.answer(ControlReply(done=True, message="yes"))
+        time.sleep(0.005)
+    thread.join()
+    return bool(replies)
+
+
+class Guarded:
+    """A hub with access control, and sessions by name."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, protocol: str = "tcp") -> None:
+        self.folder, self.patch, self.protocol = folder, monkeypatch, protocol
+        put_in_place(folder)
+        port = Rig(folder).endpoint.rpartition(":")[2]
+        self.endpoint = f"{protocol}/localhost:{port}"
+        monkeypatch.setenv(
+            "ZENOH_CONFIG", str(folder / ("controller.json5" if protocol == "tcp" else "controller-tls.json5"))
+        )
+
+    @property
+    def suffix(self) -> str:
+        return "" if self.protocol == "tcp" else "-tls"
+
+    def hub(self) -> Hub:
+        return Hub(check_config({"rig": {"name": "sil"}, "bus": {"endpoint": self.endpoint}}, "test"))
+
+    def session(self, name: str, timeout: float = 10.0) -> zenoh.Session:
+        self.patch.setenv("ZENOH_CONFIG", str(self.folder / f"{name}{self.suffix}.json5"))
+        return open_client(self.endpoint, timeout)
+
+
+@pytest.mark.parametrize("protocol", ["tcp", "tls"])
+def test_the_operator_may_reset_the_servos_and_a_viewer_may_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, protocol: str
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch, protocol)
+    if protocol == "tls":
+        certificates(tmp_path, ("controller", "servo", "operator", "viewer"))
+    name = key("sil", SERVO_RESET)
+    with (
+        guarded.hub(),
+        guarded.session("servo") as driver,
+        guarded.session("operator") as operator,
+        guarded.session("viewer") as viewer,
+    ):
+
+        def answer(query: zenoh.Query) -> None:
+            query.reply(name, encode(ControlReply(done=True, message="the fault is reset")))
+
+        driver.declare_queryable(name, answer)
+
+        def answered(session: zenoh.Session) -> bool:
+            return any(reply.ok is not None for reply in session.get(name, timeout=1.0))
+
+        until(lambda: answered(operator))
+        assert not answered(viewer)
+
+
+@pytest.mark.parametrize("protocol", ["tcp", "tls"])
+def test_only_the_camera_may_publish_poses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, protocol: str) -> None:
+    guarded = Guarded(tmp_path, monkeypatch, protocol)
+    if protocol == "tls":
+        certificates(tmp_path)
+    with guarded.hub() as hub, guarded.session("viewer") as viewer, guarded.session("vicon") as vicon:
+        viewer.put(key("sil", TIP_POSE), encode(POSE.model_copy(update={"seq": 7})))
+        vicon.put(key("sil", TENDON_STATE), encode(STATE))
+        seen: list[TipPose] = []
+
+        def good_one_arrives() -> bool:
+            vicon.put(key("sil", TIP_POSE), encode(POSE))
+            arrivals = hub.receive()
+            assert arrivals.tendon_state is None
+            assert not arrivals.unreadable or set(arrivals.unreadable) == {"out of order"}
+            if arrivals.pose:
+                seen.append(arrivals.pose)
+            return bool(seen)
+
+        until(good_one_arrives)
+        for _ in range(20):
+            viewer.put(key("sil", TIP_POSE), encode(POSE.model_copy(update={"seq": 7})))
+            time.sleep(0.01)
+            if (pose := hub.receive().pose) is not None:
+                seen.append(pose)
+        assert {pose.seq for pose in seen} == {1}
+
+
+def test_only_the_servo_driver_hears_commands_and_nobody_else_may_give_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch)
+    topic = key("sil", TENDON_COMMAND)
+    with guarded.hub() as hub, guarded.session("servo") as servo, guarded.session("operator") as operator:
+        hears = servo.declare_subscriber(topic, zenoh.handlers.FifoChannel(100))
+        overhears = operator.declare_subscriber(topic, zenoh.handlers.FifoChannel(100))
+        zeros = (0.0,) * 4
+        command = TendonCommand(seq=5, stamp_ns=0, pose_seq=None, displacement=zeros, tension=zeros, armed=False)
+        got: list[bytes] = []
+
+        def real_one_arrives() -> bool:
+            operator.put(topic, encode(command.model_copy(update={"armed": True})))
+            hub.publish_command(command)
+            while (sample := hears.try_recv()) is not None:
+                got.append(sample.payload.to_bytes())
+            return len(got) > 20
+
+        until(real_one_arrives)
+        assert set(got) == {encode(command.named(hub.source))}
+        own = []  # a session hears what it publishes itself
+        while (sample := overhears.try_recv()) is not None:
+            own.append(sample.payload.to_bytes())
+        assert encode(command) not in own
+
+
+def test_only_the_operator_may_request_and_a_viewer_may_ask_for_the_status(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch)
+    with guarded.hub() as hub, guarded.session("operator") as operator, guarded.session("viewer") as viewer:
+        assert gets(hub, operator, ControlAction.ARM)
+        assert gets(hub, viewer, ControlAction.STATUS)
+        assert not gets(hub, viewer, ControlAction.ARM)
+
+
+def test_a_stop_is_heard_while_a_viewer_floods_a_guarded_bus_with_questions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put_in_place(tmp_path)
+
+    def become(name: str) -> None:
+        monkeypatch.setenv("ZENOH_CONFIG", str(tmp_path / f"{name}.json5"))
+
+    with rig(tmp_path) as one:
+        become("controller")
+        controller = one.controller()
+        become("simulator")
+        one.start("simulate")
+        become("operator")
+        with one.session() as operator:
+            become("viewer")
+            with one.session() as viewer:
+                one.until(operator, lambda status: status.tip is not None)
+                one.arm(operator)
+                with flooded(one, viewer) as put:
+                    first = ask(operator, "sil", ControlAction.STOP)
+                    assert first.done
+                    assert "releasing" in first.message
+                    for _ in range(14):
+                        asked = time.monotonic()
+                        assert ask(operator, "sil", ControlAction.STOP).done
+                        assert time.monotonic() - asked < 1.0
+                        time.sleep(0.1)
+                    with suppress(BusError):  # a viewer's own stop is not heard, flood or not
+                        assert not ask(viewer, "sil", ControlAction.STOP).done
+                    assert put[0] > 500
+        assert one.end(controller)[0] == 0
+
+
+def test_without_credentials_there_is_no_session_and_the_message_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch)
+    (tmp_path / "thief.json5").write_text((tmp_path / "operator.json5").read_text().replace("change-me", "guess"))
+    with guarded.hub():
+        with pytest.raises(BusError, match=r"or the credentials in .*thief\.json5"):
+            guarded.session("thief", timeout=0.1)
+        monkeypatch.delenv("ZENOH_CONFIG")
+        with pytest.raises(BusError, match="no controller at"):
+            open_client(guarded.endpoint, 0.1)
+
+
+def test_an_open_bus_on_a_network_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ZENOH_CONFIG", raising=False)
+    with pytest.raises(ConfigError, match="has no access list"):
+        Hub(check_config({"bus": {"endpoint": "tcp/0.0.0.0:7447"}}, "test"))
+    assert "ZENOH_CONFIG" not in os.environ
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:1", "tcp/localhost:1", "tcp/[::1]:1", "tcp/127.9.9.9:1"])
+def test_loopback_needs_no_access_list(endpoint: str) -> None:
+    assert check_config({"bus": {"endpoint": endpoint}}, "test").bus.is_loopback
+
+
+def test_drivers_get_a_longer_queue_unless_the_file_chooses_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ZENOH_CONFIG", raising=False)
+    assert client_config("tcp/127.0.0.1:7447").get_json(QUEUE_SIZE) == str(OUR_QUEUE)
+    file = tmp_path / "own.json5"
+    file.write_text("{transport: {link: {tx: {queue: {size: {data: 5}}}}}}")
+    monkeypatch.setenv("ZENOH_CONFIG", str(file))
+    assert client_config("tcp/127.0.0.1:7447").get_json(QUEUE_SIZE) == "5"

@@ -1,0 +1,209 @@
+"""Requests: a stop is always heard, what failed for its sender is not carried out later, planning holds up nothing."""
+
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from tendond.bus.client import BusError, open_client
+from tendond.bus.operator import ask
+from tendond.offline.logs.log import load
+from tendond.offline.replay.rerun import rerun
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.keys import control_key
+from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode
+from tendond.schemas.wire import decode, encode
+from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
+
+pytestmark = pytest.mark.sil
+
+SPACE = '[control]\nlaw = "sensitivity"\n[reference]\nkind = "circle"\nradius = 0.1\nlaps = 1\n'
+
+
+def test_a_stop_is_heard_under_a_flood_of_a_thousand_questions_a_second(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with one.session() as session, one.session() as viewer:
+            one.until(session, lambda status: status.tip is not None)
+            with flooded(one, viewer) as put:
+                heard = 0
+                for _ in range(15):
+                    asked = time.monotonic()
+                    heard += ask(session, one.name, ControlAction.STOP).done
+                    assert time.monotonic() - asked < 1.0
+                    time.sleep(0.1)
+                assert heard == 15
+                assert put[0] > 500
+        assert one.end(controller)[0] == 0
+
+
+def raw(session: zenoh.Session, one: Rig, request: ControlRequest, patience: float) -> ControlReply | None:
+    """A request as a client of others may put it, without a deadline."""
+    for reply in session.get(control_key(one.name, request.action.value), payload=encode(request), timeout=patience):
+        if reply.ok is not None:
+            return decode(ControlReply, reply.ok.payload.to_bytes())
+    return None
+
+
+@pytest.mark.parametrize("deadline", [True, False])
+def test_a_request_whose_sender_was_told_that_it_failed_is_never_carried_out(tmp_path: Path, deadline: bool) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with one.session() as session:
+            status = one.until(session, lambda status: status.tip is not None)
+            controller.send_signal(signal.SIGSTOP)
+            request = ControlRequest(action=ControlAction.ARM)
+            if deadline:
+                request = request.model_copy(
+                    update={"controller": status.source, "deadline_ns": time.monotonic_ns() + 500_000_000}
+                )
+            assert raw(session, one, request, 1.0) is None
+            controller.send_signal(signal.SIGCONT)
+            one.until(session, lambda status: status.loop.missed_ticks > 0)
+            ticks = one.status(session).tick
+            status = one.until(session, lambda status: status.tick > ticks + 50)
+            assert status.mode is Mode.IDLE
+            assert one.ask(session, ControlAction.ARM).done
+        one.end(controller)
+    records = load(tmp_path / "run.mcap").records
+    assert [record.inputs.request for record in records].count(ControlAction.ARM) == 1
+
+
+def test_a_request_to_a_controller_that_has_been_restarted_is_refused(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        one.controller()
+        with one.session() as session:
+            one.status(session)
+            reply = raw(session, one, ControlRequest(action=ControlAction.RESET, controller="controller-000000"), 5.0)
+            assert reply is not None
+            assert reply.message == "not done: it was meant for the controller 'controller-000000', which is gone"
+
+
+def test_what_was_asked_before_the_loop_was_ready_is_refused(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with open_client(one.endpoint, PATIENCE_SECONDS) as session:
+            request = ControlRequest(action=ControlAction.ARM)
+            # The bus is open before the kernels are loaded: this one waits.
+            reply = raw(session, one, request, PATIENCE_SECONDS)
+            one.until(session, lambda status: status.tip is not None)
+            assert one.status(session).mode is Mode.IDLE
+        assert reply is not None
+        assert (reply.done, reply.message) == (False, "not done: the controller was still starting; ask again")
+        one.end(controller)
+
+
+def circle(laps: int) -> ControlRequest:
+    return ControlRequest(
+        action=ControlAction.REFERENCE, reference=ReferenceSection(kind="circle", radius=0.2, laps=laps)
+    )
+
+
+def test_a_reference_is_planned_beside_the_loop_and_replays_the_same(tmp_path: Path) -> None:
+    with rig(tmp_path, SPACE) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with one.session() as session, one.session() as other:
+            one.until(session, lambda status: status.tip is not None)
+            replies: list[ControlReply] = []
+
+            def plan(laps: int) -> threading.Thread:
+                thread = threading.Thread(target=lambda: replies.append(ask(other, one.name, circle(laps))))
+                thread.start()
+                return thread
+
+            first = plan(40)
+            time.sleep(0.3)
+            before = one.status(session)
+            refused = one.ask(session, ControlAction.ARM)
+            assert refused.message == "not armed: a reference is being planned: wait for it, or stop to give it up"
+            second = plan(2)
+            first.join()
+            assert replies[0].message == "not changed: another reference was asked for meanwhile"
+            second.join()
+            assert replies[1].done, replies[1].message
+            assert replies[1].message.startswith("reference: circle, to ")
+            third = plan(40)
+            time.sleep(0.2)
+            assert one.ask(session, ControlAction.STOP).done
+            third.join()
+            assert replies[2].message == "not changed: stopped while it was planned"
+            after = one.status(session)
+            passed = after.tick - before.tick
+            assert passed > 50
+            assert after.loop.missed_ticks - before.loop.missed_ticks <= max(5, passed // 20)
+            one.arm(session)
+            time.sleep(0.5)
+        assert one.end(controller)[0] == 0
+    assert rerun(tmp_path / "run.mcap").first is None
+    longest = max(timing.work_us for timing in load(tmp_path / "run.mcap").timings)
+    assert longest < 0.5e6, "a cycle that plans takes longer than that"
+
+
+def test_a_reference_that_cannot_be_planned_is_refused_with_the_reason(tmp_path: Path) -> None:
+    with rig(tmp_path, SPACE) as one:
+        controller = one.controller()
+        with one.session() as session:
+            one.status(session)
+            request = ControlRequest(
+                action=ControlAction.REFERENCE,
+                reference=ReferenceSection(kind="line", start=(0.1, 0.0, 0.45), end=(0.1, 0.1, 0.45)),
+            )
+            assert "more than reference.moved_max" in ask(session, one.name, request).message
+            assert controller.poll() is None
+        told = one.tell("rig", "reference", "kind=line", "end=[0.1,0.1,0.45]")
+        assert told.returncode == 2
+        assert "start and end of a line must both have two numbers, or both three" in told.stderr
+        assert controller.poll() is None
+
+
+def test_no_controller_is_said_before_anything_is_asked_of_it(tmp_path: Path) -> None:
+    with rig(tmp_path) as one, pytest.raises(BusError, match="no controller"), open_client(one.endpoint, 0.1):
+        pass
+
+
+def test_an_operator_is_told_where_two_controllers_answer_and_a_stop_goes_to_both(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        one.controller()
+        with one.session() as session, one.session() as second:
+            status = one.status(session)
+            stopped = threading.Event()
+
+            def also(query: zenoh.Query) -> None:
+                own = status.model_copy(update={"source": "controller-second"})
+                stopping = str(query.key_expr).endswith("stop")
+                message = "stopped: releasing the tendons" if stopping else "tracking"
+                query.reply(query.key_expr, encode(ControlReply(done=True, message=message, status=own)))
+                query.drop()
+                if stopping:
+                    stopped.set()
+
+            queryables = [
+                second.declare_queryable(control_key(one.name, name), also, complete=True)
+                for name in ("status", "stop")
+            ]
+            deadline = time.monotonic() + PATIENCE_SECONDS
+            while True:  # until the controller's side knows of the second one
+                try:
+                    ask(session, one.name, ControlAction.ARM)
+                except BusError as error:
+                    said = str(error)
+                    break
+                assert time.monotonic() < deadline
+            assert said == (
+                f"2 controllers of rig 'sil' answer: '{status.source}' and 'controller-second'; stop all but one"
+            ) or said.endswith(f"'controller-second' and '{status.source}'; stop all but one")
+            reply = ask(session, one.name, ControlAction.STOP)
+            assert stopped.wait(5.0)
+            assert reply.done
+            assert reply.message.startswith("2 controllers answer: ")
+            assert "nothing to stop: idle" in reply.message
+            assert "stopped: releasing the tendons" in reply.message
+            for queryable in queryables:
+                queryable.undeclare()

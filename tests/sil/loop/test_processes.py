@@ -1,0 +1,229 @@
+"""The whole job with real processes: controller, simulator and operator on Zenoh."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+
+from tendond.offline.logs.log import load
+from tendond.schemas.config.presets import PAPER
+from tendond.schemas.keys import TIP_POSE, key
+from tendond.schemas.messages import ControlAction, Mode
+from tests.sil.rig import Rig, rig
+
+pytestmark = pytest.mark.sil
+
+LANDING = np.array([0.3400, 0.0, 0.0398])
+
+
+def lockstep_run(folder: Path) -> bytes:
+    """300 cycles in lockstep; the log's cycles as bytes."""
+    folder.mkdir()
+    with rig(folder, PAPER) as one:
+        controller = one.controller("--lockstep", "--cycles", "300", "--arm-at", "5")
+        simulator = one.start("simulate", "--lockstep", "--cycles", "300")
+        assert controller.wait(120) == 0
+        assert simulator.wait(30) == 0
+    return b"\n".join(record.model_dump_json().encode() for record in load(folder / "run.mcap").records)
+
+
+def test_lockstep_lands_where_the_papers_robot_lands_and_repeats_exactly(tmp_path: Path) -> None:
+    first, second = lockstep_run(tmp_path / "one"), lockstep_run(tmp_path / "two")
+    assert first == second
+    last = load(tmp_path / "one" / "run.mcap").records[-1]
+    assert last.measured is not None
+    assert np.allclose(last.measured, LANDING, atol=0.5e-3)
+    assert last.command.displacement[0] == pytest.approx(0.0586, abs=1e-4)
+
+
+def test_real_time_arm_track_stop_and_end(tmp_path: Path) -> None:
+    with rig(tmp_path, PAPER) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            status = one.until(session, lambda s: np.allclose(s.tip or (0, 0, 0), LANDING, atol=0.5e-3))
+            assert status.displacement[0] == pytest.approx(0.0586, abs=2e-4)
+            assert one.ask(session, ControlAction.STOP).done
+            one.until(session, lambda s: s.mode is Mode.IDLE)
+        assert one.end(simulator)[0] == 0
+        assert one.end(controller)[0] == 0
+    records = load(tmp_path / "run.mcap").records
+    assert {record.mode for record in records} == {Mode.IDLE, Mode.PRETENSION, Mode.TRACKING, Mode.RELEASING}
+    assert [record.tick for record in records] == list(range(len(records)))
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_while_tracking_releases_the_tendons_and_exits_with_0_or_130(tmp_path: Path, number: int) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            time.sleep(0.5)
+            code, said = one.end(controller, number)
+        assert code == (130 if number == signal.SIGINT else 0)
+        assert "stopped" in said
+        assert "Traceback" not in said
+    last = load(tmp_path / "run.mcap").records[-1]
+    assert (last.mode, last.tension_estimate, last.command.armed) == (Mode.IDLE, (0.0,) * 4, False)
+
+
+def test_a_killed_simulator_makes_the_controller_release_and_fault_not_crash(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            simulator.kill()
+            status = one.until(session, lambda s: s.mode is Mode.FAULT)
+            assert "pose stale" in status.reason
+            one.until(session, lambda s: s.tension == (0.0,) * 4)
+            assert not one.ask(session, ControlAction.ARM).done
+        assert one.end(controller)[0] == 0
+
+
+def test_bad_payloads_are_dropped_and_counted(tmp_path: Path) -> None:
+    payloads = {
+        b"": "malformed",
+        b"{": "malformed",
+        b'{"version":1,"seq":1,"stamp_ns":0,"position":[NaN,0,0],"orientation":[1,0,0,0]}': "not finite",
+        b'{"version":9,"seq":1,"stamp_ns":0,"position":[0,0,0],"orientation":[1,0,0,0]}': "wrong version",
+        b'{"version":1,"seq":1,"stamp_ns":0,"position":[0,0,0],"orientation":[1,1,0,0]}': "bad quaternion",
+        b"x" * 10_000_000: "too large",
+    }
+    with rig(tmp_path) as one:
+        controller = one.controller()
+        with one.session() as session:
+            one.status(session)
+            for payload in payloads:
+                session.put(key(one.name, TIP_POSE), payload, congestion_control=zenoh.CongestionControl.BLOCK)
+            session.delete(key(one.name, TIP_POSE))
+            status = one.until(session, lambda s: sum(s.rejected.values()) == len(payloads) + 1)
+        expected = {reason: list(payloads.values()).count(reason) for reason in payloads.values()}
+        assert status.rejected == {**expected, "deleted": 1}
+        assert status.tip is None
+        assert one.end(controller)[0] == 0
+
+
+def test_a_second_controller_on_the_same_rig_is_refused_in_one_line(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        one.controller()
+        with one.session() as session:
+            one.status(session)
+        second = one.start("run", "--log", str(tmp_path / "second.mcap"))
+        _, said = second.communicate(timeout=60)
+        assert second.returncode == 1
+        assert "another controller" in said
+        assert len([line for line in said.splitlines() if "compiling" not in line]) == 1
+
+
+def run(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run([sys.executable, "-m", "tendond.cli", *arguments], capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "expected"),
+    [
+        ("run", "[rod]\nlenght = 1", "rod.lenght: unknown key; did you mean 'length'?"),
+        ("run", "[control]\nlaw = 'pid'", "control.law: no law is called 'pid'"),
+        ("run", "[loop]\nperiod = 0", "loop.period = 0"),
+        ("simulate", "[simulator]\nperiod = 0", "simulator.period = 0"),
+        ("arm", "[bus]\nendpoint = 7447", "bus.endpoint = 7447"),
+    ],
+)
+def test_a_wrong_configuration_is_refused_before_anything_starts(
+    tmp_path: Path, command: str, text: str, expected: str
+) -> None:
+    file = tmp_path / "rig.toml"
+    file.write_text(text)
+    result = run(command, "--config", str(file))
+    assert result.returncode == 2
+    assert result.stderr.startswith(f"tendond: {file}:")
+    assert f": {expected}" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_an_operator_without_a_controller_gets_one_line(tmp_path: Path) -> None:
+    one = Rig(tmp_path)
+    result = run("arm", "--config", str(one.config))
+    assert result.returncode == 1
+    assert result.stderr.count("\n") == 1
+    assert "no controller at" in result.stderr
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, contextlib, io\n"
+        "from tendond.cli.app import app\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n    app(['--help'])\n"
+        "print(sorted({'numpy', 'numba', 'zenoh', 'pydantic', 'matplotlib', 'mcap'} & set(sys.modules)))"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert result.stdout.strip() == "[]"
+
+
+def test_a_simulator_that_dies_in_lockstep_is_a_fault_and_the_tendons_are_released(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller("--lockstep", "--arm-at", "5")
+        simulator = one.start("simulate", "--lockstep")
+        with one.session() as session:
+            one.until(session, lambda s: s.mode is Mode.TRACKING)
+            simulator.kill()
+            status = one.until(session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
+            assert "pose stale" in status.reason
+        assert one.end(controller)[0] == 0
+
+
+def test_a_signal_in_lockstep_releases_the_tendons_too(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller = one.controller("--lockstep", "--arm-at", "5")
+        one.start("simulate", "--lockstep")
+        with one.session() as session:
+            one.until(session, lambda s: s.mode is Mode.TRACKING)
+        assert one.end(controller)[0] == 0
+    last = load(tmp_path / "run.mcap").records[-1]
+    assert (last.tension_estimate, last.command.armed) == ((0.0,) * 4, False)
+
+
+def test_a_killed_controller_lets_the_simulated_servos_go(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            time.sleep(1.5)
+            controller.kill()
+            controller.communicate()
+        (tmp_path / "run.mcap").rename(tmp_path / "killed.mcap")
+        assert len(load(tmp_path / "killed.mcap").records) > 20
+        time.sleep(1.0)
+        again = one.controller()
+        with one.session() as session:
+            status = one.until(session, lambda s: s.tip is not None)
+            assert status.mode is Mode.IDLE
+            assert status.tip is not None
+            assert status.tip[2] > 0.4
+        assert one.end(simulator)[0] == 0
+        assert one.end(again)[0] == 0
+
+
+def test_a_simulator_that_waits_for_its_controller_ends_at_a_signal(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        simulator = one.start("simulate")
+        time.sleep(4.0)
+        code, said = one.end(simulator)
+        assert code == 0
+        assert "Traceback" not in said
+
+
+def test_a_log_is_never_overwritten(tmp_path: Path) -> None:
+    with rig(tmp_path) as one:
+        (tmp_path / "run.mcap").write_text("precious")
+        controller = one.controller()
+        _, said = controller.communicate(timeout=60)
+        assert controller.returncode == 1
+        assert "run.mcap" in said
+    assert (tmp_path / "run.mcap").read_text() == "precious"

@@ -1,0 +1,112 @@
+"""Stopping, and what must not stop it: requests in every mode, a slow release, a wall clock that jumps."""
+
+import itertools
+import os
+import signal
+from pathlib import Path
+
+import pytest
+import zenoh
+from mcap.records import Message
+
+from tendond.daemon.control.phases.modes import ACTIVE
+from tendond.offline.logs.container import records as read_records
+from tendond.offline.logs.log import load
+from tendond.schemas.keys import TENDON_COMMAND, key
+from tendond.schemas.messages import ControlAction, Mode, TendonCommand
+from tendond.schemas.wire import decode
+from tests.sil.rig import rig
+
+pytestmark = pytest.mark.sil
+
+SLOW = """
+[limits]
+release_rate = 10.0
+[pretension]
+duration = 3.0
+"""
+
+
+def test_stop_is_heard_in_every_mode_and_acts_in_the_cycle_that_hears_it(tmp_path: Path) -> None:
+    with rig(tmp_path, SLOW) as one:
+        controller, simulator = one.controller(), one.start("simulate")
+        with one.session() as session:
+
+            def stop() -> tuple[Mode, str]:
+                reply = one.ask(session, ControlAction.STOP)
+                assert reply.done
+                assert reply.status is not None
+                return reply.status.mode, reply.message
+
+            one.until(session, lambda s: s.tip is not None)
+            assert stop() == (Mode.IDLE, "nothing to stop: idle")
+            assert one.ask(session, ControlAction.ARM).done
+            one.until(session, lambda s: s.mode is Mode.PRETENSION)
+            assert stop() == (Mode.RELEASING, "stopped: releasing the tendons")
+            one.until(session, lambda s: s.mode is Mode.IDLE)
+            one.arm(session)
+            one.until(session, lambda s: s.tension[0] > 20.0)
+            assert stop() == (Mode.RELEASING, "stopped: releasing the tendons")
+            assert stop() == (Mode.RELEASING, "nothing to stop: releasing")
+            one.until(session, lambda s: s.mode is Mode.IDLE)
+            one.arm(session)
+            simulator.kill()
+            one.until(session, lambda s: s.mode is Mode.FAULT)
+            assert stop() == (Mode.FAULT, "in fault: the tendons are released already")
+        assert one.end(controller)[0] == 0
+    records = load(tmp_path / "run.mcap").records
+    stops = [record for record in records if record.inputs.request is ControlAction.STOP]
+    assert len(stops) == 5
+    assert not any(record.mode in ACTIVE for record in stops)
+
+
+def test_a_release_that_takes_too_long_is_cut_short_after_sigterm(tmp_path: Path) -> None:
+    """Forty newtons at one a second: after four of them the last command goes out all the same."""
+    with rig(tmp_path, "[limits]\nrelease_rate = 1.0\n") as one:
+        controller, _ = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            one.until(session, lambda s: s.tension[0] > 20.0)
+            commands = session.declare_subscriber(key(one.name, TENDON_COMMAND), zenoh.handlers.FifoChannel(1000))
+            code, said = one.end(controller, signal.SIGTERM)
+            assert code == 0, said
+            heard: list[TendonCommand] = []
+            while not heard or heard[-1].armed:
+                heard.append(decode(TendonCommand, commands.recv().payload.to_bytes()))
+    assert heard[-1].tension == heard[-1].displacement == (0.0,) * 4
+    records = load(tmp_path / "run.mcap").records
+    releasing = [record.tick for record in records if record.mode is Mode.RELEASING]
+    assert 0 < len(releasing) <= 401
+
+
+JUMPING_CLOCK = """
+import itertools, time
+_true, _calls = time.time_ns, itertools.count()
+def _jumping():
+    "An hour back and forth at every look."
+    return _true() + (3_600_000_000_000 if next(_calls) % 2 else -3_600_000_000_000)
+time.time_ns = _jumping
+time.time = lambda: _jumping() / 1e9
+"""
+
+
+def test_a_wall_clock_that_jumps_moves_neither_control_nor_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "sitecustomize.py").write_text(JUMPING_CLOCK)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    with rig(tmp_path) as one:
+        controller, _ = one.controller(), one.start("simulate")
+        with one.session() as session:
+            one.arm(session)
+            start = one.status(session)
+            end = one.until(session, lambda s: s.tick > start.tick + 100)
+            assert end.mode is Mode.TRACKING
+            assert end.stamp_ns > start.stamp_ns
+        assert one.end(controller)[0] == 0
+    entries = read_records(tmp_path / "run.mcap", {"cycle"})
+    times = [entry.log_time for entry in entries if isinstance(entry, Message)]
+    assert len(times) > 100
+    steps = [later - earlier for earlier, later in itertools.pairwise(times)]
+    assert min(steps) > 0
+    assert max(steps) < 60_000_000_000

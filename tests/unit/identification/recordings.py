@@ -1,0 +1,88 @@
+"""Recordings made without a controller: commands by hand, the fit's own rod, noise."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tendond.offline.identification.data import Recording
+from tendond.offline.identification.parameters import nominal
+from tendond.offline.identification.simulate import Simulation
+from tendond.schemas.config.rig import RigConfig, check_config
+
+CONFIG = check_config(
+    {
+        "rod": {"tendon_stiffness": 2e4},
+        "limits": {"displacement_min": -0.08, "displacement_max": 0.08, "displacement_rate": 0.085},
+    },
+    "test",
+)
+TRUE = {
+    **nominal(CONFIG), "E": 1.8e11, "rho": 18000.0, "Bbt": 0.007, "C": 0.12, "tendon_stiffness": 1.8e4, "delay": 0.012,
+    "lag": 0.02,
+}  # fmt: skip
+PERIOD, RATE = 0.01, 0.08
+STEP = 0.00125
+"""[s] A quarter of the fit's own."""
+
+
+def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements [m] and whether they are armed: rest, ramps between levels, let go; shapes (k, 4) and (k,)."""
+    course = [np.zeros(40)]
+    for start, end in zip([0.0, *levels], levels, strict=False):
+        course += [np.linspace(start, end, max(2, round(abs(end - start) / RATE / PERIOD))), np.full(25, end)]
+    course.append(np.full(60, 0.0))
+    pulled = np.concatenate(course)
+    armed = np.ones(len(pulled), dtype=bool)
+    armed[:40] = armed[-60:] = False
+    command = np.column_stack([pulled, np.full_like(pulled, -0.002), -pulled - 0.002, np.full_like(pulled, -0.002)])
+    return command, armed
+
+
+def recording(
+    values: Mapping[str, float] = TRUE,
+    *,
+    noise: float = 1e-4,
+    seed: int = 0,
+    weight: float = 0.0,
+    levels: tuple[float, ...] = (0.03, 0.012, 0.04),
+    config: RigConfig = CONFIG,
+    reports: bool = True,
+) -> Recording:
+    """What a rig with these parameters would leave behind."""
+    command, armed = commands(list(levels))
+    times = np.asarray(PERIOD * np.arange(len(command)), dtype=np.float64)
+    seen = times.copy()
+    bare = Recording(
+        path=Path(f"made-{seed}-{weight:g}.mcap"),
+        config=config,
+        weight=weight,
+        period=PERIOD,
+        times=times,
+        armed=armed,
+        command=command,
+        report_times=times,
+        reported=command,
+        pulled=np.zeros_like(command),
+        pose_times=seen,
+        position=np.zeros((len(seen), 3)),
+        noise=noise,
+        cycles=len(times),
+        hidden=0,
+        limited=0.0,
+        missed=0,
+        fault="",
+    )
+    simulation = Simulation(bare, "command", STEP)
+    reported = simulation.servo(times, values["lag"], values["backlash"])
+    motion = simulation.motion(values)
+    tips = simulation.seen(motion, values["delay"])
+    rows = np.minimum(
+        np.searchsorted(simulation.step * np.arange(len(motion.tensions)), times), len(motion.tensions) - 1
+    )
+    noisy = tips + noise * np.random.default_rng(seed).standard_normal(tips.shape)
+    made = replace(bare, reported=reported, position=noisy, pulled=motion.tensions[rows])
+    return (
+        made if reports else replace(made, report_times=np.zeros(0), reported=np.zeros((0, 4)), pulled=np.zeros((0, 4)))
+    )

@@ -1,0 +1,123 @@
+"""An idle controller's log: thin, and still replayed to the last bit; everything that surrounds an event is in it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tendond.daemon.control.cycle import step
+from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.recording.run_log import RunLog
+from tendond.daemon.recording.thinning import HELD_SECONDS, QUIET_SECONDS
+from tendond.drivers.simulator.plant import Plant
+from tendond.offline.logs.info import info
+from tendond.offline.logs.log import load
+from tendond.offline.logs.recover import recover
+from tendond.offline.replay.rerun import rerun
+from tendond.offline.replay.variant import same_inputs
+from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.record import CycleInputs
+
+CONFIG = """
+[rod]
+nodes = 6
+[simulator.rod]
+nodes = 6
+[simulator.mocap]
+noise = 1e-4
+[log]
+idle_period = 5.0
+"""
+CYCLES, ARM_AT, STOP_AT = 4000, 3333, 3400
+Requests = Callable[[int], ControlAction | None]
+
+
+def operator(tick: int) -> ControlAction | None:
+    return {ARM_AT: ControlAction.ARM, STOP_AT: ControlAction.STOP}.get(tick)
+
+
+def run(path: Path, config: RigConfig, cycles: int = CYCLES, requests: Requests = operator) -> None:
+    """Controller and plant in lockstep: idle, armed for a while, idle."""
+    setup = CycleSetup.from_config(config)
+    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    state = initial_state(setup)
+    now_ns = [0]
+    with RunLog(path, config, setup.rod, now=lambda: now_ns[0], queue=1_000_000) as run_log:
+        run_log.state(state)
+        for tick in range(cycles):
+            now_ns[0] = round(tick * config.loop.period * 1e9)
+            pose, tendon_state, _ = plant.observe(now_ns[0])
+            inputs = CycleInputs(pose=pose, tendon_state=tendon_state, request=requests(tick))
+            state, command, record = step(setup, state, inputs)
+            run_log.cycle(record, None, state.rod, None)
+            run_log.state(state)
+            plant.step(command)
+    assert (run_log.error, run_log.dropped) == ("", 0)
+    put, written, dropped = run_log._counts
+    assert (put, dropped) == (written, 0)
+
+
+@pytest.fixture(scope="module")
+def thin(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("thin") / "run.mcap"
+    run(path, parse_config(CONFIG, "thin"))
+    return path
+
+
+def test_a_thin_log_replays_to_the_last_bit_and_names_what_was_left_out(thin: Path) -> None:
+    outcome = rerun(thin, jobs=1)
+    logged = len(load(thin).records)
+    assert (outcome.first, outcome.compared) == (None, logged)
+    assert (outcome.gaps.missing, outcome.gaps.passed_over) == ([], 0)
+    assert outcome.gaps.left_out == CYCLES - logged > 500
+    assert rerun(thin, jobs=2).compared == logged
+
+
+def test_what_led_to_an_event_and_ten_seconds_after_it_are_in_the_log(thin: Path) -> None:
+    ticks = [record.tick for record in load(thin).records]
+    period = RigConfig().loop.period
+    assert ticks == sorted(set(ticks))
+    first = ARM_AT - round(HELD_SECONDS / period)
+    assert set(range(first, CYCLES)) <= set(ticks)
+    assert set(range(round(QUIET_SECONDS / period))) <= set(ticks)
+    idle = [tick for tick in ticks if round(1.2 * QUIET_SECONDS / period) < tick < first]
+    assert len(idle) == 40  # of these 19.3 s: a tenth of a second every five
+    modes = {record.mode for record in load(thin).records}
+    assert {Mode.IDLE, Mode.RELEASING} < modes  # and what arming begins with
+
+
+def test_tools_tell_what_was_left_out_from_what_is_missing(thin: Path, tmp_path: Path) -> None:
+    found = info(thin)
+    assert found["missing_ticks"] == 0
+    assert found["left_out"] == CYCLES - found["cycles"]
+    assert recover(thin, tmp_path / "out.mcap").missing == []
+
+
+def test_another_law_runs_on_the_inputs_of_a_thin_log(thin: Path, tmp_path: Path) -> None:
+    config = parse_config(CONFIG + "[control]\nlaw = 'sliding_mode'", "thin")
+    found = same_inputs(thin, config, tmp_path / "new.mcap", "law")
+    assert found.cycles == len(load(thin).records)
+    assert rerun(tmp_path / "new.mcap", jobs=1).first is None
+
+
+def growth(folder: Path, idle_period: float, first: int, last: int) -> float:
+    """Of an idle log between two lengths [bytes per cycle]: what files begin and end with is not in it."""
+    sizes = []
+    for cycles in (first, last):
+        path = folder / f"{idle_period}-{cycles}.mcap"
+        run(path, parse_config(CONFIG.replace("5.0", str(idle_period)), "thin"), cycles, lambda tick: None)
+        sizes.append(path.stat().st_size)
+    return (sizes[1] - sizes[0]) / (last - first)
+
+
+def test_an_idle_log_grows_by_a_hundredth_of_a_full_one(tmp_path: Path) -> None:
+    """At the period that is the default: a minute, in which there is one sample."""
+    thin_rate = growth(tmp_path, RigConfig().log.idle_period, 2000, 8000)
+    assert 0.0 < thin_rate < growth(tmp_path, 0.0, 1000, 3000) / 100
+
+
+def test_with_a_period_of_zero_every_cycle_is_logged(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    run(path, parse_config(CONFIG.replace("5.0", "0.0"), "full"), 2000, lambda tick: None)
+    assert [record.tick for record in load(path).records] == list(range(2000))

@@ -1,0 +1,53 @@
+"""No kernel is compiled, or even looked for on the disk, while the loop runs."""
+
+import subprocess
+import sys
+
+FRESH = """
+from tendond.daemon.control.cycle import step
+from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
+from tendond.daemon.control.state import CycleSetup
+from tendond.model.numerics import compile as compiling
+from tendond.model.numerics.rotation import quaternion
+from tendond.model.warm import warm_up
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.messages import ControlAction, TipPose
+from tendond.schemas.record import CycleInputs
+
+def loaded():
+    return {kernel.py_func.__qualname__: len(kernel.signatures) for kernel in compiling._KERNELS}
+
+"""
+
+
+def run_fresh(code: str) -> str:
+    """In a process that has not used any kernel yet."""
+    result = subprocess.run([sys.executable, "-c", FRESH + code], capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+BROUGHT = {"march", "solve", "_line_search", "_slope"}
+"""Called by other kernels alone, which bring them with them when they come from the disk."""
+
+
+def test_setting_up_runs_every_kernel() -> None:
+    code = "warm_up()\nprint(*(name for name, count in loaded().items() if not count))"
+    assert set(run_fresh(code).split()) <= BROUGHT
+
+
+def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
+    code = """
+setup = CycleSetup.from_config(RigConfig())
+state = warm_up_cycle(setup)
+before = loaded()
+for seq in range(300):
+    tip = setup.rod.tip(state.rod)
+    pose = TipPose(
+        seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=quaternion(tip.rotation)
+    )
+    request = ControlAction.ARM if seq == 5 else None
+    state, _, record = step(setup, state, CycleInputs(pose=pose, request=request))
+print(record.mode.value, {name: count for name, count in loaded().items() if count != before[name]})
+"""
+    assert run_fresh(code) == "tracking {}"

@@ -1,4 +1,4 @@
-"""The general rod in strain coordinates: sections, routed tendons, lumped bodies, light damping, no failure by design.
+"""The general rod in strain coordinates: sections, routed tendons, bodies, light damping, consistent energy.
 
 Sources: F. Boyer, V. Lebastard, F. Candelier, F. Renda, "Dynamics of continuum and soft robots: a strain
 parameterization based approach", IEEE T-RO 37 (2021); F. Renda, C. Armanini, V. Lebastard, F. Candelier, F. Boyer, "A

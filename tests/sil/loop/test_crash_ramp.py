@@ -1,6 +1,5 @@
 """A cycle that fails: what leaves the process from then on lets the tendons out, in displacement as in tension."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -15,33 +14,19 @@ from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime import loop as loop_module
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
-from tendond.daemon.runtime.pacing import Wake
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.keys import TENDON_COMMAND, key
 from tendond.schemas.messages import TendonCommand
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.wire import decode
+from tests.sil.pacer import PlantPacer
 from tests.sil.rig import Rig
 
 pytestmark = pytest.mark.sil
 
 WOUND_UP = 0.02
 """[m] Of a tendon, at which the cycle fails."""
-
-
-class InProcess:
-    """A pacer with the plant behind it, without the clock."""
-
-    def __init__(self, hub: Hub, plant: Plant) -> None:
-        self._hub, self._plant = hub, plant
-
-    def wait(self) -> Wake:
-        arrivals = self._hub.receive()
-        arrivals.pose, arrivals.tendon_state, _ = self._plant.observe(0)
-        if self._hub.last_command is not None:
-            self._plant.step(self._hub.last_command)
-        return Wake(time.monotonic(), arrivals, 0.0, 0)
 
 
 def test_the_ramp_of_a_crash_lets_the_wound_tendons_out_steadily_to_nothing(
@@ -63,7 +48,7 @@ def test_the_ramp_of_a_crash_lets_the_wound_tendons_out_steadily_to_nothing(
         state = loop.warm()
         monkeypatch.setattr(loop_module, "respond", failing)
         with pytest.raises(DaemonError, match="of all things"):
-            loop.run(state, InProcess(hub, Plant(config, setup.rod)), lambda: False)
+            loop.run(state, PlantPacer(hub, Plant(config, setup.rod)), lambda: False)
         commands: list[TendonCommand] = []
         while not commands or commands[-1].armed or max(c.tension[0] for c in commands) == 0.0:
             commands.append(decode(TendonCommand, subscriber.recv().payload.to_bytes()))

@@ -2,7 +2,6 @@
 
 import itertools
 import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,6 @@ from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime import loop as loop_module
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
-from tendond.daemon.runtime.pacing import Wake
 from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import check_config
@@ -24,26 +22,12 @@ from tendond.schemas.keys import TENDON_COMMAND, key
 from tendond.schemas.messages import ControlAction, ControlReply, Mode, TendonCommand
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.wire import decode
+from tests.sil.pacer import PlantPacer
 from tests.sil.rig import Rig
 
 pytestmark = pytest.mark.sil
 
 FAILING_CYCLE = 60
-
-
-class FromPlant:
-    """A pacer with the plant in it: one cycle per pose, in this process."""
-
-    def __init__(self, hub: Hub, plant: Plant) -> None:
-        self._hub = hub
-        self._plant = plant
-
-    def wait(self) -> Wake:
-        arrivals = self._hub.receive()
-        arrivals.pose, arrivals.tendon_state, _ = self._plant.observe(0)
-        if self._hub.last_command is not None:
-            self._plant.step(self._hub.last_command)
-        return Wake(time.monotonic(), arrivals, 0.0, 0)
 
 
 def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
@@ -70,7 +54,7 @@ def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
         state = loop.warm()
         monkeypatch.setattr(loop_module, "respond", failing)
         with pytest.raises(DaemonError, match="ZeroDivisionError: of all things"):
-            loop.run(state, FromPlant(hub, Plant(config, setup.rod)), lambda: False)
+            loop.run(state, PlantPacer(hub, Plant(config, setup.rod)), lambda: False)
         received: list[TendonCommand] = []
         while not received or received[-1].armed or received[-1].seq < FAILING_CYCLE:
             received.append(decode(TendonCommand, commands.recv().payload.to_bytes()))
@@ -111,7 +95,7 @@ def test_a_request_that_the_cycle_cannot_take_is_answered_with_the_reason_and_th
         monkeypatch.setattr(loop_module, "respond", failing)
         asker = threading.Thread(target=lambda: replies.append(one.ask(session, ControlAction.RESET)))
         asker.start()
-        loop.run(state, FromPlant(hub, Plant(config, setup.rod)), lambda: bool(replies))
+        loop.run(state, PlantPacer(hub, Plant(config, setup.rod)), lambda: bool(replies))
         asker.join()
     assert not replies[0].done
     assert replies[0].message == "not done: ZeroDivisionError: of all things"

@@ -17,11 +17,26 @@ bench = typer.Typer(
 def bench_rod(
     json: Json = False,
     against: Annotated[Path | None, typer.Option("--against", help="JSON of an earlier run to compare with.")] = None,
+    references: Annotated[
+        str | None,
+        typer.Option(
+            "--references",
+            metavar="DIR",
+            help="Compare the general rod with textbooks and others' data in DIR. '': $TENDOND_REFERENCE_DATA.",
+        ),
+    ] = None,
 ) -> None:
     """Benchmark the rod's solvers and their errors.
 
-    Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json
+    With --references, the exit status is 1 where a target is missed.
+
+    Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json;
+    tendond bench rod --references ../data
     """
+    if references is not None:
+        from tendond.cli.bench.references import run_references
+
+        raise typer.Exit(0 if run_references(references, as_json=json) else 1)
     from tendond.cli.bench.tables import run_bench_rod
 
     run_bench_rod(against, as_json=json)

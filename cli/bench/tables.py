@@ -42,10 +42,20 @@ def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
         print(json.dumps(rows_as_json(rows), indent=2))
         return
     header, lines = _cells(rows, earlier)
-    if console.is_terminal:
-        console.print(_table(header, lines))
-    else:
+    print_table(console, header, lines)
+
+
+def print_table(console: Console, header: list[str], lines: list[list[str]], left: int = 1) -> None:
+    """Print a table; as Markdown where the output is no terminal. The first `left` columns are words."""
+    if not console.is_terminal:
         print("\n".join("| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *lines)))
+        return
+    table = Table()
+    for index, name in enumerate(header):
+        table.add_column(name, justify="left" if index < left else "right")
+    for line in lines:
+        table.add_row(*line)
+    console.print(table)
 
 
 def run_bench_schemes() -> None:
@@ -83,15 +93,6 @@ def _cells(rows: list[RodRow], earlier: dict[str, float]) -> tuple[list[str], li
         for row, line in zip(rows, lines, strict=True):
             line.append(f"{row.median_us / earlier[row.name]:.2f}" if row.name in earlier else "-")
     return header, lines
-
-
-def _table(header: list[str], lines: list[list[str]]) -> Table:
-    table = Table()
-    for name in header:
-        table.add_column(name, justify="left" if name == header[0] else "right")
-    for line in lines:
-        table.add_row(*line)
-    return table
 
 
 def _read(path: Path) -> dict[str, float]:

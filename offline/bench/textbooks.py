@@ -1,0 +1,114 @@
+"""The general rod beside textbooks: each figure is the distance of the tip from a published or exact one, by length."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.strain import Robot, Section, StrainRod
+
+Array = NDArray[np.float64]
+
+
+def elastica() -> float:
+    """Return the largest error under a dead load across the tip, P L^2 / EI = 1, 2, 5.
+
+    K. Mattiasson, "Numerical results from large deflection beam and frame problems", IJNME 17 (1981).
+    """
+    section = Section.round(1.0, 1e-3, 200e9, 7850.0, stretch_modes=0, bending_modes=6)
+    rod = StrainRod(Robot((section,)))
+    errors = []
+    for load, deflection, shortening in ((1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763)):
+        tip, _ = rod.tip(rod.solve_static(rod.loads(tip_force=(load * section.bending_stiffness[1], 0.0, 0.0))))
+        errors.append(math.hypot(tip[0] - deflection, 1.0 - tip[2] - shortening))
+    return max(errors)
+
+
+def helix() -> float:
+    """Return the error of a precurved and pretwisted wire without load: a helix of two turns, in closed form."""
+    curvature, twist, length = 5.0 * math.pi, 3.0, 0.8
+    section = Section.round(length, 1e-3, 200e9, 7850.0, curvature=(0.0, curvature, twist))
+    rod = StrainRod(Robot((section,)))
+    total = math.hypot(curvature, twist)
+    axis, angle = np.array([0.0, curvature, twist]) / total, total * length
+    along = np.array([0.0, 0.0, 1.0])
+    exact = (
+        math.sin(angle) / total * along
+        + (1.0 - math.cos(angle)) / total * np.cross(axis, along)
+        + (length - math.sin(angle) / total) * axis * (axis @ along)
+    )
+    return float(np.linalg.norm(rod.tip(rod.rest())[0] - exact)) / length
+
+
+def curved_cantilever() -> float:
+    """Return the error at 600 lb of the 45 degree bend of K.-J. Bathe and S. Bolourchi, IJNME 14 (1979).
+
+    Radius 100 in, 1 in square, E = 1e7 psi, torsion of a square 0.1406 G. Published tips: 15.9, 47.2, 53.4 in; the
+    figure held to is that of a shooting solver of the same equations: 15.558, 46.892, 53.606 in.
+    """
+    arc = 100.0 * math.pi / 4.0
+    section = Section(
+        arc, (1e7 / 12.0, 1e7 / 12.0), 0.140577 * 5e6, 1e7, 1.0, 1.0, curvature=(0.0, 0.01, 0.0), bending_modes=6,
+        torsion_modes=6, stretch_modes=2,
+    )  # fmt: skip
+    rod = StrainRod(Robot((section,)))
+    state = rod.rest()
+    for load in np.linspace(60.0, 600.0, 10):
+        state = rod.solve_static(rod.loads(tip_force=(0.0, load, 0.0)), state)
+    in_plane, out_of_plane, along = rod.tip(state)[0]
+    return float(np.linalg.norm(np.array([in_plane, along, out_of_plane]) - (15.558, 46.892, 53.606))) / arc
+
+
+def heavy_column() -> float:
+    """Return the relative error of the weight per length under which an upright rod buckles: 7.8373 EI / L^3.
+
+    A. G. Greenhill (1881); S. Timoshenko and J. Gere, Theory of Elastic Stability (1961), section 2.12.
+    """
+    section = Section.round(0.5, 1e-3, 190e9, 7850.0, stretch_modes=0, bending_modes=5)
+
+    def margin(part: float) -> float:
+        weight = part * section.bending_stiffness[0] / (section.length**3 * section.mass_per_length)
+        rod = StrainRod(Robot((section,), gravity=(0.0, 0.0, -weight)))
+        return rod.stability(rod.rest(), rod.loads())
+
+    low, high = 7.0, 9.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if margin(middle) > 0.0 else (low, middle)
+    return abs(low / 7.83735 - 1.0)
+
+
+def routing(solve: Callable[..., tuple[Array, Array]], piece: Callable[..., object]) -> float:
+    """Return the largest error with converging, helical and ending tendons, beside a plain solver of a cut's balance.
+
+    The robot of D. C. Rucker and R. J. Webster, IEEE T-RO 27 (2011): L 242 mm, radius 0.4 mm, E 210 GPa, tendons 8 mm
+    off the axis. The solver is that of the tests, tests/reference/routing.py: `solve_routing` and `Piece`.
+    """
+    from tendond.model.strain import Tendon
+
+    length = 0.242
+    three = Tendon(0.1, (0.008, 0.0)), Tendon(0.18, (-0.004, 0.007)), Tendon(length, (-0.004, -0.007))
+    helical, converging = Tendon.helical(length, 0.008, 0.5), Tendon.converging(length, (0.01, 0.0), (0.004, 0.003))
+    cases = (
+        ((converging,), (4.0,), (0.0, 0.0, 0.0)),
+        ((helical,), (3.0,), (0.0, 0.0, 0.0)),
+        (three, (4.0, 2.0, 3.0), (0.0, 0.1, 0.0)),
+    )
+    errors = []
+    for tendons, tensions, force in cases:
+        lengths = np.diff([0.0, *sorted({one.end for one in tendons} | {length})])
+        sections = tuple(
+            Section.round(float(one), 4e-4, 210e9, 7850.0, bending_modes=8, torsion_modes=6, stretch_modes=4)
+            for one in lengths
+        )
+        rod = StrainRod(Robot(sections, tendons))
+        state = rod.rest()
+        for part in np.linspace(0.25, 1.0, 4):
+            state = rod.solve_static(rod.loads(part * np.array(tensions), tip_force=part * np.array(force)), state)
+        tip, one = rod.tip(state)[0], sections[0]
+        moduli = (*one.bending_stiffness, one.torsion_stiffness)
+        pieces = [piece(float(part), moduli, one.axial_stiffness) for part in lengths]
+        pulls = [(tension, tendon.end, tendon.at) for tension, tendon in zip(tensions, tendons, strict=True)]
+        errors.append(np.linalg.norm(tip - solve(pieces, pulls, force, guess=tip)[0]) / length)
+    return float(max(errors))

@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 SWINGS = 12
 """Half periods of a swing that count as sustained."""
 
 DYING = 0.6
-"""Size of the last half period, of the largest, below which a swing dies down: damping ratio 0.014 over twelve."""
+"""Size of two half periods, relative to the largest before them, below which a swing has died down: damping ratio 0.014
+over twelve. One that is pushed then is another swing."""
 
 EVEN = 3.0
 """Longest half period, of their mean: a longer one is a rest between two swings, as a transient and a push
@@ -49,6 +51,8 @@ class Swing:
         seconds = sum(half_periods) * period
         frequency = 0.5 * SWINGS / max(seconds, period)
         if frequency < SLOWEST or min(sizes[-2:]) < DYING * max(sizes):
+            return None
+        if any(max(pair) < DYING * max(sizes[: index + 1]) for index, pair in enumerate(pairwise(sizes))):
             return None
         if max(half_periods) * SWINGS > EVEN * sum(half_periods):
             return None

@@ -182,6 +182,18 @@ def test_swings_with_a_rest_between_them_are_no_limit_cycle() -> None:
     assert swing.sustained(0.01) is not None  # the second ringing alone has lasted long enough by now
 
 
+def test_a_swing_that_dies_down_and_is_pushed_again_is_no_limit_cycle_and_a_growing_one_is() -> None:
+    pushed, growing = Swing(), Swing()
+    for tick in range(900):
+        now = 0.01 * tick
+        since = now % 3.5  # a push each 3.5 s, of which a tenth is left when the next one comes
+        pushed = pushed.add(0.1 * math.exp(-0.65 * since) * math.cos(2.0 * math.pi * 2.0 * since), tick, BOUNDS.swing)
+        growing = growing.add(0.02 * math.exp(0.3 * now) * math.cos(2.0 * math.pi * 2.0 * now), tick, BOUNDS.swing)
+        assert pushed.sustained(0.01) is None, (tick, pushed)
+        if now > 4.5:
+            assert growing.sustained(0.01) is not None, (tick, growing)
+
+
 def swung(position: Callable[[float], float], velocity: Callable[[float], Vector3], seconds: float) -> str:
     """What the watch says of a tip that is off its reference in x [m], while that moves [m/s]."""
     watch, still = TrackingWatch(), (0.0, 0.0, 0.0)

@@ -114,7 +114,7 @@ def _renamed(line: str, path: Path, own: Tables, files: dict[Path, Tables]) -> s
 
 
 def _has(tables: Any, keys: list[str]) -> bool:
-    """Whether tables have a key, given by its parts; an index within a list counts as the list."""
+    """Check that tables have a key, given by its parts; an index within a list counts as the list."""
     for key in keys:
         if not isinstance(tables, dict):
             return True

@@ -69,7 +69,7 @@ def prepare(say: Callable[[str], None]) -> None:
 
 
 def is_writable(folder: Path) -> bool:
-    """Whether a folder can be written to, or created."""
+    """Check that a folder can be written to, or created."""
     while not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)

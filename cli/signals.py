@@ -13,7 +13,7 @@ from types import FrameType
 
 INTERRUPTED = 130
 IS_PROGRAM = os.path.basename(sys.argv[0]) in ("tendond", "-m")
-"""Whether this process is the command line, and not another program that imports it, such as a test."""
+"""True if this process is the command line, and not another program that imports it, such as a test."""
 
 IMPORTS, CALLBACKS = "<frozen importlib", "_raw_object_cache"
 """Prefixes of file and function names in a stack that must not be unwound by an exception."""
@@ -50,7 +50,7 @@ def note(number: int) -> None:
 
 
 def was_interrupted() -> bool:
-    """Whether a loop was ended by Ctrl-C."""
+    """Check whether a loop was ended by Ctrl-C."""
     return signal.SIGINT in _interrupts
 
 
@@ -85,7 +85,7 @@ def _must_not_unwind(frame: FrameType | None) -> bool:
 
 
 def _has_children() -> bool:
-    """Whether this process has children to end; true if that is unknown."""
+    """Check whether this process has children to end; true if that is unknown."""
     try:
         for thread in os.listdir("/proc/self/task"):
             with open(f"/proc/self/task/{thread}/children", encoding="ascii") as file:

@@ -16,11 +16,11 @@ ONE_CLOCK_SECONDS = 10.0
 
 
 def controller(rig: Rig) -> CheckResult:
-    """Check that the controller answers, or that its endpoint is free."""
+    """Check that the controller replies, or that its endpoint is free."""
     activity, endpoint, name = rig.activity, rig.config.bus.endpoint, rig.config.rig.name
     if activity.status is not None:
         status = activity.status
-        finding = f"answers after {activity.answer_ms:.0f} ms: {status.mode.value} ({status.reason})"
+        finding = f"replies after {activity.reply_ms:.0f} ms: {status.mode.value} ({status.reason})"
         if status.loop.log_error:
             return warned(f"{finding}; {status.loop.log_error}", "free or repair the disk, then restart the controller")
         if status.mode is Mode.FAULT:
@@ -33,7 +33,7 @@ def controller(rig: Rig) -> CheckResult:
         return passed(finding)
     if activity.connected:
         return failed(
-            f"something listens on {endpoint}, but no controller of rig '{name}' answers",
+            f"something listens on {endpoint}, but no controller of rig '{name}' replies",
             "fix rig.name or bus.endpoint: each rig needs its own endpoint",
         )
     taken = _taken(endpoint)

@@ -47,7 +47,7 @@ def level(rig: Rig) -> CheckResult | None:
         source.close()
     if not frames:
         return warned(
-            f"the base was not compared with gravity: '{section.base}' was not seen in {LEVEL_SECONDS:g} s",
+            f"the base was not compared with gravity: no pose of '{section.base}' arrived in {LEVEL_SECONDS:g} s",
             "start Tracker, and check vicon.base",
         )
     if base.tilted:
@@ -80,5 +80,5 @@ def sender(rig: Rig) -> CheckResult | None:
 
 
 def is_guarded(config: RigConfig) -> bool:
-    """Whether access to the bus is a concern: an access list, or an endpoint beyond this machine."""
+    """Check for an access list, or an endpoint beyond this machine."""
     return bool(os.environ.get(CONFIG_VARIABLE)) or not config.bus.is_loopback

@@ -65,10 +65,10 @@ class Rig:
 
     Attributes:
         config: valid.
-        config_file: of the configuration; none: the built-in one.
+        config_file: the configuration file; none: the built-in configuration.
         log_folder: folder of its logs.
-        query_servos: whether servos may be queried.
-        probe: whether each tendon is pulled slightly, one after another.
+        query_servos: true if servos may be queried.
+        probe: true to pull each tendon slightly, one after another.
         machine: the computer.
     """
 

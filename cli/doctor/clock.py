@@ -8,7 +8,7 @@ TIMEX_BYTES = 256
 
 
 def is_synchronised() -> bool:
-    """Whether the kernel reports the clock as synchronised, by NTP for instance."""
+    """Check that the kernel reports the clock as synchronised, by NTP for instance."""
     buffer = ctypes.create_string_buffer(TIMEX_BYTES)
     state = int(ctypes.CDLL(None, use_errno=True).adjtimex(buffer))
     return 0 <= state != TIME_ERROR

@@ -24,8 +24,8 @@ CONNECT_SECONDS = 2.0
 
 def rest(rig: Rig) -> CheckResult | None:
     """Compare the measured rest with the model's; only while no tendon pulls."""
-    status, seen = rig.activity.status, [pose for _, pose in rig.activity.poses if pose.valid]
-    if not seen or (status is not None and status.mode not in (Mode.STARTING, Mode.IDLE)):
+    status, valid = rig.activity.status, [pose for _, pose in rig.activity.poses if pose.valid]
+    if not valid or (status is not None and status.mode not in (Mode.STARTING, Mode.IDLE)):
         return None
     try:
         rests = configured_rests(rig.config, rod_from_section(rig.config.rod, rig.config.loop.period).parameters)
@@ -34,7 +34,7 @@ def rest(rig: Rig) -> CheckResult | None:
     if rests is None:
         return warned("not compared: commissioning.rest = false", "remove the key")
     watch = RestWatch()
-    for pose in seen:
+    for pose in valid:
         watch = watch.add(pose.position, pose.orientation, BLOCK)
     if objection := rest_objection(rests, watch):
         return failed(objection, "fix the camera's frame, or [rod]; arming is refused until then")
@@ -42,7 +42,7 @@ def rest(rig: Rig) -> CheckResult | None:
 
 
 def probe(rig: Rig) -> CheckResult | None:
-    """Let the controller pull each tendon slightly, and compare the tip's motion with the model's."""
+    """Have the controller pull each tendon slightly, and compare the tip's motion with the model's."""
     if not rig.probe:
         return None
     try:

@@ -21,15 +21,15 @@ class BusActivity:
     """Poses and tendon states, with the time of their arrival [ns] on the monotonic clock.
 
     Attributes:
-        connected: whether a Zenoh session could be opened.
-        status: of the controller, received after `answer_ms`.
+        connected: true if a Zenoh session could be opened.
+        status: the controller's status, received after `reply_ms`.
         error: why there is no status.
         unreadable: number of unreadable messages, by reason.
     """
 
     connected: bool = False
     status: Status | None = None
-    answer_ms: float = 0.0
+    reply_ms: float = 0.0
     error: str = ""
     poses: list[tuple[int, TipPose]] = field(default_factory=list)
     states: list[tuple[int, TendonState]] = field(default_factory=list)
@@ -40,7 +40,7 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
     """Query the controller, then listen; publish nothing.
 
     Args:
-        config: of the rig.
+        config: the rig's configuration.
         seconds: time to listen.
     """
     activity = BusActivity()
@@ -59,7 +59,7 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
             activity.status = ask_status(session, name)
         except BusError as error:
             activity.error = str(error)
-        activity.answer_ms = (time.monotonic() - started) * 1e3
+        activity.reply_ms = (time.monotonic() - started) * 1e3
         for waiting in (poses, states):  # what has arrived meanwhile says nothing about its age
             waiting.newest()
             waiting.unreadable.clear()

@@ -177,7 +177,7 @@ def find_controller(rig: Rig) -> int | None:
 
 
 def _runs_controller(words: list[str]) -> bool:
-    """Whether a process' words are those of `tendond run` or `tendond rig run`."""
+    """Check that a process's arguments are those of `tendond run` or `tendond rig run`."""
     if "run" not in words:
         return False
     before = words[: words.index("run")]

@@ -42,7 +42,7 @@ def port(rig: Rig) -> CheckResult | None:
 
 
 def latency(rig: Rig) -> CheckResult | None:
-    """Check the adapter's latency timer, which delays every answer."""
+    """Check the adapter's latency timer, which delays every reply."""
     section = rig.config.servo
     if section is None or not Path(section.port).exists():
         return None
@@ -55,9 +55,9 @@ def latency(rig: Rig) -> CheckResult | None:
     remedy = f"install deploy/udev/70-tendond.rules, or: echo {WANTED_MS} > {file}"
     if timer * 1e-3 >= section.answer_timeout:
         return failed(
-            f"{timer} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no answer in time", remedy
+            f"{timer} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no reply in time", remedy
         )
-    return warned(f"{timer} ms: each answer is delayed by it", remedy)
+    return warned(f"{timer} ms: each reply is delayed by it", remedy)
 
 
 def servos(rig: Rig) -> CheckResult | None:
@@ -72,10 +72,10 @@ def servos(rig: Rig) -> CheckResult | None:
         with ServoBus(section.port, section.baudrate, section.answer_timeout) as bus:
             missing = bus.absent(ids)
             if missing:
-                return failed(f"no answer from {_named(missing)}", "switch on their power; then: tendond servo scan")
+                return failed(f"no reply from {_named(missing)}", "switch on their power; then: tendond servo scan")
             if mute := _mute(bus, ids):
                 return failed(
-                    f"{_named(mute)} answers only pings: its {table.STATUS_RETURN_LEVEL.name} is 0",
+                    f"{_named(mute)} replies only to pings: its {table.STATUS_RETURN_LEVEL.name} is 0",
                     "switch its power off and on, or tendond servo setup",
                 )
             found = [_ask(bus, one, section) for one in ids]
@@ -120,7 +120,7 @@ def _ask(bus: ServoBus, one: int, section: ServoSection) -> CheckResult:
 
 
 def _mute(bus: ServoBus, ids: Sequence[int]) -> list[int]:
-    """Find the servos that answer a ping, but no read."""
+    """Find the servos that reply to a ping, but not to a read."""
     mute = []
     for one in ids:
         try:

@@ -15,10 +15,8 @@ from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.demo.identification import SUMMARY, validate
-from tendond.offline.identification.proof import (
-    truth,
-)
-from tendond.offline.identification.report import write_results
+from tendond.offline.identification.proof.rigs import truth
+from tendond.offline.identification.results.report import write_results
 from tendond.offline.robustness.identified import MEASURES
 
 

@@ -13,14 +13,17 @@ from rich.table import Table
 from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.identification.data import load_recording, parse_weights
-from tendond.offline.identification.dry_run import DryRun, dry_run, rig_of_model
-from tendond.offline.identification.fit import LOSSES, Loss
-from tendond.offline.identification.identify import Identification, Options, identify
+from tendond.offline.identification.excitation.dry_run import DryRun, dry_run, rig_of_model
+from tendond.offline.identification.excitation.plan import IdentificationPlan, propose, proposed_weight
+from tendond.offline.identification.fitting.solve import LOSSES, Loss
+from tendond.offline.identification.identify import identify
+from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import DEFAULT, chosen
-from tendond.offline.identification.plan import IdentificationPlan, propose, proposed_weight
-from tendond.offline.identification.report import Written, warnings, write_results
-from tendond.offline.identification.simulate import Drive
+from tendond.offline.identification.recordings.load import load_recording
+from tendond.offline.identification.recordings.weights import parse_weights
+from tendond.offline.identification.results.report import Written, warnings, write_results
+from tendond.offline.identification.results.result import Identification
+from tendond.offline.identification.simulation.simulate import Drive
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""

@@ -7,17 +7,17 @@ from tendond.cli.common import load_config, say
 from tendond.cli.identify.fit import kinds, plan_lines
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.identification.dry_run import dry_run, rig_of_model
-from tendond.offline.identification.operator import record_plan, refuse_another_controller
-from tendond.offline.identification.plan import propose
+from tendond.offline.identification.excitation.dry_run import dry_run, rig_of_model
+from tendond.offline.identification.excitation.operator import record_plan, refuse_another_controller
+from tendond.offline.identification.excitation.plan import propose
 
 
 def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: float, weight: float, *, yes: bool) -> None:
-    """Rehearse a plan, ask, and carry it out; see `tendond identify run --help`.
+    """Dry-run a plan, ask, and carry it out; see `tendond identify run --help`.
 
     Raises:
         TendondError: a configuration whose limits leave no range, a plan that fails in the dry run, a controller
-            that cannot be started, a fault on the way.
+            that cannot be started, a fault while it runs.
     """
     config = load_config(config_file)
     if log is None:

@@ -36,7 +36,7 @@ def keys_page() -> str:
         used = {"published": links[:1], "request": links, "token": []}[topic.kind]
         rows[topic.kind].append((code(f"<rig>/{topic.name}"), *used, topic.by, topic.to, topic.meaning))
     published = table(("key", "message", "by", "to", "what it is"), rows["published"])
-    requests = table(("key", "asked with", "answered with", "by", "to", "what it is"), rows["request"])
+    requests = table(("key", "request", "reply", "by", "to", "what it is"), rows["request"])
     tokens = table(("liveliness token", "by", "to", "what it is"), rows["token"])
     return f"""\
 # Zenoh keys
@@ -51,7 +51,7 @@ Who may do what can be restricted by key: [securing the bus](../howto/secure-bus
 
 ## Requests
 
-Queries with an answer.
+Queries with a reply.
 
 {requests}
 
@@ -145,7 +145,7 @@ def _faults() -> str:
             code(fault.value),
             kind.meaning,
             "" if kind.seconds is None else f"{kind.seconds:g} s",
-            "" if kind.size is None else f"{kind.size:g} {kind.unit}, at most {kind.size_max:g}",
+            "" if kind.size is None else f"{kind.size:g} {kind.unit}, max. {kind.size_max:g}",
             ", ".join(_takes(kind.directed, kind.servo, kind.wires)),
         )
         for fault, kind in FAULTS.items()

@@ -18,7 +18,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
     """The configuration as TOML that reads as itself.
 
     Args:
-        config: of the rig.
+        config: the rig's configuration.
         changed: only what differs from the defaults.
         comments: unit, range and meaning behind each key; keys that are left out stand as comments too.
     """

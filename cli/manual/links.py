@@ -40,9 +40,9 @@ def with_links(text: str, repository: Path, folder: str, page: str, note: Callab
     """Markdown whose links lead to the site.
 
     Args:
-        text: of a page.
+        text: text of a page.
         repository: its folder.
-        folder: of the text, in the repository, from which its links count.
+        folder: the page's folder in the repository, to which its links are relative.
         page: the page in the site that the text becomes.
         note: called with each file and folder of the repository that a link leads to, outside the documentation.
     """

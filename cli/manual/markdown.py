@@ -34,7 +34,7 @@ def summary(thing: object) -> str:
 
 
 def attributes(thing: object, known: Iterable[str] = ()) -> dict[str, str]:
-    """What a docstring says of each attribute; of two in a line, 'a: this. b: that.', both where they are `known`."""
+    """Read each attribute's description from a docstring; of two in a line, 'a: this. b: that.', both if `known`."""
     found = _entries(thing)
     for name in list(found):
         inner = re.split(r"[.;] (\w+(?:, \w+)*): ", found[name])

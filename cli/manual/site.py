@@ -42,14 +42,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     wanted = [(file.src_uri, file.content_string, "docs/" + posixpath.dirname(file.src_uri))
               for file in files.documentation_pages() if file.src_uri not in texts]  # fmt: skip
     wanted += [(uri, text, folder) for uri, (text, folder) in texts.items()]
-    seen: set[str] = set()
+    listed: set[str] = set()
     while wanted:
         page, text, folder = wanted.pop()
         named: list[str] = []
         with_links(text, repository, folder, page, named.append)
         for path in named:
-            if path not in seen:
-                seen.add(path)
+            if path not in listed:
+                listed.add(path)
                 uri = f"{SOURCE}{path}.md"
                 source, within = source_page(repository, path)
                 files.append(File.generated(config, uri, content=with_links(source, repository, within, uri, _ignore)))

@@ -18,7 +18,7 @@ from tendond.schemas.wire import encode
 
 
 def operate(action: str, config_file: Path | None) -> None:
-    """Make the request and print the answer.
+    """Send the request and print the reply.
 
     Raises:
         TendondError: no controller, or it refused.
@@ -40,7 +40,7 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
 
     Args:
         settings: keys of [reference] with their values, as KEY=VALUE.
-        config_file: of the rig.
+        config_file: the rig's configuration file.
 
     Raises:
         UsageError: the settings are not a valid reference.

@@ -18,6 +18,6 @@ def run_vicon(config_file: Path | None) -> None:
     supervisor = Supervisor()
     driver = ViconDriver(config, section, stop_on_signals(), say_to(supervisor), supervisor)
     where = f"UDP port {section.port}" if section.source == "udp" else f"DataStream server {section.server}"
-    base = f"seen from '{section.base}'" if section.base else "in the Vicon world"
+    base = f"relative to '{section.base}'" if section.base else "in the Vicon world"
     say(f"rig '{config.rig.name}': tip '{section.tip}' {base}, from {where}")
     driver.run()

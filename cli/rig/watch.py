@@ -40,7 +40,7 @@ class Listener:
     """Receiver of a rig's messages, a frame at a time; reconnects by itself.
 
     Args:
-        config: of the rig.
+        config: the rig's configuration.
     """
 
     def __init__(self, config: RigConfig) -> None:

@@ -32,10 +32,10 @@ def confirm(question: str, yes: bool, ask: Ask) -> None:
     """Ask the operator for confirmation.
 
     Raises:
-        RefusedByOperatorError: the answer is not yes.
+        RefusedByOperatorError: the operator did not enter yes.
     """
     if not yes and ask(f"{question} yes or no:") != "yes":
-        raise RefusedByOperatorError("nothing was done: the answer was not 'yes'")
+        raise RefusedByOperatorError("nothing was done: not confirmed with 'yes'")
 
 
 def parse_places(texts: list[str], tendons: int) -> dict[int, float]:
@@ -56,7 +56,7 @@ def parse_places(texts: list[str], tendons: int) -> dict[int, float]:
 
 
 def ask_terminal(question: str) -> str:
-    """Ask the operator on the terminal; the answer in lower case.
+    """Ask the operator on the terminal, and return the input in lower case.
 
     Raises:
         RefusedByOperatorError: the input is closed.
@@ -64,4 +64,4 @@ def ask_terminal(question: str) -> str:
     try:
         return input(f"{question} ").strip().lower()
     except EOFError:
-        raise RefusedByOperatorError("nothing was done: no answer; use --yes to skip the question") from None
+        raise RefusedByOperatorError("nothing was done: no input; use --yes to skip the question") from None

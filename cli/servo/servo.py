@@ -40,7 +40,7 @@ def reset_servos(config_file: Path | None, with_reboot: bool) -> None:
 
 
 def scan_servos(config_file: Path | None, port: str | None, last_id: int, patience: float = PATIENCE) -> None:
-    """Print every servo that answers.
+    """Print every servo that replies.
 
     Raises:
         DaemonError: none does.
@@ -60,9 +60,9 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
     if not count:
         rates = f"{BAUD_RATES[0]} to {BAUD_RATES[-1]} bit/s"
         beyond = "" if last_id == table.ID.maximum else f" ids above {last_id} were not searched;"
-        garbled = " the answers are garbled: plug in one servo at a time;" if _garbled(heard) else ""
+        garbled = " the replies are garbled: plug in one servo at a time;" if _garbled(heard) else ""
         raise DaemonError(
-            f"no servo answers on {', '.join(names)}, ids 0 to {last_id}, {rates}:{beyond}{garbled} is the power on, is"
+            f"no servo replies on {', '.join(names)}, ids 0 to {last_id}, {rates}:{beyond}{garbled} is the power on, is"
             " the adapter's latency timer 1 ms?"
         )
 
@@ -93,7 +93,7 @@ def reboot_servos(config_file: Path | None, ids: list[int], yes: bool, ask: Ask)
     """Reboot servos, while no driver uses the port.
 
     Raises:
-        TendondError: one does not answer, before or afterwards; or the operator did not confirm.
+        TendondError: a servo does not reply, before or afterwards; or the operator did not confirm.
     """
     section = load_config(config_file).servo or ServoSection()
     with open_bus(section) as bus:
@@ -101,4 +101,4 @@ def reboot_servos(config_file: Path | None, ids: list[int], yes: bool, ask: Ask)
         confirm(f"Reboot servo {which}? Their torque goes off: a bent robot straightens. Support it.", yes, ask)
         for one in ids:
             errors = reboot(bus, one)
-            print(f"servo {one}: rebooted" + (f", had {errors}" if errors else ""))
+            print(f"servo {one}: rebooted" + (f"; errors before: {errors}" if errors else ""))

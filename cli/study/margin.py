@@ -56,6 +56,6 @@ def _line(run: LoopRow) -> str:
     ripple = "-" if run.ripple is None else f"{run.ripple * 1e3:.3f}"
     verdict = "pass" if run.passes else f"FAIL {run.reason}".rstrip()
     return (
-        f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.0f} | {run.stiffness:g} | {run.told} | {run.untold} "
-        f"| {settling} | {ripple} | {verdict} |"
+        f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.0f} | {run.stiffness:g} "
+        f"| {run.delay_known} | {run.delay_unknown} | {settling} | {ripple} | {verdict} |"
     )

@@ -101,7 +101,7 @@ class BusSnapshot:
         return math.dist(self.pose.position, self.status.target)
 
     def is_silent(self, now: float) -> bool:
-        """Whether no controller is heard; by its status where an access list hides its commands."""
+        """Check that no controller is heard, by its status where an access list hides its commands."""
         if self.command_stream.message is None:
             return self.status_stream.at < now - STATUS_SILENT_SECONDS
         return self.command_stream.at < now - SILENT_SECONDS

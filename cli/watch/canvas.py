@@ -17,7 +17,7 @@ class Canvas:
     """Window on a plane, in characters.
 
     Args:
-        width, height: in characters.
+        width, height: size in characters.
         window: left, right, bottom, top [m] to show; the scale is equal in both directions.
     """
 

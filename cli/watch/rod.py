@@ -10,8 +10,8 @@ def sketch(position: Vector3, orientation: Quaternion, length: float, across: in
     """Draw a cubic from the base, along z, to the tip, along the tip's axis; projected on the plane of one axis and z.
 
     Args:
-        position: of the tip [m]. orientation: of the tip, w, x, y, z.
-        length: of the rod [m]: how far the ends' directions reach.
+        position: tip position [m]. orientation: tip orientation, w, x, y, z.
+        length: rod length [m], which scales the directions at the ends.
         across: 0 for the x-z plane, 1 for y-z.
     """
     w, x, y, z = orientation

@@ -34,10 +34,10 @@ def frame(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, heig
     """Draw a frame that fits.
 
     Args:
-        snapshot: of the bus.
-        config: of the rig: its name, limits and length.
-        now: on the clock of `snapshot` [s].
-        width, height: of the terminal, in characters.
+        snapshot: the bus snapshot.
+        config: the rig's configuration, for its name, limits and length.
+        now: time on the clock of `snapshot` [s].
+        width, height: size of the terminal, in characters.
     """
     body = max(1, height - 1)
     left_width = min(LEFT_WIDTH, width)

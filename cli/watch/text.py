@@ -9,7 +9,7 @@ SPARKS = "▁▂▃▄▅▆▇█"
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """Wrap a text, indented by a character; at most four lines."""
+    """Wrap a text, indented by a character, to a maximum of four lines."""
     return [f" {part}" for part in textwrap.wrap(text, max(8, width - 2))][:4]
 
 

@@ -45,15 +45,15 @@ def main() -> None:
         rr.set_time("cycle", duration=tick * run.config.loop.period)
         rr.log("rod", rr.LineStrips3D([points], radii=0.002))
         rr.log("tendons", rr.LineStrips3D(tendons, radii=0.0005, colors=[(128, 128, 128)]))
-    seen: deque[NDArray[np.float64]] = deque(maxlen=round(TRAIL_SECONDS / run.config.loop.period))
+    trail: deque[NDArray[np.float64]] = deque(maxlen=round(TRAIL_SECONDS / run.config.loop.period))
     for at, position, wanted, target in zip(
         time, run["measured"], run["reference.position"], run["reference.target"], strict=True
     ):
         rr.set_time("cycle", duration=at)
         if np.all(np.isfinite(position)):
-            seen.append(position)
+            trail.append(position)
             rr.log("tip", rr.Points3D([position], radii=0.006))
-            rr.log("trail", rr.LineStrips3D([np.array(seen)], radii=0.001, colors=[(64, 115, 180)]))
+            rr.log("trail", rr.LineStrips3D([np.array(trail)], radii=0.001, colors=[(64, 115, 180)]))
         rr.log("reference", rr.Points3D([wanted], radii=0.006, colors=[(230, 115, 25)]))
         rr.log("target", rr.Points3D([target], radii=0.004, colors=[(200, 40, 40)]))
 

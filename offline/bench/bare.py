@@ -1,4 +1,4 @@
-"""What a loop and a bus cost on this machine without a controller: the bare counterparts of `tendond bench loop`.
+"""Costs of a loop and a bus on this machine without a controller: the bare counterparts of `tendond bench loop`.
 
 As a program, `python -m tendond.offline.bench.bare bare SECONDS PERIOD` sleeps to absolute deadlines and prints how
 late it woke; `echo ENDPOINT PERIOD` sends each message on `bare/pose` back on `bare/command`, at once or, with a
@@ -22,7 +22,7 @@ POLL_SECONDS = 50e-6
 
 @dataclass(frozen=True)
 class Quantiles:
-    """Of a time [us]."""
+    """Median and upper quantiles of a duration [us]."""
 
     median: float
     p99: float
@@ -30,7 +30,7 @@ class Quantiles:
 
     @staticmethod
     def of(microseconds: list[float]) -> "Quantiles":
-        """Of a sample, not empty."""
+        """Compute the quantiles of a sample, which must not be empty."""
         median, p99, p999 = np.percentile(microseconds, [50.0, 99.0, 99.9]).tolist()
         return Quantiles(median, p99, p999)
 
@@ -39,7 +39,7 @@ class Quantiles:
         return Quantiles(self.median / other.median, self.p99 / other.p99, self.p999 / other.p999)
 
     def as_json(self) -> dict[str, float]:
-        """By name."""
+        """Return the quantiles by name."""
         return asdict(self)
 
 

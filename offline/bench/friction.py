@@ -1,4 +1,4 @@
-"""What friction of the tendons does: a slow pull and release of one tendon, and the laws on profile `rig` with it."""
+"""Effects of tendon friction: a slow pull and release of one tendon, and the laws on profile `rig` with friction."""
 
 from dataclasses import dataclass
 
@@ -39,7 +39,7 @@ class FrictionLoop:
     Attributes:
         end: displacement of the servo's end [m].
         before, behind: tension at the servo, and as the rod feels it [N].
-        x: of the tip [m].
+        x: tip x [m].
     """
 
     end: Array

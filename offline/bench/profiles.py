@@ -1,4 +1,4 @@
-"""What both laws do on each profile of the simulator, in lockstep: how long the servos' real speed makes it take."""
+"""Both laws on each profile of the simulator, in lockstep: the time that the servos' real speed costs."""
 
 from dataclasses import dataclass, replace
 
@@ -17,7 +17,7 @@ LAWS = ("backstepping", "sliding_mode")
 ARMED_AT = 10
 CYCLES = 1000
 SETTLED = 0.05
-"""Of the target's x, either side of it."""
+"""Half-width of the settling band, as a fraction of the target's x."""
 
 LAST = 100
 """Cycles of which the error is taken."""
@@ -34,25 +34,25 @@ HEADING = (
 
 @dataclass(frozen=True)
 class ProfileRow:
-    """How a law did on a profile; the tip is the simulated one.
+    """Measures of a law on a profile; the tip is the simulated one.
 
     Attributes:
         profile, law: names.
-        way_mm: of the agonist's end, from the straight rod [mm].
+        travel_mm: pull of the agonist's end, from the straight rod [mm].
         full_speed: time that the travel takes at the displacement rate [s]; none without servos.
-        arrival: of the reference [s].
-        settled: from when on x stays within 5 % of the target to the end, impacts included [s]; none: never.
+        arrival: time at which the reference reaches the target [s].
+        settled: time after which x stays within 5 % of the target, impacts included [s]; none: never.
         worst_mm: largest error of x after the reference's arrival and one second [mm].
         error_mm: mean error of x in the end [mm].
         variation: total variation of the agonist's commanded tension until one second after the arrival [N].
         jerks_mm: root mean square of the second difference of its commanded displacement, as long [mm].
-        reversals: how often the commanded displacement turns, counted in ticks, as long [1/s].
+        reversals: direction changes of the commanded displacement over the same cycles [1/s].
         fault: reason; empty without one.
     """
 
     profile: str
     law: str
-    way_mm: float
+    travel_mm: float
     full_speed: float | None
     arrival: float
     settled: float | None
@@ -65,11 +65,11 @@ class ProfileRow:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Of the Markdown table."""
+        """Cells of the row in the Markdown table."""
         return (
             self.profile,
             self.law,
-            f"{self.way_mm:.1f}",
+            f"{self.travel_mm:.1f}",
             "-" if self.full_speed is None else f"{self.full_speed:.2f}",
             f"{self.arrival:.2f}",
             f"never: {self.fault}" if self.settled is None else f"{self.settled:.2f}",
@@ -103,9 +103,9 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Prof
     """
     config = profile_config(profile, law) if config is None else config
     period = config.loop.period
-    seen = list(watched_loop(config, CYCLES, {ARMED_AT: ControlAction.ARM}))
-    part = [one for one in seen if one.record.mode is Mode.TRACKING]
-    last = seen[-1].record
+    trace = list(watched_loop(config, CYCLES, {ARMED_AT: ControlAction.ARM}))
+    part = [one for one in trace if one.record.mode is Mode.TRACKING]
+    last = trace[-1].record
     x = np.array([one.truth.position[0] for one in part])
     target = last.reference.target[0]
     error = np.abs(x - target)
@@ -120,7 +120,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Prof
     return ProfileRow(
         profile=profile,
         law=law,
-        way_mm=1e3 * travel,
+        travel_mm=1e3 * travel,
         full_speed=travel / config.with_own_rates().limits.displacement_rate if driven else None,
         arrival=arrival,
         settled=settled if last.mode is Mode.TRACKING and settled < len(x) * period else None,

@@ -35,7 +35,7 @@ from tendond.schemas.wire import encode
 RIG = "bench"
 ROUND_TRIPS = 300
 LOCKSTEP_PAUSE = 0.5e-3
-"""Between an answer and the next pose [s]; about what a simulated step takes."""
+"""Pause between a command and the next pose [s]; about the time of a simulated step."""
 
 TURN = 20
 """Round trips with the one before it is the other's turn."""
@@ -60,7 +60,7 @@ def measure(seconds: float, progress: Callable[[str], None]) -> list[Punctuality
     """Time the controller's loop, and a bare loop and an echo in turn with it.
 
     Args:
-        seconds: of each run.
+        seconds: length of each run.
         progress: called with the name of what is being measured.
 
     Raises:
@@ -165,7 +165,7 @@ def _arm(session: zenoh.Session) -> None:
     while True:
         try:
             reply = ask(session, RIG, ControlAction.ARM)
-            if reply.done or (reply.status is not None and reply.status.mode in ACTIVE):  # an answer may come too late
+            if reply.done or (reply.status is not None and reply.status.mode in ACTIVE):  # a reply may come too late
                 return
             said = reply.message
         except BusError as error:
@@ -176,7 +176,7 @@ def _arm(session: zenoh.Session) -> None:
 
 
 def _latency(folder: Path, name: str, period: float) -> PunctualityRow:
-    """From a pose handed to Zenoh to the command that answers it, and the same of an echo, in turn."""
+    """Measure the time from a pose handed to Zenoh to the command for it, and the same for an echo, in turn."""
     config, log, endpoint = _configure(folder, f"latency-{period}", PAPER)
     bare_endpoint = f"tcp/127.0.0.1:{free_port()}"
     mode = [] if period else ["--lockstep"]
@@ -197,12 +197,12 @@ def _latency(folder: Path, name: str, period: float) -> PunctualityRow:
                     time.sleep(LOCKSTEP_PAUSE if not period else 0.005 + draw.random() * period)  # any phase of it
                 resting.send_signal(signal.SIGCONT)
             if time.monotonic() > deadline:
-                raise DaemonError("the controller, or the echo, gave no answers")
+                raise DaemonError("the controller, or the echo, did not reply")
     return PunctualityRow(name, Quantiles.of(controller.times[WARM_UP:]), Quantiles.of(bare.times[WARM_UP:]))
 
 
 class _RoundTrips:
-    """Times [us] from poses on one key to their answers on another."""
+    """Times [us] from poses on one key to their commands on another."""
 
     def __init__(self, session: zenoh.Session, pose_key: str, command_key: str, field: str) -> None:
         self._answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
@@ -212,7 +212,7 @@ class _RoundTrips:
         self.times: list[float] = []
 
     def go(self) -> None:
-        """One of them; an answer that does not come is no time."""
+        """Measure one round trip; a missing command yields no time."""
         self._seq += 1
         y = 1e-6 * (self._seq % 2)
         pose = TipPose(seq=self._seq, stamp_ns=0, position=(0.0, y, 0.49), orientation=(1.0, 0.0, 0.0, 0.0))

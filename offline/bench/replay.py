@@ -1,4 +1,4 @@
-"""How fast a log is replayed, and what of it is the cycle itself: all in one run, on a log that is made for it."""
+"""Speed of replaying a log, and the cycle's share of it, measured in one run on a log written for it."""
 
 import gc
 import os
@@ -20,7 +20,7 @@ from tendond.schemas.messages import ControlAction
 
 ARMED_AT = 10
 ROUNDS = 3
-"""Of which the best counts: the machine may have other things to do."""
+"""Repetitions, of which the best counts: the machine may have other things to do."""
 
 
 @dataclass(frozen=True)

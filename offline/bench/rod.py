@@ -34,7 +34,7 @@ class RodRow:
     """A line of the table.
 
     Attributes:
-        name: of the solver.
+        name: the solver's name.
         median_us, p99_us, max_us: time of a step [us].
         passes_per_step: marches along the rod, mean.
         tip_error_mm: greatest distance from the converged solution's tip [mm].

@@ -109,13 +109,13 @@ class _Demo:
     """Processes, and an operator who arms, waits and stops.
 
     Args:
-        endpoint: of the controller.
+        endpoint: the controller's endpoint.
         commands: arguments of each process, by name; ended in the reverse order.
         hold: time of tracking [s].
         needs: a path that a process waits for before it is started, by the process' name.
 
     Attributes:
-        health: of the servos' serial line, last reported by the driver; none without a driver.
+        health: state of the servos' serial line, last reported by the driver; none without a driver.
     """
 
     def __init__(

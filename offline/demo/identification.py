@@ -12,21 +12,10 @@ from typing import Any
 from rich.progress import Progress
 
 from tendond.offline.files import write_whole
-from tendond.offline.identification.identify import SOURCES, Identification
-from tendond.offline.identification.proof import (
-    FACTORS,
-    GOALS,
-    USED,
-    ProofOutcome,
-    ProofTask,
-    coverage,
-    met,
-    prove,
-    record,
-    redraw,
-    truth,
-    unknowns,
-)
+from tendond.offline.identification.identify import SOURCES
+from tendond.offline.identification.proof.prove import GOALS, ProofOutcome, coverage, met, prove, redraw
+from tendond.offline.identification.proof.rigs import FACTORS, USED, ProofTask, record, truth, unknowns
+from tendond.offline.identification.results.result import Identification
 from tendond.offline.robustness.executors import spread
 from tendond.offline.robustness.identified import matches, means, play, table
 from tendond.offline.source_hash import source_hash

@@ -19,7 +19,7 @@ from tendond.schemas.messages import Mode
 
 CHAINS = {"ideal": SPACE, "rig": WIRED_SPACE}
 REST_SECONDS = 1.0
-"""After the trajectory."""
+"""Rest after the trajectory [s]."""
 
 
 def run_spatial(out: Path) -> None:
@@ -66,7 +66,7 @@ def _course(text: str) -> SpatialReference:
 
 
 def outcome_from_log(path: Path) -> TrialOutcome:
-    """What a log of a simulated run says of its first stretch that tracks.
+    """Measure the first tracking stretch in the log of a simulated run.
 
     Raises:
         DaemonError: there is none, or no truth of a simulator.
@@ -81,13 +81,13 @@ def outcome_from_log(path: Path) -> TrialOutcome:
     trajectory = CycleSetup.from_config(run.config).selection.reference
     assert isinstance(trajectory, SpatialReference)
     truth = np.asarray(run["truth.position"][part], dtype=np.float64)
-    seen = ~np.isnan(truth[:, 0])
+    recorded = ~np.isnan(truth[:, 0])
     ticks = np.asarray(run["tick"][part], dtype=np.float64)
     return outcome_of(
-        time=((ticks - ticks[0]) * run.config.loop.period)[seen],
-        tip=truth[seen],
-        reference=np.asarray(run["reference.position"][part])[seen],
-        tension=np.asarray(run["command.tension"][part])[seen],
+        time=((ticks - ticks[0]) * run.config.loop.period)[recorded],
+        tip=truth[recorded],
+        reference=np.asarray(run["reference.position"][part])[recorded],
+        tension=np.asarray(run["command.tension"][part])[recorded],
         limited=sum(bool(value) for value in run["limited"][part]),
         trajectory=trajectory,
         mode=mode[first + count - 1],

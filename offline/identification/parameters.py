@@ -1,4 +1,4 @@
-"""What can be identified: each parameter's name, unit, key in the configuration, and how the fit counts it."""
+"""Parameters that can be identified: name, unit, key in the configuration, and coordinate in the fit."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -15,21 +15,21 @@ from tendond.schemas.config.rig import RigConfig
 Array = NDArray[np.float64]
 
 TENDON_STIFFNESS = 2e4
-"""[N/m] Where the configuration's tendons do not stretch: those of a displacement-driven rod must, a little."""
+"""Stiffness [N/m] where the configured tendons are inextensible: those of a displacement-driven rod must stretch."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One that can be fitted.
+    """A parameter that can be fitted.
 
     Attributes:
-        name: as on the command line.
-        unit: SI.
-        meaning: in words.
-        section, key: of the configuration; empty where the controller has none.
-        scale: of the fit's own coordinate: 0 for the logarithm of the value, else a value's unit of change.
+        name: name on the command line.
+        unit: SI unit.
+        meaning: meaning in words.
+        section, key: section and key of the configuration; empty where there is none.
+        scale: unit of the fit's coordinate; 0 for the logarithm of the value.
         lower, upper: bounds, factors of the start where the logarithm is fitted.
-        force: multiplies with every force: the motion alone fixes only the ratios of such parameters.
+        force: true if it scales with force: the motion alone fixes only ratios of such parameters.
         max_error: error beyond which the value is not reported: a fraction of the value, or in its unit.
     """
 
@@ -46,19 +46,19 @@ class Parameter:
 
     @property
     def logarithmic(self) -> bool:
-        """The fit counts its logarithm."""
+        """True if the fit's coordinate is the logarithm."""
         return self.scale == 0.0
 
     def coordinate(self, value: float, start: float) -> float:
-        """The fit's coordinate of a value, zero at the start."""
+        """Convert a value to the fit's coordinate, zero at the start."""
         return math.log(value / start) if self.logarithmic else (value - start) / self.scale
 
     def value(self, coordinate: float, start: float) -> float:
-        """The value at a coordinate."""
+        """Convert a coordinate to the value."""
         return start * math.exp(coordinate) if self.logarithmic else start + self.scale * coordinate
 
     def error(self, value: float, deviation: float) -> float:
-        """Standard error of the value, from that of its coordinate."""
+        """Convert the standard error of the coordinate to that of the value."""
         return deviation * (value if self.logarithmic else self.scale)
 
     @property
@@ -68,9 +68,9 @@ class Parameter:
 
 
 def _factor(
-    name: str, unit: str, meaning: str, section: str, key: str, *, force: bool = False, far: float = 20.0
+    name: str, unit: str, meaning: str, section: str, key: str, *, force: bool = False, span: float = 20.0
 ) -> Parameter:
-    return Parameter(name, unit, meaning, section, key, 0.0, 1.0 / far, far, force)
+    return Parameter(name, unit, meaning, section, key, 0.0, 1.0 / span, span, force)
 
 
 PARAMETERS: dict[str, Parameter] = {
@@ -78,9 +78,9 @@ PARAMETERS: dict[str, Parameter] = {
     for parameter in (
         _factor("E", "Pa", "Young's modulus", "rod", "youngs_modulus", force=True),
         _factor("rho", "kg/m^3", "density, with disks, glue and markers", "rod", "density", force=True),
-        _factor("Bbt", "N m^2 s", "bending damping", "rod", "bending_damping", force=True, far=100.0),
-        _factor("C", "kg/m^2", "square-law drag", "rod", "drag", force=True, far=100.0),
-        _factor("tendon_stiffness", "N/m", "of each tendon", "rod", "tendon_stiffness", force=True, far=100.0),
+        _factor("Bbt", "N m^2 s", "bending damping", "rod", "bending_damping", force=True, span=100.0),
+        _factor("C", "kg/m^2", "square-law drag", "rod", "drag", force=True, span=100.0),
+        _factor("tendon_stiffness", "N/m", "of each tendon", "rod", "tendon_stiffness", force=True, span=100.0),
         Parameter(
             "tip_mass",
             "kg",
@@ -93,23 +93,23 @@ PARAMETERS: dict[str, Parameter] = {
             force=True,
             max_error=0.001,
         ),
-        _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", far=2.0),
+        _factor("spool", "-", "true over reported displacement", "servo", "spool_radius", span=2.0),
         Parameter("delay", "s", "age of a pose when it arrives", "observer", "delay", 0.01, 0.0, 0.3, max_error=0.005),
         Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, max_error=0.01),
         Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, max_error=1e-4),
         Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, max_error=0.001),
     )
 }
-"""By name."""
+"""Parameters by name."""
 
 DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "tip_mass", "delay", "lag", "spool", "backlash")
 
 FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3}
-"""[s], [m], [kg] Minimum start of a fit of these: at zero derivatives vanish, or steps do."""
+"""Minimum start of a fit [s, m, kg]: at zero derivatives vanish, or their steps do."""
 
 
 def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
-    """The parameters of these names, in the order of `PARAMETERS`.
+    """Select parameters by name, in the order of `PARAMETERS`.
 
     Raises:
         UsageError: an unknown name, or none.
@@ -124,7 +124,7 @@ def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
 
 
 def nominal(config: RigConfig) -> dict[str, float]:
-    """What the configuration says, by name; of diagonals the first entry, to which the others keep their ratio."""
+    """Return the configured values by name; of diagonals the first entry, to which the others keep their ratio."""
     rod, observer = config.rod, config.observer
     return {
         "E": rod.youngs_modulus,
@@ -142,10 +142,10 @@ def nominal(config: RigConfig) -> dict[str, float]:
 
 
 def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParameters:
-    """The rod of a configuration with other values, by name.
+    """Build the rod of a configuration with other values, by name.
 
     Raises:
-        ParameterError: values that no rod has.
+        ParameterError: invalid values.
     """
     fields = config.rod.model_dump(exclude={"space", "nodes", "alpha"})
     fields["tendon_stiffness"] = values["tendon_stiffness"]
@@ -157,7 +157,7 @@ def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParamet
 
 
 def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
-    """The configuration of a controller that believes these values; those left out stay."""
+    """Return the configuration with these values; others keep the configured one."""
     known = {**nominal(config), **values}
     rod: dict[str, Any] = {
         "youngs_modulus": known["E"],
@@ -178,21 +178,21 @@ def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
 
 
 def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, float]:
-    """Where the fit starts, by name: the configuration's values, those to be fitted moved off bounds.
+    """Return the start of a fit by name: the configured values, moved off bounds where they are to be fitted.
 
     Raises:
-        UsageError: a value of zero, of which there is no logarithm.
+        UsageError: a value of zero, which has no logarithm.
     """
     values = nominal(config)
     for parameter in parameters:
         if parameter.logarithmic and values[parameter.name] <= 0.0:
-            raise UsageError(f"{parameter.section}.{parameter.key} = 0 cannot be fitted from: give it a first guess")
+            raise UsageError(f"{parameter.section}.{parameter.key} = 0 is no start for a fit: set a first guess")
         values[parameter.name] = max(values[parameter.name], FROM.get(parameter.name, -math.inf))
     return values
 
 
 def _diagonal(entries: tuple[float, ...], first: float) -> tuple[float, float, float]:
-    """`entries` scaled so that the first is `first`."""
+    """Scale `entries` so that the first is `first`."""
     if entries[0] == 0.0:
         return (first, first, first)
     a, b, c = (first * entry / entries[0] for entry in entries)
@@ -200,7 +200,7 @@ def _diagonal(entries: tuple[float, ...], first: float) -> tuple[float, float, f
 
 
 def bounds(parameter: Parameter, start: float) -> tuple[float, float]:
-    """Of the fit's coordinate."""
+    """Return the bounds of the fit's coordinate."""
     if parameter.logarithmic:
         return math.log(parameter.lower), math.log(parameter.upper)
     return parameter.coordinate(parameter.lower, start), parameter.coordinate(parameter.upper, start)

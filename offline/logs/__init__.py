@@ -1,4 +1,4 @@
-"""What a log says: reading it, the paper's metrics, figures, a summary, tables for others.
+"""Reading logs: arrays, events, the paper's metrics, a summary, tables for other programs.
 
 from tendond.offline.logs import load
 run = load("run.mcap")

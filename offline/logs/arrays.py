@@ -30,11 +30,11 @@ class Arrays:
     Numbers that a cycle does not have are NaN, texts are empty; several texts of a cycle have '; ' between.
 
     Attributes:
-        path: of the log.
-        config: of the rig.
+        path: the log.
+        config: the rig's configuration.
         metadata: revision and versions, by name.
-        arrays: by name; shapes (cycles,) or (cycles, components).
-        units: by name; empty where there is none.
+        arrays: the arrays by name; shapes (cycles,) or (cycles, components).
+        units: their units by name; empty where there is none.
     """
 
     path: Path
@@ -56,7 +56,7 @@ class Arrays:
 
     @property
     def names(self) -> list[str]:
-        """Of the arrays."""
+        """Names of the arrays."""
         return list(self.arrays)
 
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -88,7 +88,7 @@ def load(path: str | Path) -> Arrays:
 
 
 def _rows(run: Run) -> Iterator[dict[str, Any]]:
-    """Of each cycle, with what was written beside it."""
+    """Yield a row for each cycle, with the timing and truth written beside it."""
     row: dict[str, Any] = {}
     for topic, message in run.messages((CYCLE.topic, TIMING.topic, TRUTH.topic)):
         data = _checked(run, topic, message.data)
@@ -131,7 +131,7 @@ def _flatten(path: str, value: Any, row: dict[str, Any]) -> None:
 
 
 def _array(values: list[Any]) -> NDArray[Any]:
-    """Of one field through all cycles; those that do not have it are filled."""
+    """Stack one field's values over all cycles; fill those that lack it."""
     present = [value for value in values if value is not None]
     kind = present[0]
     if isinstance(kind, list):

@@ -40,11 +40,11 @@ class LogError(UsageError):
 
 @dataclass(frozen=True)
 class Damage:
-    """What cannot be read.
+    """A damaged stretch of a file, which cannot be read.
 
     Attributes:
-        offset: in the file [bytes]. size: of it [bytes].
-        what: in a few words.
+        offset: position in the file [bytes]. size: length [bytes].
+        what: description in a few words.
         cut: it is the end of a file that was not finished; nothing is wrong with what stands before.
     """
 
@@ -61,7 +61,7 @@ def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapR
     """Schemas, channels, messages, attachments, metadata and footer in the order of the file; damage where it is met.
 
     Args:
-        path: of the file.
+        path: the file.
         topics: whose messages are wanted; left out: all.
 
     Raises:
@@ -140,7 +140,7 @@ def _parse(opcode: int, content: bytes, wanted: _Wanted) -> Iterator[McapRecord]
 
 
 def _chunk(data: bytes, wanted: _Wanted) -> Iterator[McapRecord]:
-    """What is in a chunk: mcap's own reader takes four times as long."""
+    """Yield the records in a chunk: mcap's own reader takes four times as long."""
     at = 0
     while at < len(data):
         opcode, length = _FRAME.unpack_from(data, at)

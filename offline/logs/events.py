@@ -1,4 +1,4 @@
-"""What happened in a run beside control: requests, changes of mode, faults, inputs that were not used, limits."""
+"""Events of a run: requests, changes of mode, faults, rejected inputs, limits."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -19,9 +19,9 @@ class Event:
     """One thing in one cycle.
 
     Attributes:
-        tick: of the cycle. time: nominal, since the first cycle of the run [s].
+        tick: the cycle's tick. time: nominal time since the first cycle of the run [s].
         kind: one of `KINDS`.
-        text: what, in a few words.
+        text: description in a few words.
     """
 
     tick: int
@@ -31,7 +31,7 @@ class Event:
 
 
 def events(records: Sequence[CycleRecord]) -> list[Event]:
-    """Of a run, in order."""
+    """List the events of a run, in order."""
     found = []
     mode: Mode | None = None
     for record in records:
@@ -63,9 +63,9 @@ class Tally:
     """All events of one kind and text.
 
     Attributes:
-        kind, text: as of an event; the first one's, where texts tell numbers.
-        cycles: in which it happened. stretches: of such cycles in a row. longest: of these [cycles].
-        first, last: of the events.
+        kind, text: those of the event; of the first one, where the texts contain numbers.
+        cycles: cycles in which it happened. stretches: runs of such cycles. longest: longest run [cycles].
+        first, last: the first and the last event.
     """
 
     kind: str
@@ -78,7 +78,7 @@ class Tally:
 
 
 def tallies(found: Sequence[Event]) -> list[Tally]:
-    """How often each thing happened, in the order in which it first did; without requests, modes and faults."""
+    """Count the events of each kind, in the order of their first occurrence; without requests, modes and faults."""
     groups: dict[tuple[str, str], list[Event]] = {}
     for event in found:
         if event.kind not in (REQUEST, MODE, FAULT):

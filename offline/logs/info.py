@@ -1,4 +1,4 @@
-"""What is in a log, and how it is: for `tendond log info`."""
+"""Content and condition of a log, for `tendond log info`."""
 
 from collections import Counter
 from datetime import UTC, datetime

@@ -39,20 +39,20 @@ READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
 
 @dataclass(frozen=True)
 class LogFile:
-    """What a run left behind, in the order in which it was written.
+    """A run's log, in the order in which it was written.
 
     Attributes:
-        path: of the file.
+        path: the file.
         complete: it was finished; if not, its end is missing (writer killed, disk full).
-        config: of the rig.
+        config: the rig's configuration.
         metadata: revision and versions, by name.
-        calibration: of the servos; none without servos.
-        records: of the cycles; at least one.
-        timings: of the loop.
+        calibration: the servos' calibration; none without servos.
+        records: the cycles' records; not empty.
+        timings: the loop's timings.
         shapes: tick and points of the rod, base to tip [m], shape (points, 3).
-        tendons: of each of these the tendons' points [m], shapes (k, 3).
-        truth: of the simulator; empty on a rig.
-        log_lines: for people.
+        tendons: points of each tendon, for each shape [m], shapes (k, 3).
+        truth: the simulator's truth; empty on a rig.
+        log_lines: the log lines for people.
     """
 
     path: Path
@@ -69,7 +69,7 @@ class LogFile:
 
     @property
     def name(self) -> str:
-        """Of the file, as text that can be written anywhere: in an ASCII locale a path may hold what is none."""
+        """Name of the file, as text that can be printed in any locale."""
         return as_text(self.path.name)
 
 
@@ -118,11 +118,11 @@ class Run:
     """The files of one run, their configuration and metadata.
 
     Attributes:
-        paths: of the files, in the order in which they were written.
-        config: of the rig.
+        paths: the files, in the order in which they were written.
+        config: the rig's configuration.
         attachment: the configuration as it stands in the file.
         metadata: revision and versions, by name.
-        calibration: of the servos; none without servos.
+        calibration: the servos' calibration; none without servos.
         complete: the last file was finished; known once all messages have been read.
     """
 
@@ -211,7 +211,7 @@ def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
         part = int(match[1] or 0)
         try:
             theirs = _head(other)[0]
-        except LogError:  # of the last part, which was cut off before it had begun, say
+        except LogError:  # the last part may have been cut off before its header
             continue
         if theirs == {**metadata, PART: str(part)}:
             found[part] = other

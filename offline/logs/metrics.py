@@ -21,16 +21,16 @@ from tendond.schemas.record import CycleRecord
 Array = NDArray[np.float64]
 
 SETTLED = 0.05
-"""Of the target, either side of it: within this band the tip has settled."""
+"""Half-width of the settling band, as a fraction of the target."""
 
 RISEN = 0.9
-"""Of the target: here the rise ends."""
+"""Fraction of the target at which the rise ends."""
 
 STEADY_SAMPLES = 20
-"""At the end of the run, that the steady-state error is the mean of."""
+"""Samples at the end of the run whose mean is the steady-state error."""
 
 RIPPLE_SAMPLES = 40
-"""At the end of the run, over which the ripple is taken."""
+"""Samples at the end of the run over which the ripple is taken."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class Tracking:
     """The first stretch of a run that tracks, one sample per cycle; sample 0 is the tip when tracking began.
 
     Attributes:
-        ticks: of the cycles, shape (k,).
+        ticks: the cycles' ticks, shape (k,).
         time: since the start of tracking [s], shape (k,).
         tip: measured [m], shape (k, 3). The command of one cycle shows in the next: sample i follows i commands.
-        reference: where the tip should have been [m], shape (k, 3).
-        displacement: of the tendons, commanded in the cycle [m], shape (k, n).
-        tension: of the tendons, commanded in the cycle [N], shape (k, n).
-        target: where the reference ends [m].
-        axes: of the bending plane: index of the component that bends (0 for x, 1 for y), and 2.
+        reference: reference of the tip [m], shape (k, 3).
+        displacement: commanded tendon displacements [m], shape (k, n).
+        tension: commanded tendon tensions [N], shape (k, n).
+        target: end of the reference [m].
+        axes: axes of the bending plane: index of the component that bends (0 for x, 1 for y), and 2.
         agonist: index of its tendon.
     """
 
@@ -61,27 +61,27 @@ class Tracking:
 
     @property
     def axis(self) -> int:
-        """Of the component that bends."""
+        """Index of the component that bends."""
         return self.axes[0]
 
 
 @dataclass(frozen=True)
 class Metrics:
-    """Of k samples; an iteration is the index of a sample. The first seven are of the component x of the tip (or y).
+    """Metrics of k samples; an iteration is a sample's index. The first seven concern the tip's component x (or y).
 
     Attributes:
         tpl_mm: total path length, the sum of |x[i+1] - x[i]| [mm].
         settling_iterations: first iteration from which on |x - target| stays within 5 % of the target; none if the last
             sample is outside.
-        overshoot_percent: how far x goes beyond the target, of the target [%]; 0 if it does not.
+        overshoot_percent: overshoot of x over the target, relative to the target [%]; 0 without one.
         rise_iterations: first iteration with 90 % of the target; none if there is none.
         steady_state_error_mm: |target - mean of the last 20 samples| [mm].
         final_tip_m: last sample [m].
-        final_displacement_m: of the agonist, last command [m].
+        final_displacement_m: last command of the agonist [m].
         settling_s: `settling_iterations` in seconds.
         path_mm: distance travelled by the tip in the plane [mm].
-        path_overshoot_percent: how far the tip goes beyond the target along the curve of resting tips, of the way from
-            its start to the target [%]; none without that curve. A bend that overshoots is seen here even where x turns
+        path_overshoot_percent: overshoot of the target along the curve of resting tips, relative to the distance from
+            its start to the target [%]; none without that curve. It shows a bend that overshoots even where x turns
             back, and x beyond the target during a slow bend is not counted.
         iae_mm_s: integral of the distance between tip and reference in the plane [mm s].
         ripple_mm: standard deviation of the tip in the plane over the last 40 samples [mm].
@@ -115,9 +115,9 @@ def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) 
     """The first stretch of cycles in mode 'tracking'.
 
     Args:
-        records: of consecutive cycles.
-        config: that they ran with.
-        source: where they are from, for messages.
+        records: records of consecutive cycles.
+        config: the configuration that they ran with.
+        source: their origin, for messages.
 
     Raises:
         LogError: there is none, or the target's bending component is zero, which the metrics are relative to.
@@ -153,9 +153,9 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
     """The metrics of a run; see `Metrics` for their definitions.
 
     Args:
-        run: at least one sample.
-        curve: of the resting rod's tips, for the overshoot along it.
-        tip: to use instead of the measured one, for instance a simulator's truth [m], shape (k, 3).
+        run: the samples, at least one.
+        curve: curve of resting tips, for the overshoot along it.
+        tip: positions to use instead of the measured ones, for instance a simulator's truth [m], shape (k, 3).
     """
     tip = run.tip if tip is None else tip
     axis, axes, target = run.axis, list(run.axes), run.target

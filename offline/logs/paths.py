@@ -26,8 +26,8 @@ class Shape:
     """The rod in one cycle.
 
     Attributes:
-        tick: of the cycle. time: nominal, since the first cycle of the run [s].
-        points: of the backbone, base to tip [m], shape (points, 3).
+        tick: the cycle's tick. time: nominal time since the first cycle of the run [s].
+        points: points of the backbone, base to tip [m], shape (points, 3).
         tendons: beside it [m], shapes (k, 3).
     """
 
@@ -39,14 +39,14 @@ class Shape:
 
 @dataclass(frozen=True)
 class TipPath:
-    """From the first cycle that pulls to the last one that tracks; all cycles, where none tracks.
+    """Path of the tip from the first cycle that pulls to the last that tracks; over all cycles, where none tracks.
 
     Attributes:
-        time: of the cycles [s], shape (k,).
+        time: times of the cycles [s], shape (k,).
         tip: measured [m], NaN before the first pose, shape (k, 3).
-        reference: where the tip should be while it tracks, else NaN [m], shape (k, 3).
-        target: where the reference ends; none where nothing tracks [m].
-        shapes: of the rod in that time, and the one at its beginning.
+        reference: reference of the tip while it tracks, else NaN [m], shape (k, 3).
+        target: end of the reference; none where nothing tracks [m].
+        shapes: shapes of the rod in that time, and the one at its beginning.
     """
 
     time: Array
@@ -86,7 +86,7 @@ class TipPath:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])[: len(tips)]
 
     def chosen(self, count: int) -> list[int]:
-        """Indices of at most so many shapes, the first and the last among them, equally spaced in that distance."""
+        """Indices of up to so many shapes, with the first and the last, equally spaced in that distance."""
         last = len(self.shapes) - 1
         if last < count:
             return list(range(last + 1))
@@ -95,11 +95,11 @@ class TipPath:
 
     @property
     def points(self) -> Array:
-        """All that is to be seen [m], shape (n, 3)."""
-        seen = [self.tip, self.reference, *(shape.points for shape in self.shapes)]
+        """All points to be drawn [m], shape (n, 3)."""
+        drawn = [self.tip, self.reference, *(shape.points for shape in self.shapes)]
         if self.target is not None:
-            seen.append(np.array([self.target]))
-        stacked = np.vstack(seen)
+            drawn.append(np.array([self.target]))
+        stacked = np.vstack(drawn)
         return stacked[np.isfinite(stacked).all(axis=1)]
 
     @property

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Published:
-    """What a paper prints of a run; named as in `tendond.offline.logs.metrics.Metrics`.
+    """Metrics of a run as a paper prints them; named as in `tendond.offline.logs.metrics.Metrics`.
 
     Attributes:
-        final_displacement_mm: of the tendon at the end; none where the paper does not give it.
-        source: of the figures, in words.
+        final_displacement_mm: the tendon's displacement at the end; none where the paper does not give it.
+        source: source of the figures, in words.
     """
 
     tpl_mm: float

@@ -1,4 +1,4 @@
-"""What is whole in a truncated or damaged file, in a new one."""
+"""Recovery of the intact part of a truncated or damaged file into a new one."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,13 +16,13 @@ from tendond.offline.logs.ticks import left_out_before, ranges, tick_of
 
 @dataclass
 class Recovered:
-    """What became of a file.
+    """Result of recovering a file.
 
     Attributes:
         messages: kept.
-        cycles: of them.
+        cycles: cycles among them.
         complete: the old file was finished.
-        damage: that it had.
+        damage: the damaged stretches.
         missing: ticks that are not there, between the first and the last that are; first and last of each stretch.
         first, last: ticks kept; none without a cycle.
     """

@@ -11,7 +11,7 @@ _TICK = re.compile(rb'^\{"version":[12],"tick":(\d+),')
 
 
 def tick_of(data: bytes) -> int | None:
-    """Of a cycle's message as the recorder writes it; none if it is not that, or of another version."""
+    """Read the tick of a cycle's message as the recorder writes it; none for other messages and versions."""
     found = _TICK.match(data)
     return None if found is None else int(found[1])
 
@@ -31,6 +31,6 @@ def ranges(ticks: list[int]) -> list[tuple[int, int]]:
 
 
 def shown(stretch: tuple[int, int]) -> str:
-    """For people."""
+    """Format a stretch of ticks for people."""
     first, last = stretch
     return f"cycle {first}" if first == last else f"cycles {first} to {last}"

@@ -27,14 +27,14 @@ UNITS = {
     "z1": "m",
     "z2": "m/s",
 }
-"""By the last part of a field's name; what is not here is a count, a text, a part, or has no one unit (`lyapunov`)."""
+"""Units by the last part of a field's name; all others are counts, texts, fractions, or mixed (`lyapunov`)."""
 
 TENDONS = ("displacement", "tension", "tension_estimate", "wanted")
 """Fields with a number per tendon."""
 
 
 def unit_of(path: str) -> str:
-    """Of a field such as `command.displacement`; empty where it has none."""
+    """Return the unit of a field such as `command.displacement`; empty where it has none."""
     return "" if path == "model.error" else UNITS.get(path.rsplit(".", 1)[-1], "")
 
 
@@ -49,7 +49,7 @@ def components(path: str, count: int) -> list[str]:
 
 
 def column_name(path: str, component: str = "") -> str:
-    """As the column of a table: `command_displacement_0_m`, `estimate_velocity_x_m_per_s`."""
+    """Name a field's column in a table: `command_displacement_0_m`, `estimate_velocity_x_m_per_s`."""
     unit = unit_of(path).replace("^", "").replace("/", "_per_")
     base = path.replace(".", "_")
     if component:

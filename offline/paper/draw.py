@@ -1,4 +1,4 @@
-"""Which figures there are, and drawing them in a pool. Import this module only to draw."""
+"""The list of figures, and drawing them in a pool. Import this module only to draw."""
 
 from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
@@ -18,7 +18,7 @@ SAME_TITLE = "same information"
 
 
 def figures() -> dict[str, tuple[Draw, tuple[str, ...]]]:
-    """By name: how it is drawn, and of which scenarios."""
+    """Return each figure's drawing function and scenarios, by name."""
     found: dict[str, tuple[Draw, tuple[str, ...]]] = {}
     for suffix, title in (("", SAME_TITLE), ("_edge", EDGE_TITLE)):
         normal = f"normal{suffix}"

@@ -45,7 +45,7 @@ class Line:
 
 
 def name_of(law: str) -> str:
-    """For people."""
+    """Return a law's name for people."""
     return law.replace("_", " ")
 
 

@@ -1,4 +1,4 @@
-"""Where the Lyapunov function of a law rises in a run, and why."""
+"""Rises of a law's Lyapunov function in a run, and their causes."""
 
 from dataclasses import dataclass
 
@@ -12,10 +12,10 @@ from tendond.offline.paper.run import PaperRun
 Array = NDArray[np.float64]
 
 AT_REST = 1e-7
-"""Of V's greatest value: below this V is what rank 1 and the solver's tolerance leave, and its rises mean nothing."""
+"""Fraction of V's maximum below which V is what rank 1 and the solver's tolerance leave, and its rises mean nothing."""
 
 FALLEN = 1e-4
-"""Of V's greatest value, down to which its rate is measured."""
+"""Fraction of V's maximum down to which its rate is measured."""
 
 CAUSES = {
     "limit": "a limit held the command back",
@@ -100,7 +100,7 @@ def _directions(run: PaperRun) -> tuple[Array, Array]:
 
 
 def _change(errors: Array, direction: Array) -> Array:
-    """Of half the squares along the direction that holds at the start of each cycle, shape (k-1,)."""
+    """Change of half the squares along the direction at the start of each cycle, shape (k-1,)."""
     before = np.einsum("kmi,ki->km", errors[:-1], direction[:-1])
     after = np.einsum("kmi,ki->km", errors[1:], direction[:-1])
     return np.asarray(0.5 * (after**2 - before**2).sum(axis=1))

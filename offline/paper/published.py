@@ -1,4 +1,4 @@
-"""What the paper prints: both tables, and the figures that its text gives."""
+"""The paper's numbers: both tables, and the figures in its text."""
 
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import tracking

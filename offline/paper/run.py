@@ -30,16 +30,16 @@ class PaperRun:
     """A scenario that was run; k samples, sample i is iteration i.
 
     Attributes:
-        scenario: that it is of.
-        metrics: of the measured tip.
+        scenario: the scenario.
+        metrics: metrics of the measured tip.
         tip: measured [m], shape (k, 3).
-        reference: of the tip [m], shape (k, 3).
-        target: where the reference is to end [m], shape (3,).
-        displacement: of the agonist, commanded [m], shape (k,).
+        reference: reference of the tip [m], shape (k, 3).
+        target: end of the reference [m], shape (3,).
+        displacement: commanded displacement of the agonist [m], shape (k,).
         tension: commanded [N], shape (k, n).
-        tip_force: on the plant's tip [N], shape (k, 3).
-        force: that the observer makes of it [N], shape (k, 3).
-        shapes: of the plant's rod [m], shape (k, points, 3).
+        tip_force: force on the plant's tip [N], shape (k, 3).
+        force: the observer's estimate of it [N], shape (k, 3).
+        shapes: shapes of the plant's rod [m], shape (k, points, 3).
         lyapunov: V of the law, shape (k,).
         errors: the vectors whose squares make 2 V, in the plane, shape (k, m, 2).
         limited: a limit held the command back, shape (k,).
@@ -65,15 +65,15 @@ class PaperRun:
 
     @property
     def law(self) -> str:
-        """Of the controller."""
+        """Law of the controller."""
         return self.scenario.law
 
 
 Runs = dict[tuple[str, str], PaperRun]
-"""By the scenario's name and law."""
+"""Runs by the scenario's name and law."""
 
 POINTS = 41
-"""Of a shape."""
+"""Points of a shape."""
 
 ERRORS = {"backstepping": ("z1", "z2"), "sliding_mode": ("surface",)}
 """Terms of each law whose squares make 2 V."""
@@ -140,7 +140,7 @@ def process_pool(processes: int | None = None) -> Iterator[ProcessPoolExecutor]:
 
 
 def _term(one: Watched, name: str) -> float | tuple[float, ...]:
-    """Of the law; not a number in a cycle in which it did not decide."""
+    """Return a term of the law; NaN in a cycle in which it did not decide."""
     terms = one.record.terms
     return terms[name] if terms else (float("nan") if name == "lyapunov" else (float("nan"), float("nan")))
 

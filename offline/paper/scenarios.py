@@ -21,7 +21,8 @@ ARMED = 5
 """Tick at which the operator arms."""
 
 ITERATIONS = 200
-"""Of a run. The paper does not say how long its runs were; a law that keeps swinging travels further in a longer."""
+"""Iterations of a run. The paper does not say how long its runs were; a law that keeps swinging travels further in a
+longer one."""
 
 DISTURBED_AT = 50
 DISTURBANCE = (10.0, 0.0, -10.0)
@@ -114,11 +115,11 @@ class Scenario:
     """A simulation to run.
 
     Attributes:
-        name: of the scenario, the same for both laws.
-        title: for tables and figures.
-        law: of the controller.
-        config: of controller and plant.
-        iterations: to run.
+        name: the scenario's name, the same for both laws.
+        title: title in tables and figures.
+        law: the controller's law.
+        config: configuration of controller and plant.
+        iterations: cycles to run.
     """
 
     name: str
@@ -231,7 +232,7 @@ def _time_of(iteration: int) -> float:
 
 
 SWINGS_BORNE: Tables = {"faults": {"swing": 10.0, "tension_swing": 10.0, "tracking_error": 10.0, "orientation": 3.1}}
-"""At the edge of stability the arm swings on purpose, and disturbances throw it: no fault ends these runs for that."""
+"""Thresholds for runs at the edge of stability, where the arm swings on purpose: no fault ends these runs for it."""
 
 
 def _config(name: str, law: str, changes: tuple[Tables, ...]) -> RigConfig:

@@ -27,7 +27,7 @@ AFTER_IMPACT = 1
 """Iterations after the end of an impact at which its snapshot is taken."""
 
 FRAME = ((-340.0, 560.0), (-430.0, 560.0))
-"""Of z and x [mm]."""
+"""Ranges of z and x [mm]."""
 
 ARROW = 15.0
 """[mm/N]"""

@@ -20,11 +20,11 @@ class Criterion:
     """A line of the paper's tables.
 
     Attributes:
-        field: of `Metrics` and `Published`.
-        key: in results.json.
-        label: as in the paper.
-        unit: of it.
-        digits: to print.
+        field: field of `Metrics` and `Published`.
+        key: key in results.json.
+        label: label as in the paper.
+        unit: its unit.
+        digits: decimals to print.
     """
 
     field: str
@@ -34,7 +34,7 @@ class Criterion:
     digits: int
 
     def text(self, value: Number, *, sign: bool = False) -> str:
-        """Of a value, or of a difference."""
+        """Format a value or a difference."""
         return "never" if value is None else format(value, f"{'+' if sign else ''}.{self.digits}f")
 
 
@@ -49,7 +49,7 @@ CRITERIA = (
 
 @dataclass(frozen=True)
 class PaperBound:
-    """What a run is held to: `field` of its metrics between `low` and `high`, bounds included."""
+    """Bound of a run: `field` of its metrics lies between `low` and `high`, bounds included."""
 
     scenario: str
     law: str
@@ -58,17 +58,17 @@ class PaperBound:
     high: float
 
     def value(self, runs: Runs) -> Number:
-        """That the run has."""
+        """Return the run's value."""
         return _value(runs[self.scenario, self.law].metrics, self.criterion)
 
     def met(self, runs: Runs) -> bool:
-        """Whether it is between them."""
+        """Check that the run's value is within the bounds."""
         value = self.value(runs)
         return value is not None and self.low <= value <= self.high
 
 
 def bounds() -> list[PaperBound]:
-    """How close to the paper's simulation a run must be: backstepping as it is, and the contrast at the edge."""
+    """Return the bounds around the paper's simulation: backstepping as it is, and the contrast at the edge."""
     same: dict[str, tuple[float, float]] = {
         "tpl_mm": (0.9, 0.0),
         "settling_iterations": (1.0, 2.0),

@@ -21,8 +21,8 @@ SHAPE_EVERY = 5
 """Cycles between two rod shapes that are drawn, as in the paper."""
 
 MAX_SHAPES = 100
-FEWEST_ITERATIONS = 100
-"""That are drawn, if there are so many: once the tip has settled, more of them only squeeze what went before."""
+MIN_ITERATIONS = 100
+"""Iterations that are drawn at least, if there are so many: more after settling would only compress the rest."""
 
 SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.4, 4.6)
@@ -84,7 +84,7 @@ class _PlottedRun:
         self._metrics = metrics(series)
         self._paper = published
         settling = self._metrics.settling_iterations
-        self._shown = len(self._tip) if settling is None else min(len(self._tip), max(FEWEST_ITERATIONS, 3 * settling))
+        self._shown = len(self._tip) if settling is None else min(len(self._tip), max(MIN_ITERATIONS, 3 * settling))
         self._gravity = np.array(log.config.rod.gravity)
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]
 

@@ -21,7 +21,7 @@ BANDS = {
 }
 MAX_SHAPES = 80
 AIR_MM = 25.0
-"""Round all that is to be seen; a plane has some depth [mm]."""
+"""Margin around all that is drawn; a plane has some depth [mm]."""
 
 GAP = np.full((1, 3), np.nan)
 

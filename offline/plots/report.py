@@ -54,7 +54,7 @@ def write_report(file: Path, out: Path, published_for: Callable[[LogFile], Publi
     """Write the page of a log.
 
     Args:
-        file: of the log. out: to be written.
+        file: the log. out: the file to write.
         published_for: finds a paper's figures of a run, to be drawn next to its own.
 
     Raises:

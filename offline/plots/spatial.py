@@ -23,7 +23,7 @@ HEIGHT = 4.6  # [inch], of the planes
 MAX_TICKS = 6
 TENDON = "#9a9a9a"
 MIN_WIDTH = 0.3
-"""Of the largest extent: a plane seen from its edge is a strip, not a line."""
+"""Minimum width of an axis, as a fraction of the largest extent: a plane viewed edge-on is a strip, not a line."""
 
 
 def space_figure(log: LogFile) -> Figure:
@@ -65,7 +65,7 @@ def draw_space(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
 
 
 def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
-    """On axes of two dimensions or three: the components `kept`."""
+    """Draw the components `kept` on axes of two or three dimensions."""
 
     def line(points: Array, **look: Any) -> None:
         axes.plot(*(1e3 * points[:, kept]).T, **look)
@@ -94,7 +94,7 @@ def _smooth(path: Array) -> Array:
 
 
 def _limits(run: TipPath) -> tuple[Array, Array]:
-    """Lower and upper corner of all that is seen, with some air [mm], shapes (3,)."""
+    """Lower and upper corner of all that is drawn, with a margin [mm], shapes (3,)."""
     points = 1e3 * run.points
     low, high = points.min(axis=0), points.max(axis=0)
     width = MIN_WIDTH * float((high - low).max())

@@ -1,4 +1,4 @@
-"""How figures look: colours, levels, notes. Import this module only to draw: matplotlib takes a second."""
+"""Style of figures: colours, levels, notes. Import this module only to draw: matplotlib takes a second."""
 
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -40,7 +40,7 @@ def gravity_arrow(axes: Axes, gravity: NDArray[np.float64]) -> None:
     """Draw an arrow 'g' in the upper right corner, along gravity.
 
     Args:
-        axes: with the same scale in both directions.
+        axes: axes with the same scale in both directions.
         gravity: [m/s^2], its components along the axes, shape (2,). If they vanish, nothing is drawn.
     """
     size = float(np.hypot(*gravity))

@@ -20,7 +20,7 @@ MODE_COLOURS = {
     Mode.FAULT: "#f5c6c1",
 }
 NARROW = 0.08
-"""Of the whole time: a shorter stretch has no room for its name."""
+"""Fraction of the whole time below which a stretch has no room for its name."""
 
 SIZE = (10.0, 3.6)  # [inch]
 

@@ -1,4 +1,4 @@
-"""What a run on wires shows of the wires: commanded and reported displacements, and what limits the speed."""
+"""Tendons of a run with servos: commanded and reported displacements, and what limits the speed."""
 
 from dataclasses import dataclass
 
@@ -18,11 +18,11 @@ RESTING = 1e-3
 
 @dataclass(frozen=True)
 class WireTraces:
-    """Of one tendon while the rig was armed.
+    """Measures of one tendon while the rig was armed.
 
     Attributes:
-        travel: of the command [m].
-        lag: by which the reports follow the commands best [s]: command, serial line, servo and line back.
+        travel: travel of the command [m].
+        lag: lag that fits the reports to the commands best [s]: command, serial line, servo and line back.
         error: largest difference from the command of that time [m]; still: at the end [m].
         rate: fastest command [m/s].
         tension: largest that the servo reported [N], load: of its stall torque [-].
@@ -91,7 +91,7 @@ def _lag(commanded: Array, reported: Array) -> tuple[int, float]:
 
 
 def pace(log: LogFile, tendons: list[WireTraces]) -> str:
-    """Who sets the pace, in a sentence."""
+    """Say in a sentence what limits the speed."""
     section = log.config.servo
     if section is None or not tendons:
         return ""

@@ -1,4 +1,4 @@
-"""What differs between the run that wrote a log and this one: versions, processor, the configuration's keys."""
+"""Differences between the run that wrote a log and this one: versions, processor, the configuration's keys."""
 
 import json
 import tomllib
@@ -40,8 +40,8 @@ def with_changes(config: RigConfig, law: str | None, changes: list[str]) -> RigC
     """The configuration with another law and other values.
 
     Args:
-        config: of the log.
-        law: for control.law.
+        config: the log's configuration.
+        law: value for control.law.
         changes: 'key=value', the key with dots, the value as in TOML; control.NAME is a parameter of the law in use
             where [control] has no such key.
 
@@ -72,7 +72,7 @@ def with_changes(config: RigConfig, law: str | None, changes: list[str]) -> RigC
 
 
 def _value(text: str) -> Any:
-    """As TOML has it; a bare word is a text."""
+    """Parse a TOML value; a bare word is a string."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

@@ -1,4 +1,4 @@
-"""Where two records of a cycle differ: field by field, as they stand in the log."""
+"""Comparison of two records of a cycle, field by field, as they are in the log."""
 
 import json
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from typing import Any
 MISSING = "(not there)"
 
 SOLVER = ("model.residual", "model.marches")
-"""How a solution was found, which another processor may do otherwise: not compared within a tolerance."""
+"""Fields on how a solution was found, which depends on the processor: not compared within a tolerance."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def compare(logged: str | bytes, replayed: str | bytes, tolerance: float | None 
 
     Args:
         logged, replayed: the texts.
-        tolerance: by which numbers with a fraction may differ: absolute below 1, relative above. None: not at all, and
+        tolerance: tolerance of numbers with a fraction: absolute below 1, relative above. None: not at all, and
             0.0 is not -0.0.
     """
     found = tuple(_fields("", json.loads(logged), json.loads(replayed), tolerance))

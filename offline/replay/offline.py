@@ -1,4 +1,4 @@
-"""A log that no clock writes: the closed loop in lockstep, its cycles as far apart as they should be."""
+"""A log of the closed loop in lockstep, with nominal times instead of a clock's."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,10 +22,10 @@ class OfflineRunLog(RunLog):
     """A run_log whose time, `at` [ns], is set by hand.
 
     Args:
-        path: of the MCAP file.
-        setup: of the controller.
-        notes: for the metadata, beside versions.
-        calibration: of the servos, if the log has one.
+        path: the MCAP file.
+        setup: the controller's setup.
+        notes: metadata to add beside versions.
+        calibration: the servos' calibration, if the log has one.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class OfflineRunLog(RunLog):
         )
 
     def check(self) -> None:
-        """After its end.
+        """Check the log once it is closed.
 
         Raises:
             DaemonError: not all is in the file.

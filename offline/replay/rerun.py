@@ -30,26 +30,26 @@ ALONE = 8
 
 
 BEFORE_INPUTS, AFTER_INPUTS = b',"inputs":', b',"rejected":['
-"""In a record, what stands before its inputs and after them; no text can hold these: its quotes are escaped."""
+"""Bytes before and after the inputs in a record; no text can contain these: its quotes are escaped."""
 
 
 class RecordedInputs(BaseModel):
-    """Of a record, the inputs."""
+    """The inputs of a record."""
 
     inputs: CycleInputs
 
 
 @dataclass
 class ReplayOutcome:
-    """What a replay found.
+    """Result of a replay.
 
     Attributes:
         compared: cycles that were computed again and compared.
-        differing: of them.
-        first: of these, with each field that differs.
-        period: of the cycle [s].
-        seconds: that the replay took, once code and kernels were loaded.
-        gaps: in the log.
+        differing: those that differ.
+        first: the first of these, with each field that differs.
+        period: period of the cycle [s].
+        seconds: time that the replay took, once code and kernels were loaded.
+        gaps: gaps in the log.
         complete: the log was finished.
     """
 
@@ -78,7 +78,7 @@ def rerun(
     """Run a log again and compare every output.
 
     Args:
-        path: of the log, or of a part of it.
+        path: the log, or a part of it.
         first, last: ticks to compare, both included.
         tolerance: see `compare`; None: equal bytes.
         jobs: processes; none: one per processor, for logs that are worth it.
@@ -135,7 +135,7 @@ _setup: CycleSetup
 def _results(
     run: Run, setup: CycleSetup, gaps: Gaps, first: int, last: int | None, tolerance: float | None, jobs: int | None
 ) -> Iterator[Result]:
-    """Of each segment, in order."""
+    """Yield the result of each segment, in order."""
     pieces = segments(run, gaps, first, last)
     head = list(islice(pieces, ALONE))
     jobs = jobs or len(os.sched_getaffinity(0))
@@ -165,7 +165,7 @@ def _run_segment(segment: Segment, tolerance: float | None) -> Result:
 
 
 def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, reached: Reached) -> Result:
-    """How many cycles were compared, how many differ, and where the first of these does.
+    """Replay a segment: the cycles compared, those that differ, and where the first of these does.
 
     Without a tolerance the state at the end must be the one in the log, too: then what follows from it is checked by
     what follows it, and `reached` is what the next segment can begin with.
@@ -214,7 +214,7 @@ def _present_record(data: bytes) -> bytes:
 
 
 def inputs_of(data: bytes) -> CycleInputs:
-    """Of a record, the part that a cycle is given: the rest is neither parsed nor validated.
+    """Parse the inputs of a record; the rest is neither parsed nor validated.
 
     Raises:
         ValidationError: there are none that could be used.

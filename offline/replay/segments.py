@@ -17,8 +17,8 @@ class Segment:
     Attributes:
         first: tick of the first of them.
         start: state before it, as text; none: the state in which a controller starts.
-        cycles: as they stand in the log.
-        times: of them [ns].
+        cycles: the cycles as they are in the log.
+        times: their log times [ns].
         end: state after the last of them, where the log has it.
         skip: cycles that are run again to get to the tick that was asked for, and not compared.
     """
@@ -33,7 +33,7 @@ class Segment:
 
 @dataclass
 class Gaps:
-    """What could not be run again: ticks that are missing, and ticks after them that have no state to start from.
+    """Gaps of a replay: ticks that are missing, and ticks after them that have no state to start from.
 
     Attributes:
         missing: first and last of each stretch.

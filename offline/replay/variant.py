@@ -17,10 +17,10 @@ from tendond.schemas.record import CycleInputs, CycleRecord
 
 @dataclass(frozen=True)
 class Commanded:
-    """How the commands of two runs differ over the cycles that both have, each tendon's difference taken for itself.
+    """Differences of two runs' commands over the cycles that both have, for each tendon by itself.
 
     Attributes:
-        cycles: that both have.
+        cycles: the number of cycles that both have.
         tension_rms, tension_max: [N]. displacement_rms, displacement_max: [m].
         modes: cycles in which the modes differ.
     """
@@ -83,7 +83,7 @@ def closed_loop(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
 
 
 def compare_commands(one: list[CycleRecord], other: list[CycleRecord], lead: int = 0) -> Commanded:
-    """Of two runs, cycle by cycle; `lead` is added to the ticks of the first."""
+    """Compare the commands of two runs, cycle by cycle; `lead` is added to the ticks of the first."""
     before = {record.tick + lead: record for record in one}
     pairs = [(before[record.tick], record) for record in other if record.tick in before]
     tension = np.array([np.subtract(b.command.tension, a.command.tension) for a, b in pairs])

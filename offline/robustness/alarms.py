@@ -1,4 +1,4 @@
-"""Whether a fault in a run was a true alarm: the same run once more, with the watches of the loop's behaviour off."""
+"""Check of a fault for a true alarm: the same run once more, with the watches of the loop's behaviour off."""
 
 import numpy as np
 
@@ -14,10 +14,10 @@ LAST = 1.25
 """[s] Of them, in which the tip is looked at: half a period of the slowest swing that the faults look for."""
 
 OFF = 1e6
-"""As a threshold: never reached."""
+"""A threshold that is never reached."""
 
 WATCHES = ("swing", "tension_swing", "tracking_error", "jump", "mismatch")
-"""Of [faults]; `limits.limit_time` beside them."""
+"""Keys of [faults]; `limits.limit_time` is switched off with them."""
 
 TRUE, FALSE = "true", "false"
 
@@ -39,8 +39,8 @@ def judge_alarm(config: RigConfig, arm: int, fault: int) -> str:
     within `faults.tracking_error` of it from the reference. Pushes that come after the fault are left out.
 
     Args:
-        config: of the run that ended in a fault.
-        arm: cycle in which it is armed. fault: in which it ended.
+        config: configuration of the run that ended in a fault.
+        arm: cycle in which it is armed. fault: cycle in which it ended.
     """
     period, length, faults = config.loop.period, config.rod.length, config.faults
     simulator = config.simulator

@@ -24,10 +24,10 @@ IDLE_CYCLES = 100
 """Disarmed, before arming: the observer sees what hangs on the tip."""
 
 TRACKING_CYCLES = 600
-"""What a mass on the tip leaves to the observer decays at one to three per second."""
+"""Cycles of tracking: the error that a mass on the tip leaves to the observer decays at one to three per second."""
 
 IMPACT_CYCLES = 100
-"""That a run with an impact goes on for, from its beginning."""
+"""Cycles that a run goes on for after the beginning of an impact."""
 
 SERVO_RATE = 0.085
 """[m/s] Of a servo of 55 rpm on a drum of 15 mm radius."""
@@ -46,25 +46,25 @@ ROUNDING = 1e-9
 """[N] By which a tension may be beyond its bounds."""
 
 LAST_SAMPLES = 20
-"""Of a stretch: what is not within the band in all of them has not settled, but passes by; and the error of the
-estimated force is the largest of them."""
+"""Last samples of a stretch: a tip that is not within the band in all of them has not settled; the error of the
+estimated force is the largest of theirs."""
 
 
 @dataclass(frozen=True)
 class PointResult:
-    """How a point did; the CSV's columns after the point's own. The tip is the simulated one, not the measured.
+    """Result of a point; the CSV's columns after the point's own. The tip is the simulated one, not the measured.
 
     Attributes:
-        settling_iterations: to stay within 5 % of the target's x; none if it never does, or faults before.
+        settling_iterations: cycles until x stays within 5 % of the target; none if it never does, or faults before.
         rate_cost_iterations: cycles before it settled in which the command stood at its displacement rate, at most
             those that the tendon's whole travel takes at that rate.
-        overshoot_percent ... steady_error_mm: as in `analysis.metrics`; none without a cycle of tracking.
+        overshoot_percent ... steady_error_mm: see `offline.logs.metrics`; none without a cycle of tracking.
         least_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
         force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
             a force observer.
-        impact_settling_iterations: from the impact's end, as settling; none if there is none or it never does.
-        impact_rate_cost_iterations: as above, after the impact.
-        mode: at the end. reason: of a fault; or why the plant has no solution, which counts as one.
+        impact_settling_iterations: cycles to settle from the impact's end; none without an impact, or if it never does.
+        impact_rate_cost_iterations: see above, after the impact.
+        mode: mode at the end. reason: reason of a fault, or why the plant has no solution, which counts as one.
         alarm: 'true' or 'false' where a fault ended the run, as `alarms.judge_alarm` finds out; else empty.
         settles, smooth, bounded, recovers: parts of the goal. meets: all of them, and no fault.
     """
@@ -101,9 +101,9 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
     Args:
         base: the controller's configuration; its [rod] is the plant too, but for what the point says. Its own
             [simulator] is left aside.
-        point: to run.
-        seed: of the run; a point's noise depends on it and on where the point lies.
-        model: that the controller believes in instead of [rod].
+        point: the point to run.
+        seed: the run's seed; a point's noise depends on it and on the point.
+        model: rod section that the controller uses instead of [rod].
 
     Raises:
         ConfigError: the point does not fit the configuration.
@@ -154,7 +154,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
 
 
 def time_constant(part: float, period: float) -> float:
-    """Of a first-order lag [s] of which `part` of a step is missing after `period` [s]."""
+    """Return the time constant [s] of a lag that lacks `part` of a step after `period` [s]."""
     return -period / math.log(part) if part > 1e-9 else 0.0
 
 
@@ -162,29 +162,29 @@ def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None 
     """Run a point and measure it.
 
     Args:
-        base, point, seed, model: as `rig_of`.
+        base, point, seed, model: see `rig_of`.
     """
     config = rig_of(base, point, seed, model)
     impact = _impact_tick(base)
-    seen: list[Watched] = []
+    trace: list[Watched] = []
     reason = ""
     try:
         for watched in watched_loop(
             config, impact + (IMPACT_CYCLES if point.impact_n else 0), {IDLE_CYCLES: ControlAction.ARM}
         ):
-            seen.append(watched)
+            trace.append(watched)
     except ConvergenceError as error:
         reason = f"the plant has no solution: {error}"
-    mode = seen[-1].record.mode if seen and not reason else Mode.FAULT
+    mode = trace[-1].record.mode if trace and not reason else Mode.FAULT
     if mode is not Mode.TRACKING and not reason:
-        reason = seen[-1].record.reason
-    fault = next((watched.record.tick for watched in seen if watched.record.mode is Mode.FAULT), None)
+        reason = trace[-1].record.reason
+    fault = next((watched.record.tick for watched in trace if watched.record.mode is Mode.FAULT), None)
     alarm = "" if fault is None else judge_alarm(config, IDLE_CYCLES, fault)
-    result = _tracked(config, point, seen, impact, PointResult(mode=str(mode), reason=reason, alarm=alarm))
+    result = _tracked(config, point, trace, impact, PointResult(mode=str(mode), reason=reason, alarm=alarm))
     recovers = True
-    if point.impact_n and len(seen) > impact:
+    if point.impact_n and len(trace) > impact:
         ended = impact + max(1, math.ceil(point.impact_ms / 1e3 / base.loop.period - 1e-9))
-        settling, cost = _settling(config, seen[ended:], IMPACT_CYCLES - (ended - impact))
+        settling, cost = _settling(config, trace[ended:], IMPACT_CYCLES - (ended - impact))
         recovers = settling is not None and settling <= SETTLING_GOAL + cost
         result = replace(result, impact_settling_iterations=settling, impact_rate_cost_iterations=cost)
     meets = result.settles and result.smooth and result.bounded and recovers and mode is Mode.TRACKING
@@ -196,19 +196,21 @@ def _impact_tick(config: RigConfig) -> int:
     return IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period - 1e-9) + TRACKING_CYCLES
 
 
-def _tracked(config: RigConfig, point: Point, seen: Sequence[Watched], impact: int, result: PointResult) -> PointResult:
-    """`result` with the measures of what was seen up to the cycle `impact`, and the commanded tensions of all."""
-    part = [watched for watched in seen[:impact] if watched.record.mode is Mode.TRACKING]
+def _tracked(
+    config: RigConfig, point: Point, trace: Sequence[Watched], impact: int, result: PointResult
+) -> PointResult:
+    """Return `result` with the measures up to the cycle `impact`, and the commanded tensions of all."""
+    part = [watched for watched in trace[:impact] if watched.record.mode is Mode.TRACKING]
     if not part:
         return result
-    run = tracking_of([watched.record for watched in seen[:impact]], config, str(point))
+    run = tracking_of([watched.record for watched in trace[:impact]], config, str(point))
     tip = np.array([watched.truth.position for watched in part])
     control = config.control
     curve = _curve(config.rod, control.agonist, control.plane, config.limits.tension_max, config.loop.period)
     values = metrics(run, curve, tip=tip)
     settling, cost = _settling(config, part, TRACKING_CYCLES)
-    commanded = np.array([watched.record.command.tension for watched in seen[IDLE_CYCLES:]])
-    pulled = np.array([watched.truth.tension for watched in seen[IDLE_CYCLES:impact]])
+    commanded = np.array([watched.record.command.tension for watched in trace[IDLE_CYCLES:]])
+    pulled = np.array([watched.truth.tension for watched in trace[IDLE_CYCLES:impact]])
     lowest, peak = min(commanded.min(), pulled.min()), max(commanded.max(), pulled.max())
     force_error = None
     if point.feedback == "force":

@@ -1,4 +1,4 @@
-"""Where points are run: processes of this computer, or a Dask cluster. The results are the same."""
+"""Executors of points: processes of this computer, or a Dask cluster. The results are the same."""
 
 import functools
 import importlib.util
@@ -41,9 +41,9 @@ class Chunk:
     """Points to run one after the other, and all that they need; it travels between processes.
 
     Attributes:
-        config: of the controller, JSON.
-        seed: of the run.
-        points: with their index in it.
+        config: the controller's configuration, JSON.
+        seed: the run's seed.
+        points: points with their index in the run.
     """
 
     config: str
@@ -76,7 +76,7 @@ def in_processes(chunks: Sequence[Chunk], jobs: int) -> Generator[Done, None, No
 
 
 def spread(work: Callable[[Task], Outcome], tasks: Sequence[Task], jobs: int) -> Generator[Outcome, None, None]:
-    """What `work` makes of each task, as it comes, from `jobs` processes of this computer.
+    """Yield each task's outcome as it comes, from `jobs` processes of this computer.
 
     Closing the iterator drops what has not begun, and waits for what has.
 
@@ -135,7 +135,7 @@ def on_cluster(chunks: Sequence[Chunk], address: str) -> Generator[Done, None, N
         client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise ExecutorError(
-            f"--cluster {address}: no Dask scheduler answers there ({_first_line(error)}); "
+            f"--cluster {address}: no Dask scheduler responds there ({_first_line(error)}); "
             "start one with 'dask scheduler' and give its address, for instance tcp://127.0.0.1:8786"
         ) from None
     futures = []

@@ -99,7 +99,7 @@ def draw(rows: Rows, path: Path) -> Path:
 
 
 def _alone(point: Point) -> bool:
-    """Nothing but delay and lag."""
+    """Check that a point differs from the nominal one by delay and lag only."""
     nominal = Point(point.part, point.law, point.feedback, delay_cycles=point.delay_cycles, lag_part=point.lag_part)
     return point == nominal
 

@@ -1,4 +1,4 @@
-"""What an identified model is worth: points of `tendond study robustness` on plants that the controller does not know.
+"""Value of an identified model: points of `tendond study robustness` on plants that the controller does not know.
 
 Their Young's modulus is off, and one has a tool on the tip; each is controlled by the model as built and as identified.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.parameters import with_values
-from tendond.offline.identification.proof import BUILT, CONTROLLER, FACTORS, TIP_MASS
+from tendond.offline.identification.proof.rigs import BUILT, CONTROLLER, FACTORS, TIP_MASS
 from tendond.offline.robustness.evaluate import PointResult, evaluate
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, check_config
@@ -32,8 +32,8 @@ class Match:
     """One plant, and what the controller believes.
 
     Attributes:
-        plant: of `FACTORS`. feedback: 'force' or 'offset'. case: of `CASES`.
-        values: that were identified, by name; none: the controller knows the rod as built, but neither its Young's
+        plant: key of `FACTORS`. feedback: 'force' or 'offset'. case: key of `CASES`.
+        values: identified values, by name; none: the controller knows the rod as built, but neither its Young's
             modulus nor what is on its tip.
     """
 
@@ -44,7 +44,7 @@ class Match:
 
     @property
     def point(self) -> Point:
-        """As `tendond study robustness` names it."""
+        """The point as `tendond study robustness` names it."""
         return Point(
             "axes", "backstepping", self.feedback, youngs_factor=FACTORS[self.plant], **CASES[self.case]
         )  # fmt: skip
@@ -92,7 +92,7 @@ def table(played: Sequence[tuple[Match, PointResult]]) -> list[dict[str, Any]]:
 
 
 def means(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, dict[str, float]]]:
-    """By feedback and model: each measure's mean over the points where both have one, and how many meet the goal."""
+    """Average each measure over the points where both models have one, and count those that meet the goal."""
     found: dict[str, dict[str, dict[str, float]]] = {}
     for feedback in sorted({row["feedback"] for row in rows}):
         part = [row for row in rows if row["feedback"] == feedback]

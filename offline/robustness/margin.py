@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil, log
 
@@ -24,17 +24,17 @@ RATES = (100.0, 250.0)
 """[Hz]"""
 
 DELAYS = ((0, 0), (1, 0), (2, 0), (3, 0), (0, 1))
-"""Configured, and beside it, in cycles."""
+"""Delay of the poses that is configured, and the delay on top of it that is not [cycles]."""
 
 IDLE_SECONDS, TRACKING_SECONDS, LAST_SECONDS = 1.0, 12.0, 2.0
 ARMING_SECONDS = 20.0
-"""That the rest and the probe may take before tracking begins."""
+"""Maximum time of the rest and the probe before tracking begins [s]."""
 
 RIPPLE_MAX = 0.2e-3
 """[m] Of any coordinate of the true tip, peak to peak, in the last seconds of a run."""
 
 SETTLED = 0.05
-"""Of the target, within which the tip counts as there."""
+"""Half-width of the settling band, as a fraction of the target."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class GainsRow:
     """The gains of a rate and a delay.
 
     Attributes:
-        rate: of the loop [Hz]. delay: of a pose [cycles].
+        rate: rate of the loop [Hz]. delay: delay of a pose [cycles].
         integral, proportional, derivative: admitted [1/s, -, s].
         bare, loaded: decay of the slowest motion of the linear loop without a mass, and of the worst with the largest,
             one cycle of delay more than configured [1/s].
@@ -62,8 +62,8 @@ class StiffnessRow:
     """Stiffness of the tip in its min_stiffness_ratio direction, of the straight rod's 3 EI/L^3 [-].
 
     Attributes:
-        mass: on the tip [kg]. tension: of the agonist [N]. across: the tip's place [m].
-        arm: of the arm, from the solver's own derivative. observer: that the observer takes it for.
+        mass: mass on the tip [kg]. tension: tension of the agonist [N]. across: the tip's position [m].
+        arm: stiffness of the arm, from the solver's own derivative. observer: the observer's value.
     """
 
     mass: float
@@ -78,10 +78,10 @@ class LoopRow:
     """A run of the real loop in lockstep on a plant that its model does not know.
 
     Attributes:
-        law: name. rate: [Hz]. mass: on the tip [kg]. stiffness: E of the plant, of the model's.
-        told, untold: delay of the poses that the observer is told of, and beside it [cycles].
+        law: name. rate: [Hz]. mass: mass on the tip [kg]. stiffness: E of the plant over that of the model.
+        delay_known, delay_unknown: delay of the poses as configured in the observer, and beyond that [cycles].
         settling: time of tracking to stay within `SETTLED` of the target's x [s]; none if it does not.
-        ripple: see `RIPPLE_MAX` [m]. reason: of a fault.
+        ripple: see `RIPPLE_MAX` [m]. reason: reason of a fault.
         passes: it tracks, has settled, and the ripple is small.
     """
 
@@ -89,8 +89,8 @@ class LoopRow:
     rate: float
     mass: float
     stiffness: float
-    told: int
-    untold: int
+    delay_known: int
+    delay_unknown: int
     settling: float | None
     ripple: float | None
     reason: str
@@ -139,7 +139,7 @@ def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
 
 
 def stiffness_rows(config: RigConfig) -> Iterator[StiffnessRow]:
-    """What a mass does to the stiffness of the bent arm: where `BENT_STIFFNESS` and `GRAVITY_SOFTENING` come from."""
+    """Yield a mass's effect on the bent arm's stiffness, the source of `BENT_STIFFNESS` and `GRAVITY_SOFTENING`."""
     rod = rod_from_section(config.rod, config.loop.period)
     parameters, control = rod.parameters, config.control
     straight = 3.0 * parameters.bending_stiffness / parameters.length**3
@@ -168,18 +168,18 @@ def loop_cases(config: RigConfig, *, short: bool = False) -> list[LoopRow]:
     stiffnesses = (0.85, 1.15) if short else (0.85, 1.0, 1.15)
     delays = DELAYS[3:] if short else DELAYS
     return [
-        LoopRow(law, rate, round(mass, 6), stiffness, told, untold, None, None, "", False)
+        LoopRow(law, rate, round(mass, 6), stiffness, known, unknown, None, None, "", False)
         for law in LAWS
         for rate in (RATES[:1] if short else RATES)
         for mass in masses
         for stiffness in stiffnesses
-        for told, untold in delays
+        for known, unknown in delays
     ]
 
 
 def run_loop(config: RigConfig, case: LoopRow) -> LoopRow:
     """Run a case, and what came of it."""
-    values = at_rate(config, case.rate, case.told).model_dump()
+    values = at_rate(config, case.rate, case.delay_known).model_dump()
     values["control"]["law"] = case.law
     rod = dict(values["rod"])
     rod["youngs_modulus"] *= case.stiffness
@@ -188,7 +188,7 @@ def run_loop(config: RigConfig, case: LoopRow) -> LoopRow:
         "period": period,
         "rod": rod,
         "weight": {"mass": case.mass},
-        "mocap": {"latency": (case.told + case.untold) * period},
+        "mocap": {"latency": (case.delay_known + case.delay_unknown) * period},
     }
     values["vicon"] = values["servo"] = None
     rig = check_config(values, str(case))
@@ -217,9 +217,7 @@ def run_loop(config: RigConfig, case: LoopRow) -> LoopRow:
 
 def _with(case: LoopRow, settling: float | None, ripple: float | None, reason: str) -> LoopRow:
     passes = settling is not None and ripple is not None and ripple < RIPPLE_MAX and not reason
-    return LoopRow(
-        case.law, case.rate, case.mass, case.stiffness, case.told, case.untold, settling, ripple, reason, passes
-    )
+    return replace(case, settling=settling, ripple=ripple, reason=reason, passes=passes)
 
 
 def loop_rows(config: RigConfig, cases: Sequence[LoopRow], processes: int) -> Iterator[LoopRow]:

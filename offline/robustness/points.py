@@ -1,4 +1,4 @@
-"""Which plants the closed loop is run on: the axes, and sets of points on them."""
+"""Plants that the closed loop is run on: the axes, and sets of points on them."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +11,7 @@ FEEDBACKS = ("force", "offset", "direct")
 
 DIRECTIONS = ("+x", "-x", "+z", "-z")
 CONFIGURED = ("exact", "delay+1", "delay-1", "lag+0.1", "lag-0.1")
-"""What the controller believes of delay [cycles] and lag [-]."""
+"""Delay [cycles] and lag [-] as configured in the controller, relative to the plant's."""
 
 
 @dataclass(frozen=True)
@@ -20,15 +20,15 @@ class Point:
 
     Attributes:
         part: set of points that it is in.
-        law: name. feedback: of `FEEDBACKS`.
+        law: name of the law. feedback: one of `FEEDBACKS`.
         delay_cycles: age of a pose when it arrives.
-        lag_part: of a step of tension (or displacement) that the actuators still lack after a cycle [-].
-        noise_mm: of each measured coordinate of the tip, standard deviation.
+        lag_part: fraction of a step of tension (or displacement) remaining after one cycle [-].
+        noise_mm: standard deviation of each measured coordinate of the tip.
         youngs_factor, bending_damping_factor, drag_factor: E, Bbt, C of the plant against the model's [-].
         load_g: mass on the tip, from the start.
         drive: 'tension', ideal; or 'displacement', elastic tendons pulled by servos with a rate limit.
-        impact_n: size of a push on the tip, once it has settled; 0: none. impact_direction: of `DIRECTIONS`.
-        impact_ms: how long it lasts.
+        impact_n: size of a push on the tip, once it has settled; 0: none. impact_direction: one of `DIRECTIONS`.
+        impact_ms: duration of the push.
         configured: delay and lag in the controller's configuration, of `CONFIGURED`.
     """
 
@@ -50,11 +50,11 @@ class Point:
 
     @property
     def key(self) -> str:
-        """Where it lies, whatever set it is in: equal keys are the same run."""
+        """Key of the point, whatever set it is in: equal keys are the same run."""
         return "/".join(str(getattr(self, field.name)) for field in fields(self) if field.name != "part")
 
     def __str__(self) -> str:
-        """Where it differs from the nominal one, for people."""
+        """Describe the differences from the nominal point, for people."""
         given = [
             f"{name} {getattr(self, field):g}{unit}"
             for field, (name, unit) in _SHORT.items()
@@ -176,11 +176,11 @@ def points_of(
     """A set of points, without repetition, in an order that depends on the arguments alone.
 
     Args:
-        name: of `POINT_SETS`.
-        laws: to run.
-        feedbacks: to run; none: all of them for the axes, the default observer for the others.
-        count: of random points per law.
-        seed: of the random points.
+        name: one of `POINT_SETS`.
+        laws: laws to run.
+        feedbacks: feedbacks to run; none: all of them for the axes, the default observer for the others.
+        count: random points per law.
+        seed: seed of the random points.
     """
     default = FEEDBACKS[:1]
     makers: dict[str, tuple[Sequence[str], Callable[[str, str], list[Point]]]] = {

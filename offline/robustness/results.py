@@ -1,4 +1,4 @@
-"""Results on disk during a run, a line each, so that a run that was interrupted in any way can be resumed."""
+"""Results on disk during a run, one per line, so that an interrupted run can be resumed."""
 
 import fcntl
 import json
@@ -19,8 +19,8 @@ class ResultsFile:
     """Results of a folder, kept as they come; the first line has the settings, each other one a result.
 
     Args:
-        folder: of the results; made if it is not there.
-        settings: of the run.
+        folder: folder of the results; created if missing.
+        settings: the run's settings.
         fresh: ignore existing results.
 
     Raises:
@@ -91,7 +91,7 @@ class ResultsFile:
 
 
 def _differences(theirs: Any, ours: Any, name: str = "") -> list[str]:
-    """Where two nested tables differ: 'name: theirs, now ours'."""
+    """List the differences of two nested tables: 'name: theirs, now ours'."""
     if isinstance(theirs, dict) and isinstance(ours, dict):
         return [
             line

@@ -27,8 +27,8 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
     """Run the points that the folder's results file does not have, and write results.csv; all of them are returned.
 
     Args:
-        settings: of the run.
-        folder: of the results.
+        settings: the run's settings.
+        folder: folder of the results.
         execute: runs chunks of points, in any order.
         report: called with the progress.
         fresh: leave aside what the folder has.

@@ -1,4 +1,4 @@
-"""What decides the results of a run: two runs with the same settings have the same results."""
+"""Settings that decide the results of a run: two runs with the same settings have the same results."""
 
 import json
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ SOURCES = (
     "model", "schemas", "drivers/simulator", "daemon/control", "offline/logs/metrics.py",
     "offline/robustness/alarms.py", "offline/robustness/points.py", "offline/robustness/evaluate.py",
 )  # fmt: skip
-"""Of the package: what a result depends on. A better figure does not make results old."""
+"""Modules of the package that a result depends on. A better figure does not make results stale."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of a run.
+    """Settings of a run.
 
     Attributes:
-        points: name of the set. count: of random points per law. seed: of all that is random.
+        points: name of the set. count: random points per law. seed: seed of all that is random.
         laws, feedbacks: names; no feedbacks: the set's own.
-        config: of the controller.
+        config: the controller's configuration.
     """
 
     points: str

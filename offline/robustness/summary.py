@@ -64,7 +64,7 @@ def misses(result: PointResult) -> tuple[str, ...]:
 
 
 def counts(rows: Rows) -> dict[str, int]:
-    """Of points, of those that meet the goal, and of those that miss each part of it."""
+    """Count all points, those that meet the goal, and those that miss each part of it."""
     found = {"points": len(rows), "meet": sum(result.meets for _, result in rows), "fault": 0}
     found |= dict.fromkeys(PARTS, 0)
     for _, result in rows:

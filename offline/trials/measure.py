@@ -26,15 +26,15 @@ PLANAR_CYCLES = 250
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """Of a trial; the error is the distance of tip and reference from the trajectory's beginning on.
+    """Measures of a trial; the error is the distance of tip and reference from the trajectory's beginning on.
 
     Attributes:
-        rms_mm, worst_mm: of the error [mm].
-        largest_change_n: of a tendon's commanded tension from one cycle to the next, on the trajectory [N].
+        rms_mm, worst_mm: root mean square and maximum of the error [mm].
+        largest_change_n: largest change of a commanded tension from one cycle to the next, on the trajectory [N].
         least_tension_n, peak_tension_n: commanded while tracking [N].
         limited: cycles in which the command met a limit.
-        mode, reason: at the end.
-        notes: what was changed of the trajectory.
+        mode, reason: mode and reason at the end.
+        notes: changes that were made to the trajectory.
         meets: no fault, and the RMS within the goal.
         time: since tracking began [s], shape (k,). tip, reference: [m], shape (k, 3). tension: [N], shape (k, n).
         approach_time: time at which the trajectory begins [s].
@@ -69,7 +69,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> TrialOutcome:
     """Run a trial to the end of its trajectory.
 
     Args:
-        base, trial, seed: as `config_of`.
+        base, trial, seed: see `config_of`.
 
     Raises:
         TendondError: the trajectory cannot be followed, or the plant has no solution.
@@ -79,13 +79,13 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> TrialOutcome:
     assert isinstance(trajectory, SpatialReference)
     period = config.loop.period
     cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + trajectory.arrival) / period) + 1
-    seen = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
-    part = [watched for watched in seen if watched.record.mode is Mode.TRACKING]
+    trace = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
+    part = [watched for watched in trace if watched.record.mode is Mode.TRACKING]
     time: Array = period * np.arange(len(part), dtype=np.float64)
     tip = np.array([watched.truth.position for watched in part])
     reference = np.array([watched.record.reference.position for watched in part])
     tension = np.array([watched.record.command.tension for watched in part])
-    last = seen[-1].record
+    last = trace[-1].record
     return outcome_of(
         time=time,
         tip=tip,
@@ -104,7 +104,7 @@ def outcome_of(
     trajectory: SpatialReference, mode: str, reason: str,
     goal_mm: float,
 ) -> TrialOutcome:  # fmt: skip
-    """The numbers of what was seen; arguments as the attributes of `Outcome`, and the largest RMS that is wanted."""
+    """Measure a run; arguments as the attributes of `TrialOutcome`, and the largest RMS that is wanted."""
     on_trajectory = time >= trajectory.approach_time
     error = 1e3 * np.linalg.norm(tip - reference, axis=1)[on_trajectory]
     rms = float(np.sqrt(np.mean(error**2)))
@@ -140,9 +140,9 @@ def planar_task(base: RigConfig, laws: Sequence[str]) -> dict[str, Mapping[str, 
         values["servo"] = values["vicon"] = None
         config = check_config(values, f"law '{law}'")
         cycles = IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period) + PLANAR_CYCLES
-        seen: list[Watched] = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
-        run = tracking_of([watched.record for watched in seen], config, law)
-        tip = np.array([watched.truth.position for watched in seen if watched.record.mode is Mode.TRACKING])
+        trace: list[Watched] = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
+        run = tracking_of([watched.record for watched in trace], config, law)
+        tip = np.array([watched.truth.position for watched in trace if watched.record.mode is Mode.TRACKING])
         values_of = metrics(run, tip=tip)
         rates = np.diff(run.tension, axis=0) / config.loop.period
         found[law] = {

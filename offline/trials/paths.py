@@ -1,4 +1,4 @@
-"""Which trajectories are run, and on which plants."""
+"""Trajectories that are run, and the plants they are run on."""
 
 import math
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ class Trial:
     """A trajectory on a plant.
 
     Attributes:
-        name: of the trajectory.
+        name: name of the trajectory.
         reference: its [reference].
         unlike: the plant is not the model: `UNLIKE`.
         rod: keys of [rod] beside the configuration's.
@@ -44,7 +44,7 @@ class Trial:
 
 
 def around(count: int, radius: float = 0.02) -> list[tuple[float, float]]:
-    """So many tendons, evenly about the rod [m]."""
+    """Place tendons evenly around the rod [m]."""
     angles = [2.0 * math.pi * index / count for index in range(count)]
     return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
 
@@ -74,8 +74,8 @@ def config_of(base: RigConfig, trial: Trial, seed: int = 0) -> RigConfig:
 
     Args:
         base: the controller's configuration; its [rod] is the plant's too, but for what the trial says.
-        trial: to run.
-        seed: of the noise.
+        trial: the trial to run.
+        seed: seed of the noise.
 
     Raises:
         ConfigError: they do not go together.

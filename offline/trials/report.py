@@ -16,7 +16,7 @@ def write(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any
 
     Args:
         some: trials.
-        outcomes: of each.
+        outcomes: the outcome of each.
         planar: metrics of the paper's task in the plane, by law.
         out: folder.
 

@@ -71,8 +71,8 @@ class _Scene:
     """The newest messages, and the model's rod.
 
     Args:
-        config: of the rig.
-        server: with the channels `LIVE`.
+        config: the rig's configuration.
+        server: server with the channels `LIVE`.
     """
 
     def __init__(self, config: RigConfig, server: Server) -> None:

@@ -10,13 +10,13 @@ class Server:
     """A server that runs until `stop`.
 
     Args:
-        channels: that it offers.
-        name: of the rig.
+        channels: the channels that it offers.
+        name: name of the rig.
         host: address to listen on.
-        port: to listen on; 0: a free one.
+        port: port to listen on; 0: a free one.
 
     Attributes:
-        port: that it listens on.
+        port: port that it listens on.
 
     Raises:
         UsageError: Foxglove's SDK is not installed, or the port is taken.

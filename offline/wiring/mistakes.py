@@ -18,7 +18,7 @@ from tendond.schemas.messages import TendonCommand, TendonState, TipPose
 
 Array = NDArray[np.float64]
 Change = Callable[[Array, Array], tuple[Array, Array]]
-"""Of position [m] and rotation."""
+"""A change of position [m] and rotation."""
 
 AXES = "xyz"
 OLD_SECONDS = (0.1, 0.2, 0.3, 0.5)
@@ -30,7 +30,7 @@ class Mistake:
 
     Attributes:
         group: row of the table. name: within it.
-        wires: made anew for each run: some keep what they have seen.
+        wires: made anew for each run: some keep a history.
     """
 
     group: str

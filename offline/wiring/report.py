@@ -11,9 +11,9 @@ class WiringRow:
     """The runs of a kind of mistake in a chain.
 
     Attributes:
-        chain, group: what was run. runs: how many.
+        chain, group: the set of runs. runs: their number.
         refused: before anything was pulled. faulted: later. missed: neither, or too late; of right rigs: alarms.
-        seconds: to the latest fault. moved, pulled: the worst of all; see `Outcome`.
+        seconds: time to the latest fault. moved, pulled: the worst of all; see `WiringOutcome`.
         worst: the run that fell short, and what was said of it; empty where none did.
     """
 
@@ -30,7 +30,7 @@ class WiringRow:
 
     @property
     def holds(self) -> bool:
-        """Whether every run was as it should be."""
+        """True if every run was as it should be."""
         return self.missed == 0
 
 

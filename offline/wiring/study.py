@@ -19,16 +19,16 @@ from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 
 CHAINS = {"ideal": "", "wired": RIG}
-"""The plant: tensions as commanded; or servos of the real rig that pull elastic tendons, seen with noise and delay."""
+"""The plant: tensions as commanded; or the real rig's servos, elastic tendons, and poses with noise and delay."""
 
 ARM_SECONDS, TRACK_SECONDS, RELEASE_SECONDS = 0.8, 6.0, 0.5
-"""Until it is armed; for which it then may track; that are still watched once it has let go."""
+"""Time until it is armed; maximum time of tracking; time that is still watched after the release [s]."""
 
 MOVED, PULLED = 0.1, 0.2
 """Limits for a wrong rig: fraction of the length beyond the probe, fraction of tension_max."""
 
 PROBED = 0.03
-"""Of the rod's length, that the probe moves the tip."""
+"""Travel of the tip during the probe, as a fraction of the rod's length."""
 
 RIGHT = "right rigs"
 """Group of the rigs that nothing is wrong with."""
@@ -39,12 +39,12 @@ EVERY_LAW = ("tendons in another order and reversed",)
 
 @dataclass(frozen=True)
 class WiringOutcome:
-    """Of a run.
+    """Outcome of a run.
 
     Attributes:
-        group, name, law, chain: what was run.
-        noticed: refused, or in fault. by: the answer to the request, or the reason of the fault.
-        seconds: from the request to the fault; 0 where it was refused.
+        group, name, law, chain: the run.
+        noticed: refused, or in fault. by: the reply to the request, or the reason of the fault.
+        seconds: time from the request to the fault; 0 where it was refused.
         moved: farthest that the true tip went from where it rested, as a part of the rod's length [-].
         pulled: largest true tension, as a part of tension_max [-].
     """
@@ -61,7 +61,7 @@ class WiringOutcome:
 
     @property
     def in_time(self) -> bool:
-        """Whether a wrong rig was noticed before it moved far or was pulled hard."""
+        """True if a wrong rig was noticed before it moved far or was pulled hard."""
         return self.noticed and self.moved <= MOVED + PROBED and self.pulled <= PULLED
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tendond.offline.identification.data import load_recording
+from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.logs.log import load
 from tendond.schemas.messages import Mode
 from tests.sil.rig import Rig, rig

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.offline.identification.data import Recording
 from tendond.offline.identification.parameters import nominal
-from tendond.offline.identification.simulate import Simulation
+from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.simulation.servos import tendon_ends
+from tendond.offline.identification.simulation.simulate import Simulation
 from tendond.schemas.config.rig import RigConfig, check_config
 
 CONFIG = check_config(
@@ -75,9 +76,9 @@ def recording(
         fault="",
     )
     simulation = Simulation(bare, "command", STEP)
-    reported = simulation.servo(times, values["lag"], values["backlash"])
+    reported = tendon_ends(simulation.recording, times, values["lag"], values["backlash"])
     motion = simulation.motion(values)
-    tips = simulation.seen(motion, values["delay"])
+    tips = simulation.predicted_poses(motion, values["delay"])
     rows = np.minimum(
         np.searchsorted(simulation.step * np.arange(len(motion.tensions)), times), len(motion.tensions) - 1
     )

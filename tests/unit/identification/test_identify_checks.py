@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendond.offline.identification.checks import check
-from tendond.offline.identification.data import Recording
+from tendond.offline.identification.recordings.checks import check
+from tendond.offline.identification.recordings.recording import Recording
 from tests.unit.identification.recordings import CONFIG, TRUE, recording
 
 

@@ -12,13 +12,17 @@ from scipy.optimize import lsq_linear
 
 from tendond.daemon.errors import UsageError
 from tendond.model.rod.tip_body import ball_inertia
-from tendond.offline.identification.data import DataError, Recording
-from tendond.offline.identification.fit import FitProblem, Memory, bounded_step
-from tendond.offline.identification.identify import Identification, Options, identify
-from tendond.offline.identification.parameter_file import parameter_file
+from tendond.offline.identification.fitting.evaluations import EvaluationCache
+from tendond.offline.identification.fitting.problem import FitProblem
+from tendond.offline.identification.fitting.solve import bounded_step
+from tendond.offline.identification.identify import identify
+from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import chosen, nominal, starts, with_values
-from tendond.offline.identification.report import report
-from tendond.offline.identification.simulate import Simulation
+from tendond.offline.identification.recordings.recording import DataError, Recording
+from tendond.offline.identification.results.parameter_file import parameter_file
+from tendond.offline.identification.results.report import report
+from tendond.offline.identification.results.result import Identification
+from tendond.offline.identification.simulation.simulate import Simulation
 from tests.unit.identification.recordings import CONFIG, TRUE, recording
 
 NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
@@ -147,7 +151,7 @@ def test_a_body_on_the_tip_that_is_not_fitted_fixes_the_scale(tool: Recording) -
     known = replace(tool, config=with_values(CONFIG, {"tip_mass": 0.03, "C": TRUE["C"]}))
     result = identify([known], [], Options(("E", "rho", "Bbt", "tendon_stiffness", "delay")))
     assert result.values["E"] == pytest.approx(TRUE["E"], rel=0.01)
-    assert "all others rest on rod.tip_mass = 0.03" in result.scale
+    assert "all others are relative to rod.tip_mass = 0.03" in result.scale
 
 
 def test_a_step_to_a_bound_is_the_best_one_there() -> None:
@@ -244,7 +248,7 @@ def test_an_interrupted_fit_goes_on_where_it_was_and_ends_at_the_same_bits(
 
 def test_another_fit_does_not_take_over_what_this_one_has_kept(tmp_path: Path) -> None:
     at = np.zeros(2)
-    one, other = Memory(tmp_path, {"a": 1}), Memory(tmp_path, {"a": 2})
+    one, other = EvaluationCache(tmp_path, {"a": 1}), EvaluationCache(tmp_path, {"a": 2})
     one.get("residuals", at, lambda: np.ones(3))
     assert one.get("residuals", at, lambda: np.zeros(3)).tolist() == [1.0, 1.0, 1.0]
     assert other.get("residuals", at, lambda: np.zeros(3)).tolist() == [0.0, 0.0, 0.0]
@@ -264,15 +268,15 @@ def test_threads_and_their_number_make_no_difference(free: Recording) -> None:
 def test_derivatives_of_the_delay_are_those_of_its_definition(free: Recording) -> None:
     simulation, values = Simulation(free, "measured"), {**nominal(CONFIG), "delay": 0.012}
     motion = simulation.motion(values)
-    step = (simulation.seen(motion, 0.013) - simulation.seen(motion, 0.011)) / 0.002
-    speed = np.gradient(simulation.seen(motion, 0.012), 0.01, axis=0)
+    step = (simulation.predicted_poses(motion, 0.013) - simulation.predicted_poses(motion, 0.011)) / 0.002
+    speed = np.gradient(simulation.predicted_poses(motion, 0.012), 0.01, axis=0)
     assert np.abs(step + speed).max() < 0.1 * np.abs(speed).max()
 
 
 def test_wrong_names_are_refused_by_name() -> None:
     with pytest.raises(UsageError, match="'mass': choose among E, rho, Bbt"):
         chosen(("E", "mass"))
-    with pytest.raises(UsageError, match=r"rod\.drag = 0 cannot be fitted from"):
+    with pytest.raises(UsageError, match=r"rod\.drag = 0 is no start for a fit"):
         starts(with_values(CONFIG, {"C": 0.0}), chosen(("C",)))
 
 

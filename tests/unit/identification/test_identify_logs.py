@@ -12,10 +12,13 @@ from typer.testing import CliRunner
 from tendond.cli.app import app
 from tendond.cli.common import load_config
 from tendond.daemon.errors import UsageError
-from tendond.offline.identification.data import DataError, load_recording, parse_weights
-from tendond.offline.identification.dry_run import dry_run, rig_of_model
-from tendond.offline.identification.plan import PlanError, Request, propose, proposed_weight
-from tendond.offline.identification.proof import ProofOutcome, ProofTask, coverage, met, truth
+from tendond.offline.identification.excitation.dry_run import dry_run, rig_of_model
+from tendond.offline.identification.excitation.plan import PlanError, Request, propose, proposed_weight
+from tendond.offline.identification.proof.prove import ProofOutcome, coverage, met
+from tendond.offline.identification.proof.rigs import ProofTask, truth
+from tendond.offline.identification.recordings.load import load_recording
+from tendond.offline.identification.recordings.recording import DataError
+from tendond.offline.identification.recordings.weights import parse_weights
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.simulator import Weight
 from tendond.schemas.messages import ControlAction
@@ -66,7 +69,7 @@ def test_a_recording_is_the_log_from_its_rest_on(logs: tuple[Path, Path]) -> Non
 
 def test_a_log_in_which_the_arm_never_rests_is_refused(tmp_path: Path) -> None:
     moving = [cycle_record(tick, measured=(0.005 * tick, 0.0, 0.4), displacement=0.001 * tick) for tick in range(80)]
-    with pytest.raises(DataError, match="never stands still"):
+    with pytest.raises(DataError, match="never at rest"):
         load_recording(write_log(tmp_path / "moving.mcap", moving), {})
     blind = write_log(tmp_path / "blind.mcap", [one.model_copy(update={"pose_age": None}) for one in moving])
     with pytest.raises(DataError, match="has no pose"):

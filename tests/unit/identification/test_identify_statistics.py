@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendond.offline.identification.statistics import Statistics, bandwidth, covariance, long_run
+from tendond.offline.identification.fitting.statistics import Statistics, bandwidth, covariance, long_run
 
 COUNT = 1500
 

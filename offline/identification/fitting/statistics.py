@@ -1,10 +1,10 @@
-"""How well a fit knows what it found: standard errors, correlations, and what the data cannot tell apart.
+"""Statistics of a fit: standard errors, correlations, and combinations that the data do not identify.
 
-Residuals are no white noise: what the model misses goes on from sample to sample. The covariance is therefore the
-sandwich (J'WJ)^-1 S (J'WJ)^-1, with S of the scores' autocovariances, which is consistent under heteroskedasticity and
+Residuals are not white noise: the model's error persists from sample to sample. The covariance is therefore the
+sandwich (J'WJ)^-1 S (J'WJ)^-1, with S of the scores' autocovariances, consistent under heteroskedasticity and
 autocorrelation (Newey & West, Econometrica 55, 1987), in Bartlett's window, and Andrews' bandwidth for it (Econometrica
-59, 1991), which grows with the correlation that the scores have. What the time step may still be found as is no noise,
-but a value is not known better than that: it is added as one more standard deviation, along one direction.
+59, 1991), which grows with the scores' correlation. The remaining error of the time step is not noise, but bounds how
+well a value is known: it is added as one more standard deviation, along one direction.
 """
 
 import math
@@ -14,26 +14,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.offline.identification.fit import FitResult
+from tendond.offline.identification.fitting.solve import FitResult
 
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-6
-"""Part of the largest singular value below which a direction is not seen: differences are no more exact."""
+"""Fraction of the largest singular value below which a direction is not identifiable: differences are no more exact."""
 
 INVOLVED = 0.3
-"""Component of a direction, from which on a parameter is a part of it."""
+"""Component of a direction above which a parameter is named in it."""
 
 ALIKE = 0.9
-"""Correlation from which on two parameters stand for each other."""
+"""Correlation above which two parameters cannot be distinguished."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A combination of parameters that the data do not tell.
+    """A combination of parameters that the data do not identify.
 
     Attributes:
-        names: of its parameters. deviation: standard error along it, in units of the max. error; may be infinite.
+        names: its parameters. deviation: standard error along it, in units of the max. error; may be infinite.
     """
 
     names: tuple[str, ...]
@@ -42,13 +42,13 @@ class Direction:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of a fit's coordinates.
+    """Statistics of a fit's coordinates.
 
     Attributes:
-        covariance: shape (p, p); infinite on the diagonal where a parameter is not seen.
-        correlation: of the noise in them, shape (p, p).
+        covariance: shape (p, p); infinite on the diagonal where a parameter is not identifiable.
+        correlation: correlation of the noise in them, shape (p, p).
         inflation: standard error from noise over what it would be if that were white, by parameter, shape (p,).
-        effective: samples of white noise that say as much, of the largest of all inflations; samples: that there are.
+        effective: equivalent samples of white noise, by the largest inflation. samples: actual samples.
         unidentifiable: directions that the data do not identify, the worst first.
     """
 
@@ -66,7 +66,7 @@ class Statistics:
 
 
 def statistics(fit: FitResult) -> Statistics:
-    """Of a fit."""
+    """Compute the statistics of a fit."""
     scores, start = [], 0
     bread = fit.jacobian.T @ (fit.weights[:, None] * fit.jacobian)
     white = np.zeros_like(bread)
@@ -95,24 +95,24 @@ def covariance(
     samples: int,
     remaining: Array | None = None,
 ) -> Statistics:
-    """The sandwich, and what it does not hold together.
+    """Compute the sandwich covariance, and the directions that the data do not identify.
 
     Args:
         bread: J'WJ, shape (p, p).
-        scores: of each stretch of data, a row for each instant, in the order of time, shape (k, p).
+        scores: scores of each stretch of data, a row for each instant, in order of time, shape (k, p).
         white: J'W^2 J with the residuals' variance, as if they were white, shape (p, p).
-        names: of the parameters.
-        max_deviation: of each parameter, above which it is not identifiable.
-        samples: instants in all.
-        remaining: deviation that no noise explains, of each coordinate, shape (p,); none: zeros.
+        names: names of the parameters.
+        max_deviation: deviation of each parameter above which it is not identifiable.
+        samples: number of instants.
+        remaining: deviation of each coordinate that noise does not explain, shape (p,); none: zeros.
     """
     filling = long_run(scores)
     scaled = bread * np.outer(max_deviation, max_deviation)
     size = np.sqrt(np.maximum(np.diag(scaled), 1e-300))
     values, vectors = np.linalg.eigh(scaled / np.outer(size, size))
-    seen = values > SINGULAR**2 * values[-1]
-    seen &= values > 0.0
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(size, size)
+    observable = values > SINGULAR**2 * values[-1]
+    observable &= values > 0.0
+    inverse = (vectors[:, observable] / values[observable]) @ vectors[:, observable].T / np.outer(size, size)
     z = inverse @ (filling * np.outer(max_deviation, max_deviation)) @ inverse
     z_white = inverse @ (white * np.outer(max_deviation, max_deviation)) @ inverse
     z = 0.5 * (z + z.T)
@@ -122,10 +122,10 @@ def covariance(
     np.fill_diagonal(correlation, 1.0)
     if remaining is not None:
         z += np.outer(remaining / max_deviation, remaining / max_deviation)
-    unseen = [vectors[:, k] / size for k in np.flatnonzero(~seen)]
+    unobservable = [vectors[:, k] / size for k in np.flatnonzero(~observable)]
     directions = []
     lost = np.zeros(len(names), dtype=bool)
-    for vector in unseen:
+    for vector in unobservable:
         vector = vector / np.linalg.norm(vector)
         lost |= np.abs(vector) > 0.01
         directions.append(Direction(_involved(vector, names), math.inf))
@@ -142,14 +142,14 @@ def covariance(
 
 
 def _involved(vector: Array, names: Sequence[str]) -> tuple[str, ...]:
-    """Names of what a direction consists of, the largest part first."""
+    """Return the parameters of a direction, the largest component first."""
     size = np.abs(vector) / np.linalg.norm(vector)
     order = [int(k) for k in np.argsort(size)[::-1] if size[k] >= INVOLVED]
     return tuple(names[k] for k in order)
 
 
 def long_run(scores: Sequence[Array]) -> Array:
-    """The long-run variance of sums of scores, shape (p, p): Newey-West, each stretch for itself."""
+    """Compute the long-run variance of sums of scores, shape (p, p): Newey-West, each stretch by itself."""
     p = scores[0].shape[1]
     total = np.zeros((p, p))
     for part in scores:
@@ -163,7 +163,7 @@ def long_run(scores: Sequence[Array]) -> Array:
 
 
 def bandwidth(scores: Array) -> int:
-    """Andrews' automatic bandwidth of Bartlett's window, from autoregressions of the scores, shape (k, p)."""
+    """Compute Andrews' automatic bandwidth of Bartlett's window, from autoregressions of the scores, shape (k, p)."""
     count = len(scores)
     above = below = 0.0
     for column in scores.T:

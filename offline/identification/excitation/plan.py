@@ -24,25 +24,25 @@ from tendond.schemas.messages import ControlAction
 Array = NDArray[np.float64]
 
 SAG = 0.25
-"""Deflection by the proposed mass, relative to the rod's length: well visible, and far from a fold."""
+"""Deflection by the proposed mass, relative to the rod's length: clearly measurable, and well below a fold."""
 
 SPEED = 0.7
-"""Of the displacement's rate that a reference asks for: the rest is for the law."""
+"""Fraction of the displacement rate that a reference uses: the rest is for the law."""
 
 FASTEST = 0.2
-"""[m/s] Of a tendon, whatever the limits allow."""
+"""Maximum speed of a tendon [m/s], whatever the limits allow."""
 
 RANGE = 0.9
-"""Of the displacement's and half of the tension's range."""
+"""Fraction of the displacement range that is used."""
 
 TENSION = 0.6
 """Maximum fraction of the tension range that the resting model may need."""
 
 MAX_ACROSS_ANGLE = 1.75
-"""[rad] Of the tip: beyond it the path is long and adds no information."""
+"""Maximum angle of the tip [rad]: beyond it the path is long and adds no information."""
 
 SAMPLE = 0.05
-"""[s] Between the samples of a reference."""
+"""Time between the samples of a reference [s]."""
 
 SWAY_SECONDS = 1.2
 REST_SECONDS = 0.6
@@ -50,16 +50,16 @@ KINDS = ("sway", "steps", "chirp")
 
 
 class PlanError(DaemonError):
-    """A rig that cannot be excited within its limits."""
+    """Error of a rig that cannot be excited within its limits."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """One of the operator's.
+    """A request of the operator.
 
     Attributes:
-        time: since the plan's beginning [s].
-        action: what is asked for; reference: with it, where it is another reference.
+        time: time since the plan's beginning [s].
+        action: the action. reference: the new reference, where the action is one.
     """
 
     time: float
@@ -69,12 +69,12 @@ class Request:
 
 @dataclass(frozen=True)
 class IdentificationPlan:
-    """What to do, in the order of time.
+    """Requests to make, in order of time.
 
     Attributes:
-        requests: of the operator.
-        duration: [s].
-        parts: in words, with their time [s].
+        requests: the operator's requests.
+        duration: total time [s].
+        parts: descriptions of the parts, with their time [s].
     """
 
     requests: tuple[Request, ...]
@@ -84,11 +84,12 @@ class IdentificationPlan:
 
 @dataclass(frozen=True)
 class EquilibriumPath:
-    """Where the tip may go: resting tips, and the displacement of the agonist there.
+    """Path of resting tips within the limits, and the displacement of the agonist along it.
 
     Attributes:
-        curve: of resting tips.
-        arc: [m]; displacement: of the agonist there [m]; shapes (k,), both increasing, from the pretension on.
+        curve: curve of resting tips.
+        arc: arc length [m]. displacement: the agonist's displacement [m]. Both of shape (k,), increasing from the
+            pretension on.
     """
 
     curve: StaticCurve
@@ -102,10 +103,10 @@ class EquilibriumPath:
 
 
 def path_of(config: RigConfig) -> EquilibriumPath:
-    """Where the plan may take the tip.
+    """Find the path within the limits that a plan may use.
 
     Raises:
-        PlanError: hardly anywhere.
+        PlanError: the limits leave no room to move.
     """
     rod = rod_from_section(config.rod, config.loop.period)
     control, limits = config.control, config.limits
@@ -141,11 +142,11 @@ def path_of(config: RigConfig) -> EquilibriumPath:
 
 
 def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.0) -> IdentificationPlan:
-    """A plan for a rig.
+    """Propose a plan for a rig.
 
     Args:
-        config: of the rig.
-        kinds: of `KINDS`, in their order.
+        config: the rig's configuration.
+        kinds: kinds of motion, from `KINDS`, in their order.
         reach: fraction of the path that the limits allow, in (0, 1].
 
     Raises:
@@ -184,7 +185,7 @@ def _motions(kinds: tuple[str, ...], low: float, span: float, rate: float) -> It
             for part in (0.6, 1.0, 0.8):
                 goal = low + part * span
                 yield (
-                    f"free sway: to {goal * 1e3:.1f} mm of tendon, hold, let go",
+                    f"free sway: to {goal * 1e3:.1f} mm of tendon, hold, release",
                     np.concatenate([_ramp(low, goal, rate), np.full(round(0.4 / SAMPLE), goal)]),
                     SWAY_SECONDS,
                 )

@@ -1,4 +1,4 @@
-"""What is wrong with recordings, found and named before anything is fitted to them."""
+"""Checks of recordings before anything is fitted to them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,47 +6,47 @@ from typing import Literal
 
 import numpy as np
 
-from tendond.offline.identification.data import Recording
 from tendond.offline.identification.parameters import nominal
-from tendond.offline.identification.simulate import Drive, Simulation, SimulationError
+from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.simulation.simulate import Drive, Simulation, SimulationError
 
 MIN_MOTION = 0.01
-"""Of the rod's length, that the tip must travel, and fifty times the poses' noise."""
+"""Minimum travel of the tip, as a fraction of the rod's length; and fifty times the poses' noise."""
 
 MIN_SECONDS = 2.0
 HIDDEN = 0.5
-"""Part of the cycles without a pose, from which on a log is refused; a tenth of it is worth a word."""
+"""Fraction of the cycles without a pose above which a log is refused; a tenth of it is a warning."""
 
 LIMITED = 0.7
-"""Part of the armed cycles with the command at a limit, from which on it is worth a word."""
+"""Fraction of the armed cycles with the command at a limit above which there is a warning."""
 
 STANDING = 0.3
-"""Part of the armed cycles with a tendon at the end of its range, from which on a log is refused."""
+"""Fraction of the pulling cycles with a tendon at the end of its range above which a log is refused."""
 
 FOLLOWING = 0.01
-"""[m] Between command and report in the median of moving cycles, from which on a servo does not follow."""
+"""Median difference of command and report over the moving cycles [m] above which a servo does not follow."""
 
 PULLED = 0.002
-"""[m] Of travel, that makes a tendon one that moves."""
+"""Travel [m] above which a tendon counts as moving."""
 
 REST_APART = 0.3
-"""Of the rod's length, between the measured rest and the model's, from which on it is another rig: 30 g on the tip that
-nobody knows of lower the paper's by 0.13."""
+"""Distance of the measured rest from the model's, as a fraction of the rod's length, above which it is another rig: an
+unknown 30 g on the tip lower the paper's tip by 0.13."""
 
 ALONG = 0.3
-"""Correlation of measured and modelled motion, below which directions or tendons do not fit."""
+"""Correlation of measured and modelled motion below which directions or tendons do not match."""
 
 MISSED = 0.02
-"""Part of the deadlines."""
+"""Fraction of missed deadlines above which there is a warning."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong.
+    """A problem in a recording.
 
     Attributes:
-        level: error: the log cannot be fitted to; warning: it can, and one should know.
-        name: in a word or two. text: of which log, how much, and what to do; one line.
+        level: error: the log cannot be used; warning: it can.
+        name: name in a word or two. text: log, amount and remedy, in one line.
     """
 
     level: Literal["error", "warning"]
@@ -55,7 +55,7 @@ class Finding:
 
 
 def check(recordings: Sequence[Recording], drive: Drive) -> list[Finding]:
-    """Everything that is wrong with recordings that are to be fitted together."""
+    """List all problems of recordings that are to be fitted together."""
     found = [finding for recording in recordings for finding in _alone(recording, drive)]
     first = recordings[0]
     for other in recordings[1:]:
@@ -64,7 +64,7 @@ def check(recordings: Sequence[Recording], drive: Drive) -> list[Finding]:
 
 
 def _alone(recording: Recording, drive: Drive) -> list[Finding]:
-    """Of one recording."""
+    """List the problems of one recording."""
     path = recording.path
     found: list[Finding] = []
 
@@ -78,7 +78,7 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
         say("error", "too short", f"{recording.duration:.1f} s from rest to end; record {MIN_SECONDS:g} s or more")
     hidden = recording.hidden / recording.cycles
     if hidden > HIDDEN:
-        say("error", "occlusions", f"no usable pose in {hidden:.0%} of the cycles; mend markers and cameras")
+        say("error", "occlusions", f"no usable pose in {hidden:.0%} of the cycles; fix markers and cameras")
     elif hidden > 0.1 * HIDDEN:
         say("warning", "occlusions", f"no usable pose in {hidden:.0%} of the cycles; these are left out")
     if recording.missed > MISSED * recording.cycles:
@@ -101,7 +101,7 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
 
 
 def _tendons(recording: Recording) -> list[Finding]:
-    """Which tendons move, and whether they follow their commands."""
+    """Check that tendons move, and follow their commands."""
     found = []
     armed, path = recording.armed, recording.path
     travel = np.ptp(recording.command[armed], axis=0) if np.any(armed) else np.zeros(recording.command.shape[1])
@@ -114,7 +114,7 @@ def _tendons(recording: Recording) -> list[Finding]:
         found.append(Finding("error", "no tendon pulled", text))
     elif len(pulling) == 1:
         text = (
-            f"{path}: one tendon only: tendon {pulling[0]} alone pulls; what is found holds for its side, and for the "
+            f"{path}: one tendon only: tendon {pulling[0]} alone pulls; the result holds for its side, and for the "
             "others as far as they are alike"
         )
         found.append(Finding("warning", "one tendon only", text))
@@ -123,7 +123,7 @@ def _tendons(recording: Recording) -> list[Finding]:
     standing = float(np.mean(np.any(ends[pulled], axis=1))) if np.any(pulled) else 0.0
     if standing > STANDING:
         text = f"{path}: saturated: a tendon stands at the end of its range in {standing:.0%} of the pulling cycles"
-        found.append(Finding("error", "saturated", f"{text}; go less far, or widen limits.displacement"))
+        found.append(Finding("error", "saturated", f"{text}; reduce the range, or widen limits.displacement"))
     elif recording.limited > LIMITED:
         text = f"{path}: saturated: the command stood at a limit in {recording.limited:.0%} of the armed cycles"
         found.append(Finding("warning", "saturated", f"{text}; slower references say more"))
@@ -143,7 +143,7 @@ def _tendons(recording: Recording) -> list[Finding]:
 
 
 def _like_the_model(recording: Recording, drive: Drive) -> list[Finding]:
-    """Whether it is this rig at all: where the arm rests, and whether it goes where the model goes."""
+    """Check that it is this rig: its rest and its motion are similar to the model's."""
     path, length = recording.path, recording.config.rod.length
     values = nominal(recording.config)
     simulation = Simulation(recording, drive)
@@ -151,20 +151,20 @@ def _like_the_model(recording: Recording, drive: Drive) -> list[Finding]:
         motion = simulation.motion(values)
     except SimulationError as error:
         return [Finding("error", "no solution", f"{error}: the configuration's parameters are no start for a fit")]
-    seen = simulation.seen(motion, values["delay"])
-    apart = float(np.linalg.norm(recording.position[:10].mean(axis=0) - seen[:10].mean(axis=0)))
+    predicted = simulation.predicted_poses(motion, values["delay"])
+    apart = float(np.linalg.norm(recording.position[:10].mean(axis=0) - predicted[:10].mean(axis=0)))
     if apart > REST_APART * length:
         text = (
-            f"{path}: wrong rig: the tip rests {apart * 1e3:.0f} mm from where this configuration's rod would; mend "
-            "rod.length, rod.gravity or the base's frame, or tell of a weight with --weight"
+            f"{path}: wrong rig: the tip rests {apart * 1e3:.0f} mm from where this configuration's rod would; fix "
+            "rod.length, rod.gravity or the base's frame, or give the weight with --weight"
         )
         return [Finding("error", "wrong rig", text)]
-    ours, theirs = seen - seen.mean(axis=0), recording.position - recording.position.mean(axis=0)
+    ours, theirs = predicted - predicted.mean(axis=0), recording.position - recording.position.mean(axis=0)
     size = float(np.linalg.norm(ours) * np.linalg.norm(theirs))
     along = float(np.sum(ours * theirs)) / size if size > 0.0 else 0.0
     if along < ALONG:
         text = (
-            f"{path}: wrong rig: the tip does not go where the model goes (correlation {along:.2f}); mend the tendons' "
+            f"{path}: wrong rig: the tip does not go where the model goes (correlation {along:.2f}); fix the tendons' "
             "order, rod.tendon_positions or the base's axes"
         )
         return [Finding("error", "wrong rig", text)]
@@ -172,12 +172,12 @@ def _like_the_model(recording: Recording, drive: Drive) -> list[Finding]:
 
 
 def _together(first: Recording, other: Recording) -> list[Finding]:
-    """Whether two recordings are of one rig."""
+    """Check that two recordings are of one rig."""
     found = []
     if first.config.rig.name != other.config.rig.name:
         text = (
             f"{other.path}: wrong rig: is of rig '{other.config.rig.name}', {first.path.name} of "
-            f"'{first.config.rig.name}'; fit each rig for itself"
+            f"'{first.config.rig.name}'; fit each rig separately"
         )
         found.append(Finding("error", "wrong rig", text))
     for key in ("length", "radius", "tendon_positions", "gravity"):
@@ -196,5 +196,5 @@ def _together(first: Recording, other: Recording) -> list[Finding]:
 
 
 def errors(findings: Sequence[Finding]) -> list[Finding]:
-    """Those for which there is no fit."""
+    """Select the findings that rule out a fit."""
     return [finding for finding in findings if finding.level == "error"]

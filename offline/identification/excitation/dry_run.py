@@ -1,4 +1,4 @@
-"""A plan carried out in lockstep with the simulator: to see that it is safe, and for logs whose truth is known."""
+"""Dry run of a plan in lockstep with the simulator: to check that it is safe, and for logs whose truth is known."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
-from tendond.offline.identification.plan import IdentificationPlan, PlanError
+from tendond.offline.identification.excitation.plan import IdentificationPlan, PlanError
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.simulator import Weight
 from tendond.schemas.messages import Mode
@@ -23,13 +23,13 @@ EPOCH_NS = 1_000_000_000
 
 @dataclass(frozen=True)
 class DryRun:
-    """What a plan came to.
+    """Result of a dry run.
 
     Attributes:
         tension: maximum command [N]. displacement: maximum command [m].
-        speed: maximum, of the tip [m/s].
-        limited: part of the armed cycles in which the command stood at a limit.
-        tip: of the plant in each cycle [m], shape (cycles, 3).
+        speed: maximum speed of the tip [m/s].
+        limited: fraction of the armed cycles with the command at a limit.
+        tip: the plant's tip in each cycle [m], shape (cycles, 3).
     """
 
     tension: float
@@ -45,13 +45,13 @@ def dry_run(
     """Carry out a plan on the simulator of a configuration.
 
     Args:
-        config: of controller and simulator.
-        plan: what to do.
-        log: to write, a new file; none: none.
-        notes: for the log's metadata.
+        config: configuration of controller and simulator.
+        plan: the plan.
+        log: log to write, a new file; none: no log.
+        notes: additional metadata of the log.
 
     Raises:
-        PlanError: a request was refused, or it ended in a fault.
+        PlanError: a request was refused, or the plan ended in a fault.
         RecorderError: the log cannot be written.
     """
     period = config.loop.period
@@ -91,7 +91,7 @@ def dry_run(
         if run_log is not None:
             run_log.__exit__()
     if run_log is not None and (run_log.error or run_log.dropped):
-        raise PlanError(f"the log is not whole: {run_log.summary}")
+        raise PlanError(f"the log is incomplete: {run_log.summary}")
     n = len(commands[0]) // 2
     peak = np.max(np.array(commands), axis=0)
     return DryRun(

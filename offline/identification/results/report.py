@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from tendond.offline.files import write_whole
-from tendond.offline.identification.identify import Identification
-from tendond.offline.identification.parameter_file import free_name, parameter_file
+from tendond.offline.identification.results.parameter_file import free_name, parameter_file
+from tendond.offline.identification.results.result import Identification
 
 MISSING = 2.0
 """Ratio of residuals to the poses' noise above which the report warns of a deficient model."""
@@ -79,12 +79,16 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
         yield "## What these data do not tell apart"
         yield ""
         for direction in result.first.unidentifiable:
-            size = "not seen at all" if math.isinf(direction.deviation) else f"{direction.deviation:.1f} times too wide"
+            size = (
+                "not visible in the data"
+                if math.isinf(direction.deviation)
+                else f"{direction.deviation:.1f} times too wide"
+            )
             yield f"- {', '.join(direction.names)}: {size}"
         yield ""
     yield "## Model and measured tip"
     yield ""
-    yield "Distance, root mean square and largest [mm]; a log that was not used is the test."
+    yield "Distance, root mean square and largest [mm]; a log that was not used tests the result."
     yield ""
     yield "| log | used | configuration | identified |"
     yield "| --- | --- | --- | --- |"
@@ -173,14 +177,14 @@ def write_results(result: Identification, out: Path, now: datetime) -> Written:
     """Write parameter file, report, numbers and figures.
 
     Args:
-        result: of the identification.
-        out: folder, made if missing.
-        now: in the name of the parameter file.
+        result: the identification.
+        out: folder, created if missing.
+        now: the date in the parameter file's name.
 
     Raises:
         OSError: a file cannot be written.
     """
-    from tendond.offline.identification.figure import draw
+    from tendond.offline.identification.results.figure import draw
 
     out.mkdir(parents=True, exist_ok=True)
     path = free_name(out, now)

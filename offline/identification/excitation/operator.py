@@ -12,8 +12,8 @@ from rich.progress import Progress
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
 from tendond.daemon.errors import DaemonError, UsageError
-from tendond.offline.identification.data import WEIGHT_NOTE
-from tendond.offline.identification.plan import IdentificationPlan, Request
+from tendond.offline.identification.excitation.plan import IdentificationPlan, Request
+from tendond.offline.identification.recordings.weights import WEIGHT_NOTE
 from tendond.offline.processes import (
     END_SECONDS,
     POLL_SECONDS,
@@ -41,11 +41,11 @@ def record_plan(
     """Start a controller, carry out the plan, and end the controller.
 
     Args:
-        config: of the rig.
-        config_file: it is from; none: the built-in one.
-        plan: to carry out.
-        log: new MCAP file.
-        weight: fixed to the tip [kg], for the log's metadata.
+        config: the rig's configuration.
+        config_file: its file; none: the built-in configuration.
+        plan: the plan to carry out.
+        log: MCAP file to create.
+        weight: mass fixed to the tip [kg], for the log's metadata.
         say: prints a line for people.
 
     Raises:
@@ -71,7 +71,7 @@ def refuse_another_controller(config: RigConfig) -> None:
     """Check that no controller is running: the plan must not reach one that writes another log.
 
     Raises:
-        UsageError: one is.
+        UsageError: a controller is running.
     """
     try:
         with open_client(config.bus.endpoint, 0.0):
@@ -85,8 +85,8 @@ class _Operator:
     """Operator who makes the plan's requests.
 
     Args:
-        config: of the rig.
-        session: to the controller.
+        config: the rig's configuration.
+        session: session with the controller.
         controller: its process.
         say: prints a line for people.
     """
@@ -138,7 +138,7 @@ class _Operator:
             time.sleep(POLL_SECONDS)
 
     def _sees_the_tip(self) -> bool:
-        """Whether there is a pose; a controller that is still starting does not answer."""
+        """Check for a pose; a controller that is still starting does not reply."""
         try:
             return self._status().tip is not None
         except BusError:

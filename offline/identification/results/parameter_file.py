@@ -1,23 +1,23 @@
-"""The parameter file: TOML that a rig's configuration can include, dated, with the errors beside the values."""
+"""The parameter file: dated TOML that a rig's configuration can include, with errors beside the values."""
 
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
 from tendond import __version__
-from tendond.offline.identification.identify import Found, Identification
+from tendond.offline.identification.results.result import Found, Identification
 from tendond.schemas.config.rig import parse_config
 
 DIGITS = 6
 
 
 def file_name(now: datetime) -> str:
-    """Of a file of that day."""
+    """Return the name of a file of that day."""
     return f"identified-{now:%Y-%m-%d}.toml"
 
 
 def free_name(folder: Path, now: datetime) -> Path:
-    """A file of that day that is not there yet: an earlier result stays."""
+    """Find a name for a file of that day that does not exist yet: earlier results are kept."""
     path = folder / file_name(now)
     count = 1
     while path.exists():
@@ -27,11 +27,11 @@ def free_name(folder: Path, now: datetime) -> Path:
 
 
 def parameter_file(result: Identification, now: datetime) -> str:
-    """The file's text; it has been read as a configuration.
+    """Write the file's text, and check it as a configuration.
 
     Args:
-        result: of an identification.
-        now: its date.
+        result: the identification.
+        now: the date.
 
     Raises:
         ConfigError: values that no configuration can have.
@@ -48,7 +48,7 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
     yield f"# From {', '.join(recorded.name for recorded in used)}."
     yield f"# Residuals {result.rms * 1e3:.3f} mm in each coordinate; the poses' noise is {result.noise * 1e3:.3f} mm."
     yield f"# The scale of force is fixed by {_wrapped(result.scale)}."
-    yield "# A configuration takes this file in with a line before its first table, and may overrule it:"
+    yield "# To include this file, add a line before a configuration's first table; its own keys take precedence:"
     yield f'#     include = ["{file_name(now)}"]'
     for section in ("rod", "observer", "servo"):
         lines = [
@@ -75,10 +75,10 @@ def _wrapped(text: str) -> str:
 
 
 def _value(result: Identification, found: Found) -> Iterator[str]:
-    """A line for a parameter: the key, or why there is none."""
+    """Write a parameter's line: the key, or why there is none."""
     parameter = found.parameter
     if not found.found:
-        yield f"# {parameter.name} is not found: {found.why}"
+        yield f"# {parameter.name} was not identified: {found.why}"
         return
     known = f"+- {found.error:.2g} {parameter.unit}"
     if parameter.name == "spool":
@@ -86,7 +86,7 @@ def _value(result: Identification, found: Found) -> Iterator[str]:
         if servo is None:
             yield f"# spool: true displacement is {found.value:.5f} {known} of what is reported"
             return
-        yield f"# {found.value:.5f} {known} of the radius so far; a calibration file goes before it: servo calibrate"
+        yield f"# {found.value:.5f} {known} of the configured radius; a file of servo calibrate takes precedence"
         yield f"{parameter.key} = {servo.spool_radius * found.value:.{DIGITS}g}"
         return
     if not parameter.key:

@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendond.offline.identification.identify import Identification
 from tendond.offline.identification.parameters import nominal
-from tendond.offline.identification.simulate import Simulation
+from tendond.offline.identification.results.result import Identification
+from tendond.offline.identification.simulation.simulate import Simulation
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
 LAGS = 1.0
-"""[s] Of the autocorrelation."""
+"""Maximum lag of the autocorrelation [s]."""
 
 
 def draw(result: Identification, folder: Path) -> list[Path]:
-    """Draw the residuals of all recordings, and how they hang together; into `folder`, which is there."""
+    """Draw the residuals of all recordings, and their autocorrelation, into the existing `folder`."""
     with style():
         return [
             save(_residuals(result), folder / "residuals.png"),
@@ -50,12 +50,12 @@ def _residuals(result: Identification) -> Figure:
 
 
 def _apart(simulation: Simulation, values: dict[str, float]) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64]]":
-    seen = simulation.seen(simulation.motion(values), values["delay"])
-    return np.asarray(np.linalg.norm(seen - simulation.recording.position, axis=1))
+    predicted = simulation.predicted_poses(simulation.motion(values), values["delay"])
+    return np.asarray(np.linalg.norm(predicted - simulation.recording.position, axis=1))
 
 
 def _whiteness(result: Identification) -> Figure:
-    """What is left: autocorrelation, and distribution beside that of the noise."""
+    """Draw the residuals' autocorrelation, and their distribution beside that of the noise."""
     figure = Figure((10.0, 3.2), layout="constrained")
     correlation, distribution = figure.subplots(1, 2)
     for simulation, blocks in zip(result.simulations, result.fit.residuals, strict=True):

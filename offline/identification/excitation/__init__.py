@@ -1,0 +1,1 @@
+"""Safe excitation of a rig: the plan, its dry run in lockstep, and its recording on the rig."""

@@ -1,0 +1,1 @@
+"""Proof on simulated rigs whose parameters are known."""

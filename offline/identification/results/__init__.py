@@ -1,0 +1,1 @@
+"""Results of an identification: report, parameter file, figures."""

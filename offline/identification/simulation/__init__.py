@@ -1,0 +1,1 @@
+"""The displacement-driven rod through a recording, with any parameters."""

@@ -16,7 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tendond.cli.common import load_config
-from tendond.offline.logs.log import LogError, load
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.log import load
 from tendond.schemas.base import Schema
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.reference import ReferenceSection

@@ -122,7 +122,8 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
     Raises:
         LogError: the log cannot be used. DaemonError: the folder cannot be written.
     """
-    from tendond.offline.logs.log import LogError, load
+    from tendond.offline.logs.container import LogError
+    from tendond.offline.logs.log import load
 
     log = load(file)
     out = out or file.with_name(f"{file.stem}-plots")

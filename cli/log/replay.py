@@ -9,7 +9,7 @@ from rich.table import Table
 
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.logs.ticks import shown
 from tendond.offline.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.offline.replay.rerun import ReplayOutcome, rerun

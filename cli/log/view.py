@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tendond.cli.common import load_config, say
 from tendond.daemon.recording.channels import CHANNELS
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.viewer.play import check_playable, play
 from tendond.offline.viewer.relay import LIVE, relay
 from tendond.offline.viewer.server import Server

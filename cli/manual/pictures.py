@@ -11,7 +11,7 @@ from rich.console import Console
 from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, BusSnapshot
 from tendond.cli.watch.screen import frame
 from tendond.daemon.recording.channels import CYCLE, STATUS
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.schemas.messages import Mode, Status
 from tendond.schemas.record import CycleRecord
 

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import initial_state
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.offline import record_lockstep
 from tendond.offline.replay.rerun import inputs_of, recorded_setup, rerun
 from tendond.offline.replay.segments import Gaps, segments

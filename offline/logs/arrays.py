@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.recording.channels import CYCLE, TIMING, TRUTH
-from tendond.offline.logs.log import Run, no_cycles, open_run
+from tendond.offline.logs.run import Run, no_cycles, open_run
 from tendond.offline.logs.units import column_name, components, unit_of
 from tendond.schemas.base import SCHEMA_VERSION
 from tendond.schemas.config.rig import RigConfig

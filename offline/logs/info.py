@@ -9,7 +9,7 @@ from mcap.records import Channel, Footer, Message
 
 from tendond.daemon.recording.channels import CYCLE, STATE, TIMING
 from tendond.offline.logs.container import Damage, records
-from tendond.offline.logs.log import Run, no_cycles, open_run
+from tendond.offline.logs.run import Run, no_cycles, open_run
 from tendond.offline.logs.ticks import left_out_before
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord, LoopTiming

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.model.rod.static_curve import StaticCurve
-from tendond.offline.logs.log import LogError, LogFile
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.log import LogFile
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode
@@ -86,7 +87,7 @@ class Metrics:
         iae_mm_s: integral of the distance between tip and reference in the plane [mm s].
         ripple_mm: standard deviation of the tip in the plane over the last 40 samples [mm].
         tendon_rate_mm_s: root mean square of the rate of all commanded displacements [mm/s]: wear of the motors.
-        peak_tension_n: largest commanded tension [N]. least_tension_n: smallest [N].
+        peak_tension_n: largest commanded tension [N]. min_tension_n: smallest [N].
     """
 
     tpl_mm: float
@@ -103,7 +104,7 @@ class Metrics:
     ripple_mm: float
     tendon_rate_mm_s: float
     peak_tension_n: float
-    least_tension_n: float
+    min_tension_n: float
 
 
 def tracking(log: LogFile) -> Tracking:
@@ -185,7 +186,7 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
         ripple_mm=1000.0 * float(np.linalg.norm(plane[-RIPPLE_SAMPLES:].std(axis=0))),
         tendon_rate_mm_s=1000.0 * float(np.sqrt(np.mean(rates**2))),
         peak_tension_n=float(run.tension.max()),
-        least_tension_n=float(run.tension.min()),
+        min_tension_n=float(run.tension.min()),
     )
 
 

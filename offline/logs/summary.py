@@ -25,7 +25,7 @@ LABELS = {
     "path_mm": ("distance travelled by the tip", "mm"),
     "tendon_rate_mm_s": ("tendons' rate, root mean square", "mm/s"),
     "peak_tension_n": ("largest tension", "N"),
-    "least_tension_n": ("smallest tension", "N"),
+    "min_tension_n": ("smallest tension", "N"),
     "final_tip_m": ("tip at the end", "m"),
     "final_displacement_m": ("agonist's displacement at the end", "m"),
     "cycles": ("cycles", ""),

@@ -1,25 +1,23 @@
-"""Paragraphs of the page about the runs, from which each takes its facts."""
+"""Paragraphs of the page about the runs, with their numbers."""
 
 import numpy as np
 
-from tendond.daemon.control.laws import select_law
-from tendond.model.estimation.observer import NOISE_FLOOR
+from tendond.offline.paper.facts import deviation, gains, tpl
 from tendond.offline.paper.lyapunov import along_share, find_rises
-from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
-from tendond.offline.paper.run import PaperRun, Runs
-from tendond.offline.paper.scenarios import DISTURBANCE, DISTURBANCE_CYCLES, DISTURBED_AT, EDGE, HUNG_AT, RIG, WEIGHTS_G
-from tendond.schemas.config.servo import NO_LOAD_SPEED, ServoSection
+from tendond.offline.paper.published import LAWS, SIMULATION
+from tendond.offline.paper.rig_account import rig_load_paragraphs, rig_paragraphs
+from tendond.offline.paper.run import Runs
+from tendond.offline.paper.scenarios import DISTURBANCE, DISTURBANCE_CYCLES, DISTURBED_AT, EDGE, HUNG_AT, WEIGHTS_G
 
 BACK, SLIDE = LAWS
+
 
 FOUND = 0.1
 """An estimated force within this part of the true one has converged."""
 
+
 ALIKE = 0.02
 """Path lengths that differ by less than this part count as equal."""
-
-WINDOW = 50
-"""Iteration from which on impacts are evaluated: the arm has arrived."""
 
 
 def account(runs: Runs, topic: str) -> str:
@@ -28,7 +26,7 @@ def account(runs: Runs, topic: str) -> str:
 
 
 def _edge(runs: Runs) -> list[str]:
-    halves = {law: (_tpl(runs["normal_edge", law], 100), runs["normal_edge", law].metrics.tpl_mm) for law in LAWS}
+    halves = {law: (tpl(runs["normal_edge", law], 100), runs["normal_edge", law].metrics.tpl_mm) for law in LAWS}
     count = len(runs["normal_edge", SLIDE].tip)
     near = {law: [run.metrics for (name, one), run in runs.items() if one == law and name.startswith("edge_near")]
             for law in LAWS}  # fmt: skip
@@ -76,8 +74,8 @@ def _contrast(runs: Runs) -> list[str]:
         {law: runs[name, law].metrics.tpl_mm for law in LAWS}
         for name in ("normal", "normal_edge", "normal_edge_exchanged")
     )
-    gains = {law: _gains(runs["normal", law]) for law in LAWS}
-    kp, kd = (gains[SLIDE][i] / gains[BACK][i] for i in (0, 1))
+    found = {law: gains(runs["normal", law]) for law in LAWS}
+    kp, kd = (found[SLIDE][i] / found[BACK][i] for i in (0, 1))
     ratio = same[SLIDE] / same[BACK]
     return [
         f"With the same information the two laws are {'equally' if abs(ratio - 1.0) < ALIKE else 'not equally'} "
@@ -85,11 +83,11 @@ def _contrast(runs: Runs) -> list[str]:
         f"TPL {same[BACK]:.1f} mm and {same[SLIDE]:.1f} mm, {ratio:.3f} times. Both are one control law, acceleration "
         "= "
         "kp error + kd error rate (sliding mode adds epsilon sgn S, "
-        f"{_gains(runs['normal', SLIDE])[3]:g} m/s², as much as "
-        f"{1e6 * _gains(runs['normal', SLIDE])[3] / gains[SLIDE][0]:.1g} "
+        f"{gains(runs['normal', SLIDE])[3]:g} m/s², as much as "
+        f"{1e6 * gains(runs['normal', SLIDE])[3] / found[SLIDE][0]:.1g} "
         "um of error), and nothing but the gains differs: "
-        f"kp = {gains[BACK][0]:.0f} and {gains[SLIDE][0]:.0f} /s², kd = {gains[BACK][1]:.1f} and "
-        f"{gains[SLIDE][1]:.1f} /s: "
+        f"kp = {found[BACK][0]:.0f} and {found[SLIDE][0]:.0f} /s², kd = {found[BACK][1]:.1f} and "
+        f"{found[SLIDE][1]:.1f} /s: "
         f"sliding mode's are {kp:.2f} and {kd:.2f} times as high.",
         "The difference appears near the stability limit, with measured differences, which are half a cycle "
         "old, "
@@ -146,7 +144,7 @@ def _loads(runs: Runs) -> list[str]:
         f"of rank 1, cannot compensate it: {'; '.join(rests)}, both laws alike."
     )
     reach = {
-        (suffix, law): _deviation(runs[f"disturbance{suffix}", law], DISTURBED_AT)
+        (suffix, law): deviation(runs[f"disturbance{suffix}", law], DISTURBED_AT)
         for suffix in ("", "_edge")
         for law in LAWS
     }
@@ -167,58 +165,6 @@ def _loads(runs: Runs) -> list[str]:
             "run."
         )
     return lines
-
-
-def _rig(runs: Runs) -> list[str]:
-    run = runs["rig_normal", BACK]
-    config, simulator = run.scenario.config, run.scenario.config.simulator
-    period = config.loop.period
-    rise = EXPERIMENT[BACK].rise_iterations
-    pulled = float(run.displacement[rise] - run.displacement[0])
-    speed = pulled / (rise * period)
-    servo = ServoSection()
-    able = NO_LOAD_SPEED * servo.spool_radius
-    rod = RIG["simulator"]["rod"]
-    plant, model = simulator.rod, config.rod
-    return [
-        "'Ours' is not a rig but a simulated plant that differs from the controller's model as a rig would. "
-        f"Tendons are strings of {rod['tendon_stiffness']:.3g} N/m (the model has {model.tendon_stiffness:.3g}) pulled "
-        "by "
-        f"servos with {1e3 * simulator.servo.lag:g} ms of lag, {1e3 * simulator.servo.backlash:g} mm of backlash and "
-        "steps "
-        f"of {1e6 * simulator.servo.resolution:g} um; poses are {1e3 * simulator.mocap.latency:g} ms old with "
-        f"{1e3 * simulator.mocap.noise:g} mm of noise; the rod has E x "
-        f"{plant.youngs_modulus / model.youngs_modulus:.2f}, "
-        f"rho x {plant.density / model.density:.2f}, Bbt x {plant.bending_damping[0] / model.bending_damping[0]:.2f}. "
-        "The "
-        "controller is configured with delay and lag. Its scheme is the converged one, so z is that of a real rod.",
-        f"The servos have no rate limit here, because the paper's numbers do not allow one: to rise in {rise} "
-        "iterations "
-        "our "
-        f"run pulls {1e3 * pulled:.0f} mm, at {1e3 * period:g} ms an iteration {speed:.2f} m/s. An XL430-W250-T turns "
-        "at "
-        f"{NO_LOAD_SPEED * 60 / (2 * np.pi):.0f} rpm maximum, {able:.3f} m/s on a spool of "
-        f"{1e3 * servo.spool_radius:g} mm. "
-        f"Either the experiment's iterations lasted {1e3 * pulled / (rise * able):.0f} ms or more, or its spools had a "
-        f"radius of {1e3 * speed / NO_LOAD_SPEED:.0f} mm or more; the paper gives neither.",
-        f"The steady-state error is {_mean_error(run, 100, 120):.2f} mm at iteration 100 and "
-        f"{_mean_error(run, -20, None):.2f} mm at the end: the observer treats innovations below "
-        f"{1e3 * NOISE_FLOOR * config.rod.length:.2g} mm mostly as noise and corrects them slowly.",
-    ]
-
-
-def _rig_loads(runs: Runs) -> list[str]:
-    start = WINDOW
-    name = "rig_impacts"
-    far = {law: _deviation(runs[name, law], start) for law in LAWS}
-    rms = {law: float(np.sqrt(np.mean(np.sum((_off(runs[name, law])[start:]) ** 2, axis=1)))) * 1e3 for law in LAWS}
-    return [
-        f"The impacts move the tip by up to {far[BACK]:.0f} mm (backstepping) and {far[SLIDE]:.0f} mm (sliding mode), "
-        f"{rms[BACK]:.1f} and {rms[SLIDE]:.1f} mm RMS from iteration {start} on: sliding mode deviates "
-        f"{rms[SLIDE] / rms[BACK]:.2f} times as much. In the paper it also deviates more. A weight on a string keeps "
-        "swinging "
-        "when the arm has come to rest; the remaining motion is the pendulum's.",
-    ]
 
 
 def _lyapunov(runs: Runs) -> list[str]:
@@ -246,7 +192,7 @@ def _lyapunov(runs: Runs) -> list[str]:
         "lie across the tip's axis, so that the part of V along the axis follows the rod's shape alone; and the "
         "sampling: "
         "at 100 Hz alpha1 dt and c dt are "
-        f"{_gains(runs['normal', BACK])[2]:.0f} and {_gains(runs['normal', SLIDE])[2]:.0f}, far beyond what a held "
+        f"{gains(runs['normal', BACK])[2]:.0f} and {gains(runs['normal', SLIDE])[2]:.0f}, far beyond what a held "
         "command "
         "can follow; V decreases only because the model's velocity and acceleration include the command just applied. "
         "With measured velocity and a wrong model it does not decrease monotonically.",
@@ -259,45 +205,13 @@ def _lyapunov(runs: Runs) -> list[str]:
     ]
 
 
-def _tpl(run: PaperRun, count: int) -> float:
-    """Total path length of x over the first iterations [mm]."""
-    return 1e3 * float(np.abs(np.diff(run.tip[: count + 1, 0])).sum())
-
-
-def _mean_error(run: PaperRun, first: int, last: int | None) -> float:
-    """|target - mean of x| over some iterations [mm]."""
-    return 1e3 * abs(float(run.tip[first:last, 0].mean() - run.target[0]))
-
-
-def _off(run: PaperRun) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Tip from target in the plane [m], shape (k, 2)."""
-    return np.asarray((run.tip - run.target)[:, [0, 2]])
-
-
-def _deviation(run: PaperRun, start: int) -> float:
-    """Maximum distance from the target, from an iteration on [mm]."""
-    return 1e3 * float(np.linalg.norm(_off(run)[start:], axis=1).max())
-
-
-def _gains(run: PaperRun) -> tuple[float, float, float, float]:
-    """kp [1/s^2] and kd [1/s] of a law, its fast gain times the period [-], and epsilon [m/s^2]."""
-    control = run.scenario.config.control
-    values = select_law(control.law, control.laws)[1].model_dump()
-    period = run.scenario.config.loop.period
-    if run.law == BACK:
-        a1, a2 = values["alpha1"], values["alpha2"]
-        return 1.0 + a1 * a2, a1 + a2, a1 * period, 0.0
-    c, k = values["c"], values["k"]
-    return c * k, c + k, c * period, values["epsilon"]
-
-
 _TOPICS = {
     "edge": _edge,
     "force": _force,
     "contrast": _contrast,
     "variants": _variants,
     "loads": _loads,
-    "rig": _rig,
-    "rig loads": _rig_loads,
+    "rig": rig_paragraphs,
+    "rig loads": rig_load_paragraphs,
     "lyapunov": _lyapunov,
 }

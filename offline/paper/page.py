@@ -2,8 +2,8 @@
 
 from tendond import __version__
 from tendond.offline.paper.account import account
-from tendond.offline.paper.choices import choices
 from tendond.offline.paper.lyapunov import CAUSES, find_rises, measured_rate, rate_of
+from tendond.offline.paper.open_points import open_points
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION, SOURCE
 from tendond.offline.paper.run import Runs
 from tendond.offline.paper.scenarios import IMPACT_CYCLES, IMPACT_PLACE, IMPACT_SIZE, IMPACTS, SEED, STRING, WEIGHTS_G
@@ -78,7 +78,7 @@ def page(runs: Runs) -> str:
         "## The Lyapunov functions",
         _lyapunov(runs),
         "## What the paper leaves open",
-        choices(runs),
+        open_points(runs),
         "## Files\n\n`simulation.csv`, `experiment.csv`: the tables above, one line per criterion. `scenarios.csv`: "
         "every "
         "metric of every run. `results.json`: in the form of the paper's results, ours with the same information; "

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from tendond.daemon.control.state import rod_from_section
 from tendond.model.rod.static_curve import static_curve
-from tendond.offline.logs.log import LogFile, as_text
+from tendond.offline.files import as_text
+from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking, metrics, tracking
 from tendond.offline.plots.style import REFERENCE, style
 

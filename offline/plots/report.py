@@ -10,9 +10,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from tendond import __version__
+from tendond.offline.logs.container import LogError
 from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tallies
 from tendond.offline.logs.info import info
-from tendond.offline.logs.log import LogError, LogFile, load
+from tendond.offline.logs.log import LogFile, load
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, summary

@@ -6,7 +6,7 @@ from typing import Any
 
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.run_metadata import run_metadata
-from tendond.offline.logs.log import Run
+from tendond.offline.logs.run import Run
 from tendond.offline.replay.difference import MISSING, compare
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config

@@ -19,7 +19,8 @@ from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.runtime.warm_up import warm_up
 from tendond.model import ModelError
-from tendond.offline.logs.log import LogError, Run, no_cycles, open_run
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.run import Run, no_cycles, open_run
 from tendond.offline.replay.difference import Difference, Field, compare
 from tendond.offline.replay.segments import Gaps, Segment, segments
 from tendond.schemas.config.rig import ConfigError, RigConfig

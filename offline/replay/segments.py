@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from tendond.daemon.control.snapshot import StateSnapshot
 from tendond.daemon.recording.channels import CYCLE, STATE
-from tendond.offline.logs.log import LogError, Run
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.run import Run
 from tendond.offline.logs.ticks import tick_of
 from tendond.schemas.record import CycleRecord
 

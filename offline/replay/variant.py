@@ -9,7 +9,10 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model import ModelError
-from tendond.offline.logs.log import LogError, LogFile, Run, as_text, load, open_run
+from tendond.offline.files import as_text
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.log import LogFile, load
+from tendond.offline.logs.run import Run, open_run
 from tendond.offline.replay.offline import OfflineRunLog, record_lockstep
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import CycleInputs, CycleRecord

@@ -1,7 +1,6 @@
-"""One point: the configuration of its controller and plant, its run, and how it did."""
+"""The run of a point, and its measures."""
 
 import functools
-import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -15,35 +14,22 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.robustness.alarms import judge_alarm
+from tendond.offline.robustness.plants import IDLE_CYCLES, IMPACT_CYCLES, TRACKING_CYCLES, impact_tick, rig_of
 from tendond.offline.robustness.points import Point
-from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import ControlAction, Mode
 
-IDLE_CYCLES = 100
-"""Disarmed, before arming: the observer sees what hangs on the tip."""
-
-TRACKING_CYCLES = 600
-"""Cycles of tracking: the error that a mass on the tip leaves to the observer decays at one to three per second."""
-
-IMPACT_CYCLES = 100
-"""Cycles that a run goes on for after the beginning of an impact."""
-
-SERVO_RATE = 0.085
-"""[m/s] Of a servo of 55 rpm on a drum of 15 mm radius."""
-
-TENDON_STIFFNESS = 2e4
-"""[N/m] Of the plant and the model where displacement drives."""
-
-SLACK = 0.002
-"""Release of slack tendons where displacement drives [m]."""
-
 SETTLING_GOAL = 45
-"""Iterations, and what a rate limit costs."""
+"""Maximum iterations to settle, in addition to the cost of the rate limit."""
+
 
 RIPPLE_GOAL_MM = 0.1
+
+
 ROUNDING = 1e-9
-"""[N] By which a tension may be beyond its bounds."""
+"""Tolerance of the bounds of a tension [N]."""
+
 
 LAST_SAMPLES = 20
 """Last samples of a stretch: a tip that is not within the band in all of them has not settled; the error of the
@@ -56,16 +42,16 @@ class PointResult:
 
     Attributes:
         settling_iterations: cycles until x stays within 5 % of the target; none if it never does, or faults before.
-        rate_cost_iterations: cycles before it settled in which the command stood at its displacement rate, at most
+        rate_cost_iterations: cycles before it settled in which the command was at its displacement rate, up to
             those that the tendon's whole travel takes at that rate.
         overshoot_percent ... steady_error_mm: see `offline.logs.metrics`; none without a cycle of tracking.
-        least_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
+        min_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
         force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
             a force observer.
         impact_settling_iterations: cycles to settle from the impact's end; none without an impact, or if it never does.
         impact_rate_cost_iterations: see above, after the impact.
         mode: mode at the end. reason: reason of a fault, or why the plant has no solution, which counts as one.
-        alarm: 'true' or 'false' where a fault ended the run, as `alarms.judge_alarm` finds out; else empty.
+        alarm: 'true' or 'false' where a fault ended the run, by `alarms.judge_alarm`; else empty.
         settles, smooth, bounded, recovers: parts of the goal. meets: all of them, and no fault.
     """
 
@@ -77,7 +63,7 @@ class PointResult:
     ripple_mm: float | None = None
     rise_iterations: int | None = None
     steady_error_mm: float | None = None
-    least_tension_n: float | None = None
+    min_tension_n: float | None = None
     peak_tension_n: float | None = None
     force_error_n: float | None = None
     impact_settling_iterations: int | None = None
@@ -95,69 +81,6 @@ class PointResult:
 RESULT_COLUMNS = tuple(field.name for field in fields(PointResult))
 
 
-def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> RigConfig:
-    """Controller and plant of a point.
-
-    Args:
-        base: the controller's configuration; its [rod] is the plant too, but for what the point says. Its own
-            [simulator] is left aside.
-        point: the point to run.
-        seed: the run's seed; a point's noise depends on it and on the point.
-        model: rod section that the controller uses instead of [rod].
-
-    Raises:
-        ConfigError: the point does not fit the configuration.
-    """
-    period, rod, limits = base.loop.period, base.rod, base.limits
-    if point.drive == "displacement":
-        rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})
-        rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
-        limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
-    configured_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.configured, 0)
-    configured_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
-    feedback = "direct" if point.feedback == "direct" else "observer"
-    kind = "offset" if point.feedback == "offset" else "force"
-    plant = rod.model_copy(
-        update={
-            "youngs_modulus": rod.youngs_modulus * point.youngs_factor,
-            "bending_damping": tuple(value * point.bending_damping_factor for value in rod.bending_damping),
-            "drag": tuple(value * point.drag_factor for value in rod.drag),
-        }
-    )
-    impacts = []
-    if point.impact_n:
-        force = [0.0, 0.0, 0.0]
-        force["xyz".index(point.impact_direction[1])] = math.copysign(
-            point.impact_n, float(point.impact_direction[0] + "1")
-        )
-        impacts.append({"time": _impact_tick(base) * period, "duration": point.impact_ms / 1e3, "force": force})
-    digest = hashlib.sha256(f"{seed}/{point.key}".encode()).digest()
-    values = base.model_dump()
-    values["rod"], values["limits"] = (model or rod).model_dump(), limits.model_dump()
-    values["control"].update(law=point.law, feedback=feedback)
-    values["observer"].update(kind=kind, delay=configured_delay * period, lag=time_constant(configured_lag, period))
-    values["simulator"] = {
-        "period": period,
-        "rod": plant.model_dump(),
-        "drive": point.drive,
-        "weight": {"mass": point.load_g / 1e3},
-        "impacts": impacts,
-        "seed": int.from_bytes(digest[:4], "big"),
-        "servo": {
-            "lag": time_constant(point.lag_part, period),
-            "rate": limits.displacement_rate if point.drive == "displacement" else 0.0,
-        },
-        "mocap": {"latency": point.delay_cycles * period, "noise": point.noise_mm / 1e3},
-    }
-    values["vicon"] = values["servo"] = None
-    return check_config(values, f"plant '{point}'").with_own_rates()
-
-
-def time_constant(part: float, period: float) -> float:
-    """Return the time constant [s] of a lag that lacks `part` of a step after `period` [s]."""
-    return -period / math.log(part) if part > 1e-9 else 0.0
-
-
 def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None = None) -> PointResult:
     """Run a point and measure it.
 
@@ -165,7 +88,7 @@ def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None 
         base, point, seed, model: see `rig_of`.
     """
     config = rig_of(base, point, seed, model)
-    impact = _impact_tick(base)
+    impact = impact_tick(base)
     trace: list[Watched] = []
     reason = ""
     try:
@@ -189,11 +112,6 @@ def evaluate(base: RigConfig, point: Point, seed: int, model: RodSection | None 
         result = replace(result, impact_settling_iterations=settling, impact_rate_cost_iterations=cost)
     meets = result.settles and result.smooth and result.bounded and recovers and mode is Mode.TRACKING
     return replace(result, recovers=recovers and mode is Mode.TRACKING, meets=meets)
-
-
-def _impact_tick(config: RigConfig) -> int:
-    """Cycle in which an impact begins: tracking has gone on for `TRACKING_CYCLES` then."""
-    return IDLE_CYCLES + math.ceil(config.pretension.duration / config.loop.period - 1e-9) + TRACKING_CYCLES
 
 
 def _tracked(
@@ -228,7 +146,7 @@ def _tracked(
         ripple_mm=values.ripple_mm,
         rise_iterations=values.rise_iterations,
         steady_error_mm=values.steady_state_error_mm,
-        least_tension_n=float(lowest),
+        min_tension_n=float(lowest),
         peak_tension_n=float(peak),
         force_error_n=force_error,
         settles=settling is not None and settling <= SETTLING_GOAL + cost,
@@ -239,12 +157,12 @@ def _tracked(
 
 @functools.lru_cache(maxsize=4)
 def _curve(rod: RodSection, agonist: int, plane: str, tension_max: float, period: float) -> StaticCurve:
-    """The reference's curve of resting tips: most points have the same one."""
+    """Compute the reference's curve of resting tips: many points have the same one."""
     return static_curve(rod_from_section(rod, period), agonist, tension_max, PLANES[plane])
 
 
 def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[int | None, int]:
-    """Settling of the true tip in a stretch that should track for `cycles`, and what the rate limit cost of it."""
+    """Measure the true tip's settling in a stretch that should track for `cycles`, and the cost of the rate limit."""
     tracked = [watched for watched in part if watched.record.mode is Mode.TRACKING]
     if len(tracked) < cycles:
         return None, 0

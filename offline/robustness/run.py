@@ -9,8 +9,9 @@ from pathlib import Path
 
 from tendond.daemon.control.state import CycleSetup
 from tendond.offline.files import write_whole
-from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult, rig_of
+from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
+from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import AXES, Point, points_of
 from tendond.offline.robustness.results import ResultsFile
 from tendond.offline.robustness.settings import Settings

@@ -20,7 +20,7 @@ MEASURES = (
     "peak_tension_n",
     "force_error_n",
 )
-"""Measures of which larger values are worse; of `least_tension_n`, smaller ones are."""
+"""Measures of which larger values are worse; of `min_tension_n`, smaller ones are."""
 
 NEEDED = ("settling_iterations", "rise_iterations", "impact_settling_iterations")
 """None of these is worse than any number: it never settled."""
@@ -82,13 +82,13 @@ def worst(rows: Rows, measure: str) -> tuple[Point, PointResult] | None:
         if never:
             return never[0]
     known = [row for row in rows if getattr(row[1], measure) is not None]
-    sign = -1.0 if measure == "least_tension_n" else 1.0
+    sign = -1.0 if measure == "min_tension_n" else 1.0
     return max(known, key=lambda row: sign * float(getattr(row[1], measure)), default=None)
 
 
 def _group(key: tuple[str, str], rows: Rows) -> dict[str, Any]:
     extremes: dict[str, Any] = {}
-    for measure in (*MEASURES, "least_tension_n"):
+    for measure in (*MEASURES, "min_tension_n"):
         row = worst(rows, measure)
         if row is not None:
             extremes[measure] = {"value": getattr(row[1], measure), "at": str(row[0]), "part": row[0].part}

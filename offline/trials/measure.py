@@ -31,7 +31,7 @@ class TrialOutcome:
     Attributes:
         rms_mm, worst_mm: root mean square and maximum of the error [mm].
         largest_change_n: largest change of a commanded tension from one cycle to the next, on the trajectory [N].
-        least_tension_n, peak_tension_n: commanded while tracking [N].
+        min_tension_n, peak_tension_n: commanded while tracking [N].
         limited: cycles in which the command met a limit.
         mode, reason: mode and reason at the end.
         notes: changes that were made to the trajectory.
@@ -43,7 +43,7 @@ class TrialOutcome:
     rms_mm: float
     worst_mm: float
     largest_change_n: float
-    least_tension_n: float
+    min_tension_n: float
     peak_tension_n: float
     limited: int
     mode: str
@@ -112,7 +112,7 @@ def outcome_of(
         rms_mm=rms,
         worst_mm=float(error.max()),
         largest_change_n=float(np.abs(np.diff(tension[on_trajectory], axis=0)).max()),
-        least_tension_n=float(tension.min()),
+        min_tension_n=float(tension.min()),
         peak_tension_n=float(tension.max()),
         limited=limited,
         mode=mode,

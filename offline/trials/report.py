@@ -8,7 +8,7 @@ from typing import Any
 from tendond.offline.trials.measure import TrialOutcome
 from tendond.offline.trials.paths import MATCHED_RMS_MM, UNLIKE_RMS_MM, Trial
 
-COLUMNS = ("rms_mm", "worst_mm", "largest_change_n", "least_tension_n", "peak_tension_n", "limited", "mode", "reason")
+COLUMNS = ("rms_mm", "worst_mm", "largest_change_n", "min_tension_n", "peak_tension_n", "limited", "mode", "reason")
 
 
 def write(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any], out: Path) -> None:
@@ -51,7 +51,7 @@ def _report(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, A
     ]
     lines += [
         f"| [{trial.name}]({trial.file}.png) | {trial.plant} | {one.rms_mm:.2f} | {one.worst_mm:.2f} | "
-        f"{one.largest_change_n:.2f} | {one.least_tension_n:.1f} to {one.peak_tension_n:.1f} | "
+        f"{one.largest_change_n:.2f} | {one.min_tension_n:.1f} to {one.peak_tension_n:.1f} | "
         f"{'yes' if one.meets else 'no: ' + (one.reason if one.mode != 'tracking' else 'RMS')} |"
         for trial, one in zip(some, outcomes, strict=True)
     ]

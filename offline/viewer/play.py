@@ -3,7 +3,7 @@
 import time
 
 from tendond.daemon.recording.channels import CHANNELS, CYCLE
-from tendond.offline.logs.log import Run, no_cycles
+from tendond.offline.logs.run import Run, no_cycles
 from tendond.offline.viewer.server import Server
 
 PAUSE_SECONDS = 1.0

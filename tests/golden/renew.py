@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.channels import CYCLE
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.difference import compare
 from tendond.offline.replay.rerun import rerun
 from tests.golden.scripts import FOLDER, RUNS, record

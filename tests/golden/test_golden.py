@@ -7,7 +7,7 @@ import pytest
 from tendond.daemon.recording.channels import STATE
 from tendond.daemon.recording.run_metadata import run_metadata
 from tendond.offline.logs import load
-from tendond.offline.logs.log import open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tests.golden.renew import what_changed
 from tests.golden.scripts import CYCLES, FOLDER, RUNS, record

@@ -120,7 +120,7 @@ def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -
         assert found["servos"]["remedy"] == "tendond servo setup 3"
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
         _, found, _ = examined(one)
-        assert "servo 1 answers only pings: its Status Return Level is 0" in found["servos"]["finding"]
+        assert "servo 1 replies only to pings: its Status Return Level is 0" in found["servos"]["finding"]
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
         servos.instructions.clear()
         _, found, _ = examined(one, "--no-servos")
@@ -139,7 +139,7 @@ def test_poses_too_seldom_and_another_rig_on_the_same_endpoint(tmp_path: Path) -
             one.config.write_text(one.config.read_text().replace('"sil"', '"other"'))
             code, found, _ = examined(one)
             assert code == 1
-            assert "no controller of rig 'other' answers" in found["controller"]["finding"]
+            assert "no controller of rig 'other' replies" in found["controller"]["finding"]
 
 
 def test_a_wrong_configuration_and_a_wrong_option(tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_what_people_see_is_plain_when_piped(tmp_path: Path) -> None:
         (3.0, CheckOutcome.WARN, "the base is turned by 3.0 degrees against gravity"),
         (-9.0, CheckOutcome.FAIL, "set rod.gravity = [-9.69, 1.53, 0.00]"),
         (1.0, CheckOutcome.PASS, "the base is within 2 degrees of rod.gravity: 1.0"),
-        (None, CheckOutcome.WARN, "'base' was not seen"),
+        (None, CheckOutcome.WARN, "no pose of 'base' arrived"),
     ],
 )
 def test_a_base_that_is_tilted_against_gravity_is_reported_with_the_gravity_that_would_fit(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.errors import DaemonError
-from tendond.offline.logs.log import as_text
+from tendond.offline.files import as_text
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]

@@ -91,7 +91,7 @@ def test_scan_finds_servos_at_whatever_id_and_rate_and_changes_nothing(
         ]
         scan_servos(config, str(port), 20, QUICK_SECONDS)
         assert "id 32 answers as well, beyond --last-id" in capsys.readouterr().err
-    with EmulatedBus(port, []), pytest.raises(DaemonError, match=r"no servo answers .*ids 0 to 252, 9600 to 4500000"):
+    with EmulatedBus(port, []), pytest.raises(DaemonError, match=r"no servo replies .*ids 0 to 252, 9600 to 4500000"):
         scan_servos(config, str(port), 252, QUICK_SECONDS)
 
 
@@ -505,7 +505,7 @@ def test_a_reboot_by_command_clears_a_hardware_error_and_the_place_is_still_know
     wind(servos, 0.0593, 0.0)
     servos.apply(lambda: servos.servos[0].fail(5))
     reboot_servos(config, [1], False, Operator("yes"))
-    assert "servo 1: rebooted, had Overload Error (bit 5)" in capsys.readouterr().out
+    assert "servo 1: rebooted; errors before: Overload Error (bit 5)" in capsys.readouterr().out
     home_servos(config, True, Operator())
     assert displaced(servos) == pytest.approx([0.0, 0.0], abs=1.5e-3)
 

@@ -13,7 +13,8 @@ from rich.console import Console
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CYCLE, LOG, TRUTH
 from tendond.daemon.recording.recorder import CONFIG, Recorder
-from tendond.offline.logs.log import LogError, LogFile, load
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.log import LogFile, load
 from tendond.offline.logs.metrics import Metrics, Tracking, metrics, tracking
 from tendond.offline.logs.summary import summary, table, write_summary
 from tendond.offline.paper.published import SIMULATION
@@ -61,7 +62,7 @@ def test_metrics_are_those_counted_by_hand() -> None:
     assert found.iae_mm_s == pytest.approx(1000.0 * 0.01 * distances.sum())
     assert found.ripple_mm == pytest.approx(1000.0 * np.std([0.0, 0.05, 0.11, 0.12, 0.104, 0.098, 0.1, 0.1]))
     assert found.tendon_rate_mm_s == pytest.approx(20.0 / 0.07)
-    assert (found.peak_tension_n, found.least_tension_n) == pytest.approx((20.0, 0.0))
+    assert (found.peak_tension_n, found.min_tension_n) == pytest.approx((20.0, 0.0))
 
 
 def test_the_steady_state_is_the_last_twenty_samples() -> None:
@@ -140,7 +141,7 @@ def test_a_summary_has_its_keys_and_nothing_else(log: LogFile, tmp_path: Path) -
     assert list(values) == [
         *("tpl_mm", "settling_iterations", "overshoot_percent", "rise_iterations", "steady_state_error_mm"),
         *("final_tip_m", "final_displacement_m", "settling_s", "path_mm", "path_overshoot_percent", "iae_mm_s"),
-        *("ripple_mm", "tendon_rate_mm_s", "peak_tension_n", "least_tension_n"),
+        *("ripple_mm", "tendon_rate_mm_s", "peak_tension_n", "min_tension_n"),
         *("cycles", "missed_ticks", "cycle_ms_median", "cycle_ms_p99"),
     ]
     assert (values["cycles"], values["missed_ticks"]) == (80, 80)
@@ -211,7 +212,7 @@ def test_a_damaged_file_is_refused_with_the_way_to_save_it(tmp_path: Path) -> No
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF
     path.write_bytes(data)
-    fails(path, r"damaged chunk \(.*\): \d+ bytes at \d+; 'tendond log recover .*' saves what is whole")
+    fails(path, r"damaged chunk \(.*\): \d+ bytes at \d+; 'tendond log recover .*' recovers the intact part")
 
 
 @pytest.mark.parametrize("content", [b"", b"[rig]\n", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" + bytes(100)])
@@ -232,16 +233,16 @@ def test_an_mcap_file_of_something_else_is_refused(tmp_path: Path) -> None:
         channel = writer.register_channel("cycle", "json", writer.register_schema("Cycle", "jsonschema", b"{}"))
         writer.add_message(channel, 0, b"{}", 0)
         writer.finish()
-    fails(path, "is an MCAP file, but not of tendond")
+    fails(path, "is an MCAP file, but not a log of tendond")
 
 
 @pytest.mark.parametrize(
     ("attachments", "match"),
     [
         ({}, "has no configuration"),
-        ({CONFIG: "{"}, "its configuration is no JSON"),
+        ({CONFIG: "{"}, "its configuration is not valid JSON"),
         ({CONFIG: '{"rig": {"nam": "a"}}'}, "rig.json: rig.nam: unknown key"),
-        ({CONFIG: "{}"}, "holds no cycles"),
+        ({CONFIG: "{}"}, "contains no cycles"),
     ],
 )
 def test_a_log_without_configuration_or_cycles_is_refused(

@@ -20,9 +20,9 @@ from tendond.cli.app import main
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.channels import CYCLE, STATE
 from tendond.offline.logs import load
+from tendond.offline.logs.container import LogError
 from tendond.offline.logs.export import export
 from tendond.offline.logs.info import info
-from tendond.offline.logs.log import LogError
 from tendond.offline.logs.log import load as load_log
 from tendond.offline.logs.recover import recover
 from tendond.offline.logs.units import UNITS, column_name, components
@@ -224,8 +224,8 @@ def future_state(path: Path) -> None:
 BAD = {
     "no-mcap": (lambda path: path.write_bytes(b"time,x\n0,1\n" * 9), "is not an MCAP file"),
     "empty": (lambda path: path.write_bytes(b""), "is not an MCAP file"),
-    "else": (something_else, "is an MCAP file, but not of tendond"),
-    "no-cycles": (lambda path: rewritten(NORMAL, path, lambda topic, data: None), "holds no cycles"),
+    "else": (something_else, "is an MCAP file, but not a log of tendond"),
+    "no-cycles": (lambda path: rewritten(NORMAL, path, lambda topic, data: None), "contains no cycles"),
     "no-attachment": (lambda path: rewritten(NORMAL, path, attach=False), "has no configuration ('rig.json')"),
     "damaged": (lambda path: damaged(NORMAL, path), "'tendond log recover"),
     "future": (future, "read the log with the version of tendond that wrote it"),

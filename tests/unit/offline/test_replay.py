@@ -14,8 +14,9 @@ from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.channels import CYCLE, STATE
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.logs import load
+from tendond.offline.logs.container import LogError
 from tendond.offline.logs.container import records as mcap_records
-from tendond.offline.logs.log import LogError, open_run
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.offline.replay.difference import Field, compare
 from tendond.offline.replay.rerun import inputs_of, rerun
@@ -185,7 +186,7 @@ def test_comparing_no_cycle_is_an_error(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(LogError, match="no cycle could be compared: the log has no cycle between 5000 and its end"):
         rerun(recorded, first=5000)
     none = rewritten(recorded, tmp_path / "none.mcap", lambda topic, data: None)
-    with pytest.raises(LogError, match="holds no cycles"):
+    with pytest.raises(LogError, match="contains no cycles"):
         rerun(none)
     no_state = rewritten(
         recorded,

@@ -202,7 +202,7 @@ def test_a_cluster_without_dask_names_what_to_install(monkeypatch: pytest.Monkey
         list(on_cluster([], "tcp://127.0.0.1:1"))
 
 
-def test_a_cluster_that_does_not_answer_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cluster_that_does_not_respond_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(executors, "CONNECT_SECONDS", 0.5)
-    with pytest.raises(ExecutorError, match=r"^--cluster tcp://127\.0\.0\.1:1: no Dask scheduler answers there .*$"):
+    with pytest.raises(ExecutorError, match=r"^--cluster tcp://127\.0\.0\.1:1: no Dask scheduler responds there .*$"):
         list(on_cluster([], "tcp://127.0.0.1:1"))

@@ -20,8 +20,9 @@ from mcap.reader import make_reader
 
 from tendond.daemon.control.state import CycleSetup
 from tendond.daemon.recording import foxglove
-from tendond.offline.logs.log import load, open_run
+from tendond.offline.logs.log import load
 from tendond.offline.logs.paths import TipPath
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.offline import record_lockstep
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import ControlAction

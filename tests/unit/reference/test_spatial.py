@@ -132,7 +132,7 @@ def test_a_circle_is_followed_within_the_goal(unlike: bool) -> None:
     trial = Trial("circle", {"kind": "circle", "radius": 0.32, "period": 2.0, "laps": 1}, unlike)
     outcome = run_trial(BASE, trial)
     assert outcome.meets, (outcome.rms_mm, outcome.reason)
-    assert outcome.least_tension_n >= BASE.pretension.tension_min - 1e-9
+    assert outcome.min_tension_n >= BASE.pretension.tension_min - 1e-9
     assert outcome.limited == 0
 
 

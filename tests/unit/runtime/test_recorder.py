@@ -18,7 +18,8 @@ from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CHANNELS, CYCLE, LOG, STATE
 from tendond.daemon.recording.mcap_file import METADATA
 from tendond.daemon.recording.recorder import CONFIG, WAKE_AT, Recorder, RecorderError
-from tendond.offline.logs.log import LogError, load
+from tendond.offline.logs.container import LogError
+from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import CycleRecord
 from tests.unit.offline.records import cycle_record

@@ -6,7 +6,7 @@ from tendond.offline.paper.scenarios import DISTURBANCE_CYCLES
 from tendond.offline.paper.tables import markdown
 
 
-def choices(runs: Runs) -> str:
+def open_points(runs: Runs) -> str:
     """Write the table of open points."""
     config = runs["normal", LAWS[0]].scenario.config
     rod, edge = config.rod, runs["normal_edge", LAWS[0]].scenario.config

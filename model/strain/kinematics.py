@@ -88,7 +88,7 @@ def find_shape(layout, q, shape):  # type: ignore[no-untyped-def]
     moved = np.empty((2, 6, 6))
     for c in range(9):
         shape.rotation[0, c] = layout.base[c]
-    shape.position[0, :] = 0.0
+    shape.position[0, :] = layout.origin
     shape.twist[0, :, :] = 0.0
     shape.spin[0, :] = 0.0
     for k in range(len(layout.step)):

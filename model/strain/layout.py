@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
 from tendond.model.strain.robot import Robot, Tendon
+from tendond.model.strain.section import Section
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -17,10 +18,19 @@ INTERVALS = 8
 """Per section, for up to four bending modes; more modes take two each."""
 
 TENDON_POINTS = 8
-"""Gauss points per piece of a section between ends of tendons."""
+"""Gauss points per piece of a section between ends of tendons, and points of their routes."""
 
-BENDING_X, BENDING_Y, TORSION, STRETCH = 0, 1, 2, 5
+TENDON_POINTS_MIN = 3
+"""The same, for a piece that is short beside its section."""
+
+BENDING_X, BENDING_Y, TORSION, SHEAR_X, SHEAR_Y, STRETCH = 0, 1, 2, 3, 4, 5
 """Components of the strain (u, v) that have modes."""
+
+TABLE_POINTS = 10
+"""Gauss points per piece of a table: exact for a linear table and two polynomials of the eighth order."""
+
+NEAR = 1e-9
+"""As a part of the length: places that are closer are one."""
 
 
 class Layout(NamedTuple):
@@ -41,7 +51,7 @@ class Layout(NamedTuple):
             by s, shape (Q, m, 2).
         straight: path lengths in the reference shape [m], shape (m,).
         tendon_stiffness: [N/m], 0: none, shape (m,).
-        gravity: world frame [m/s^2], shape (3,). base: row by row, shape (9,).
+        gravity: world frame [m/s^2], shape (3,). base: row by row, shape (9,). origin: of the base [m], shape (3,).
     """
 
     component: Index
@@ -69,6 +79,7 @@ class Layout(NamedTuple):
     tendon_stiffness: Array
     gravity: Array
     base: Array
+    origin: Array
 
 
 def lobatto(count: int) -> tuple[Array, Array]:
@@ -96,7 +107,8 @@ class _Modes:
             first = len(rows)
             counts = (
                 (BENDING_X, section.bending_modes), (BENDING_Y, section.bending_modes),
-                (TORSION, section.torsion_modes), (STRETCH, section.stretch_modes),
+                (TORSION, section.torsion_modes), (SHEAR_X, section.shear_modes), (SHEAR_Y, section.shear_modes),
+                (STRETCH, section.stretch_modes),
             )  # fmt: skip
             rows += [(component, order, number) for component, count in counts for order in range(count)]
             self.ranges.append((first, len(rows)))
@@ -129,28 +141,29 @@ def lay_out(robot: Robot) -> Layout:
     begin = 0.0
     for number, section in enumerate(robot.sections):
         count = INTERVALS + 2 * max(0, section.bending_modes - 4) + 1
-        parts, weights = lobatto(count)
-        placed = [body.at for body in bodies if begin < body.at < begin + section.length]
-        inner = sorted({*parts.tolist(), *((at - begin) / section.length for at in placed)})
-        reference = np.array((*section.curvature, 0.0, 0.0, 1.0))
-        share = dict(zip(parts.tolist(), weights.tolist(), strict=True))
+        parts, _ = lobatto(count)
+        placed = [body.at - begin for body in bodies if begin < body.at < begin + section.length]
+        knots = section.inner_knots("curvature")
+        more = [*placed, *(knots if len(knots) < count else ())]  # a finer table is smooth enough between the nodes
+        inner = _distinct([*parts.tolist(), *(s / section.length for s in more)])
         for left, right in pairwise(inner):
             first, last = modes.ranges[number]
             middle, width = 0.5 * (left + right), right - left
             rows["first"].append(first)
             rows["last"].append(last)
             rows["step"].append(width * section.length)
-            rows["at1"].append(modes.values(number, middle - offset * width))
-            rows["at2"].append(modes.values(number, middle + offset * width))
-            rows["strain1"].append(reference)
-            rows["strain2"].append(reference)
+            for at, strain, part in (
+                ("at1", "strain1", middle - offset * width), ("at2", "strain2", middle + offset * width),
+            ):  # fmt: skip
+                rows[at].append(modes.values(number, part))
+                rows[strain].append(np.array((*section.at("curvature", part * section.length), 0.0, 0.0, 1.0)))
             polar.append(0.0)
             nodes.append(begin + right * section.length)
-        for part, weight in share.items():
+        lumps = zip(parts, *(_lumped(section, name, parts) for name in LUMPED), strict=True)
+        for part, mass, inertia, drag in lumps:
             node = int(np.argmin(np.abs(np.array(nodes) - (begin + part * section.length))))
-            amount = weight * section.length
-            polar[node] += amount * section.polar_inertia
-            points.append((node, np.zeros(3), amount * section.mass_per_length, amount * np.array(section.drag)))
+            polar[node] += inertia[0]
+            points.append((node, np.zeros(3), mass[0], drag))
         begin += section.length
     for index, body in enumerate(bodies):
         node = int(np.argmin(np.abs(np.array(nodes) - body.at)))
@@ -177,7 +190,58 @@ def lay_out(robot: Robot) -> Layout:
         **tendons,
         gravity=np.array(robot.gravity, dtype=np.float64),
         base=np.ascontiguousarray(robot.base, dtype=np.float64).reshape(9),
+        origin=np.array(robot.origin, dtype=np.float64),
     )
+
+
+LUMPED = ("mass_per_length", "polar_inertia", "drag")
+"""Properties of a section that are lumped at its Lobatto points."""
+
+
+def _distinct(parts: list[float]) -> list[float]:
+    """Return the places in order, those that are nearly the same once."""
+    found: list[float] = []
+    for part in sorted(parts):
+        if not found or part - found[-1] > NEAR:
+            found.append(part)
+    return found
+
+
+def _pieces(section: Section, name: str, *more: float) -> list[tuple[float, float]]:
+    """Gauss points s [m] and weights [m] over a section, with which a property's table is integrated exactly."""
+    edges = _distinct([0.0, 1.0, *(s / section.length for s in (*section.inner_knots(name), *more))])
+    points, weights = gauss(TABLE_POINTS)
+    return [
+        ((left + (right - left) * point) * section.length, (right - left) * weight * section.length)
+        for left, right in pairwise(edges)
+        for point, weight in zip(points, weights, strict=True)
+    ]
+
+
+def _lumped(section: Section, name: str, parts: Array) -> Array:
+    """Integrals of a property times the Lagrange polynomials of the Lobatto points, shape (points, width).
+
+    Total and moments along the section are exact; for a constant property they are the Lobatto weights. Where a steep
+    table would make one of them negative, hats between the points keep total and first moment.
+    """
+    if name not in section.tables:
+        return np.outer(lobatto(len(parts))[1] * section.length, section.at(name, 0.0))
+    for shares in (_lagrange, _hats):
+        found = np.zeros((len(parts), len(section.at(name, 0.0))))
+        for s, weight in _pieces(section, name, *(parts * section.length if shares is _hats else ())):
+            found += weight * np.outer(shares(parts, s / section.length), section.at(name, s))
+        if np.all(found >= 0.0):
+            break
+    return found
+
+
+def _lagrange(parts: Array, x: float) -> Array:
+    apart = parts[:, None] - parts[None, :]
+    return np.array([np.prod(np.delete(x - parts, i)) / np.prod(np.delete(apart[i], i)) for i in range(len(parts))])
+
+
+def _hats(parts: Array, x: float) -> Array:
+    return np.array([np.interp(x, parts, one) for one in np.eye(len(parts))])
 
 
 def _merged(points: list[tuple[int, Array, float, Array]]) -> list[tuple[int, Array, float, Array]]:
@@ -193,21 +257,36 @@ def _merged(points: list[tuple[int, Array, float, Array]]) -> list[tuple[int, Ar
     return sorted(found.values(), key=lambda one: one[0])
 
 
+MODULI = {
+    BENDING_X: (("bending_stiffness", 0), ("bending_damping", 0)),
+    BENDING_Y: (("bending_stiffness", 1), ("bending_damping", 1)),
+    TORSION: (("torsion_stiffness", 0), ("bending_damping", 2)),
+    SHEAR_X: (("shear_stiffness", 0), ("shear_damping", 0)),
+    SHEAR_Y: (("shear_stiffness", 0), ("shear_damping", 0)),
+    STRETCH: (("axial_stiffness", 0), ("axial_damping", 0)),
+}
+"""Stiffness and damping of each component of the strain: property of the section, and which of its values."""
+
+
 def _elasticity(robot: Robot, modes: _Modes) -> tuple[Array, Array]:
-    """Stiffness and damping of the modes, shape (n, n): integrals of products of Legendre polynomials, diagonal."""
-    stiffness, damping = np.zeros((2, modes.count, modes.count))
+    """Stiffness and damping of the modes, shape (n, n): integrals of Phi' (stiffness, damping)(s) Phi.
+
+    Diagonal in a uniform section; full in each component of one with tables.
+    """
+    found = np.zeros((2, modes.count, modes.count))
     for number, section in enumerate(robot.sections):
-        moduli = {
-            BENDING_X: (section.bending_stiffness[0], section.bending_damping[0]),
-            BENDING_Y: (section.bending_stiffness[1], section.bending_damping[1]),
-            TORSION: (section.torsion_stiffness, section.bending_damping[2]),
-            STRETCH: (section.axial_stiffness, section.axial_damping),
-        }
-        for mode in range(*modes.ranges[number]):
-            norm = section.length / (2.0 * int(modes.order[mode]) + 1.0)
-            stiff, damped = moduli[int(modes.component[mode])]
-            stiffness[mode, mode], damping[mode, mode] = stiff * norm, damped * norm
-    return stiffness, damping
+        for component, names in MODULI.items():
+            chosen = [mode for mode in range(*modes.ranges[number]) if modes.component[mode] == component]
+            for out, (name, index) in zip(found, names, strict=True):
+                if name not in section.tables:
+                    for mode in chosen:
+                        norm = section.length / (2.0 * int(modes.order[mode]) + 1.0)
+                        out[mode, mode] = section.at(name, 0.0)[index] * norm
+                    continue
+                for s, weight in _pieces(section, name):
+                    values = modes.values(number, s / section.length)[chosen]
+                    out[np.ix_(chosen, chosen)] += weight * section.at(name, s)[index] * np.outer(values, values)
+    return found[0], found[1]
 
 
 def _slope(tendon: Tendon, s: float, step: float) -> tuple[float, float]:
@@ -227,13 +306,16 @@ def _tendons(robot: Robot, modes: _Modes) -> dict[str, Array]:
     step = 1e-6 * robot.length
     begin = 0.0
     for number, section in enumerate(robot.sections):
-        ends = {tendon.end for tendon in robot.tendons if begin < tendon.end < begin + section.length * (1.0 - 1e-9)}
-        edges = [begin, *sorted(ends), begin + section.length]
+        breaks = {0.0, section.length, *section.inner_knots("curvature")}
+        for tendon in robot.tendons:
+            breaks |= {s - begin for s in (tendon.end, *tendon.knots) if begin < s < begin + section.length}
+        edges = [begin + part * section.length for part in _distinct([s / section.length for s in breaks])]
         for left, right in pairwise(edges):
-            for part, weight in zip(*gauss(TENDON_POINTS), strict=True):
+            fine = max(TENDON_POINTS_MIN, round(TENDON_POINTS * min(1.0, 2.0 * (right - left) / section.length)))
+            for part, weight in zip(*gauss(fine), strict=True):
                 s = left + part * (right - left)
                 values.append(modes.values(number, (s - begin) / section.length))
-                strains.append(np.array((*section.curvature, 0.0, 0.0, 1.0)))
+                strains.append(np.array((*section.at("curvature", s - begin), 0.0, 0.0, 1.0)))
                 passing = [tendon.end > 0.5 * (left + right) for tendon in robot.tendons]
                 weights.append([weight * (right - left) if one else 0.0 for one in passing])
                 routes.append([tendon.at(s) for tendon in robot.tendons])

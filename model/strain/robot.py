@@ -8,83 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
+from tendond.model.strain.profile import Rows, Values, tabulated
+from tendond.model.strain.section import Section
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Route = Callable[[float], tuple[float, float]]
 """Position (x, y) of a tendon in the cross-section [m] at the arc length s [m] of the whole backbone."""
-
-
-@dataclass(frozen=True)
-class Section:
-    """One section of the backbone, uniform along its length.
-
-    Attributes:
-        length: [m].
-        bending_stiffness: EI about x and y [N m^2]. torsion_stiffness: GJ [N m^2]. axial_stiffness: EA [N].
-        mass_per_length: backbone with whatever is spread along it [kg/m].
-        polar_inertia: per length about the axis [kg m].
-        bending_damping: Bbt about x, y, z [N m^2 s]; axial_damping: Bse along z [N s].
-        drag: square-law drag per length, body frame [kg/m^2].
-        curvature: precurvature u* [1/m], body frame; the last one is twist.
-        bending_modes, torsion_modes, stretch_modes: Legendre polynomials of each strain; 0: that strain is rigid.
-    """
-
-    length: float
-    bending_stiffness: tuple[float, float]
-    torsion_stiffness: float
-    axial_stiffness: float
-    mass_per_length: float
-    polar_inertia: float
-    bending_damping: Triple = (0.0, 0.0, 0.0)
-    axial_damping: float = 0.0
-    drag: Triple = (0.0, 0.0, 0.0)
-    curvature: Triple = (0.0, 0.0, 0.0)
-    bending_modes: int = 4
-    torsion_modes: int = 1
-    stretch_modes: int = 1
-
-    def __post_init__(self) -> None:
-        positive = {
-            "length": self.length, "bending_stiffness": min(self.bending_stiffness),
-            "torsion_stiffness": self.torsion_stiffness, "axial_stiffness": self.axial_stiffness,
-            "mass_per_length": self.mass_per_length, "polar_inertia": self.polar_inertia,
-        }  # fmt: skip
-        for name, value in positive.items():
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"section: {name} = {value!r} must be finite and above 0")
-        for name in ("bending_damping", "drag"):
-            if not all(math.isfinite(one) and one >= 0.0 for one in getattr(self, name)):
-                raise ParameterError(f"section: {name} = {getattr(self, name)!r} must be finite and not negative")
-        if not (math.isfinite(self.axial_damping) and self.axial_damping >= 0.0):
-            raise ParameterError(f"section: axial_damping = {self.axial_damping!r} must be finite and not negative")
-        if not all(math.isfinite(one) for one in self.curvature):
-            raise ParameterError("section: curvature is not finite")
-        if not 1 <= self.bending_modes <= 8:
-            raise ParameterError(f"section: bending_modes = {self.bending_modes} must lie in 1..8")
-        for name in ("torsion_modes", "stretch_modes"):
-            if not 0 <= getattr(self, name) <= 8:
-                raise ParameterError(f"section: {name} = {getattr(self, name)} must lie in 0..8")
-
-    @staticmethod
-    def round(
-        length: float, radius: float, youngs_modulus: float, density: float, poisson_ratio: float = 0.3, **more: object
-    ) -> "Section":
-        """Return a section of round wire: stiffness and inertia from radius [m], E [Pa] and density [kg/m^3]."""
-        for name, value in (("radius", radius), ("youngs_modulus", youngs_modulus), ("density", density)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"section: {name} = {value!r} must be finite and above 0")
-        area, second = math.pi * radius**2, math.pi * radius**4 / 4.0
-        bending = youngs_modulus * second
-        return Section(
-            length=length,
-            bending_stiffness=(bending, bending),
-            torsion_stiffness=youngs_modulus / (1.0 + poisson_ratio) * second,
-            axial_stiffness=youngs_modulus * area,
-            mass_per_length=density * area,
-            polar_inertia=2.0 * density * second,
-            **more,  # type: ignore[arg-type]
-        )
 
 
 @dataclass(frozen=True)
@@ -95,35 +25,58 @@ class Tendon:
         end: arc length at which it is fixed to the backbone [m].
         route: (x, y) in the cross-section [m], constant or a function of the arc length of the backbone [m].
         stiffness: force per stretch [N/m]; none: inextensible, so that it can only be driven by tension.
+        friction: coefficient on its guides [-]; kept for those who use it, the rod's own equations are without it.
+        knots: arc lengths between which the route is smooth [m].
     """
 
     end: float
     route: tuple[float, float] | Route
     stiffness: float | None = None
+    friction: float = 0.0
+    knots: Values = ()
 
     def at(self, s: float) -> tuple[float, float]:
         """Position in the cross-section at the arc length s [m]."""
         return self.route(s) if callable(self.route) else self.route
 
     @staticmethod
-    def helical(end: float, radius: float, turns: float, start: float = 0.0) -> "Tendon":
+    def tabulated(end: float, rows: Rows, stiffness: float | None = None, friction: float = 0.0) -> "Tendon":
+        """Return a tendon through points (s, x, y) [m], straight from each to the next as between holes in disks."""
+        profile = tabulated(rows, 2, "tendon: route")
+        return Tendon(end, profile.function, stiffness, friction, profile.knots)  # type: ignore[arg-type]
+
+    @staticmethod
+    def helical(
+        end: float,
+        radius: float,
+        turns: float,
+        start: float = 0.0,
+        stiffness: float | None = None,
+        friction: float = 0.0,
+    ) -> "Tendon":
         """Return a tendon that winds round the backbone at `radius` [m]: `turns` to its end, from `start` [rad]."""
 
         def route(s: float) -> tuple[float, float]:
             angle = start + 2.0 * math.pi * turns * s / end
             return radius * math.cos(angle), radius * math.sin(angle)
 
-        return Tendon(end, route)
+        return Tendon(end, route, stiffness, friction)
 
     @staticmethod
-    def converging(end: float, first: tuple[float, float], last: tuple[float, float]) -> "Tendon":
+    def converging(
+        end: float,
+        first: tuple[float, float],
+        last: tuple[float, float],
+        stiffness: float | None = None,
+        friction: float = 0.0,
+    ) -> "Tendon":
         """Return a tendon that is straight in the straight robot, from `first` at the base to `last` at its end [m]."""
 
         def route(s: float) -> tuple[float, float]:
             part = s / end
             return first[0] + part * (last[0] - first[0]), first[1] + part * (last[1] - first[1])
 
-        return Tendon(end, route)
+        return Tendon(end, route, stiffness, friction)
 
 
 @dataclass(frozen=True)
@@ -174,7 +127,8 @@ class Robot:
     Attributes:
         sections: from the base to the tip. tendons: in the order of their tensions.
         bodies: rigid bodies on the backbone.
-        gravity: world frame [m/s^2]. base: its orientation, body to world, shape (3, 3); it is at the origin.
+        gravity: world frame [m/s^2].
+        base: orientation of the base, body to world, shape (3, 3). origin: its position, world frame [m].
     """
 
     sections: tuple[Section, ...]
@@ -182,6 +136,7 @@ class Robot:
     bodies: tuple[Body, ...] = ()
     gravity: Triple = (0.0, 0.0, 0.0)
     base: Array = field(default_factory=lambda: np.eye(3))
+    origin: Triple = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not self.sections:
@@ -192,13 +147,16 @@ class Robot:
                 raise ParameterError(f"tendon {index}: end = {tendon.end} must lie on the backbone, in 0..{length:g} m")
             if tendon.stiffness is not None and not (math.isfinite(tendon.stiffness) and tendon.stiffness > 0.0):
                 raise ParameterError(f"tendon {index}: stiffness = {tendon.stiffness!r} must be finite and above 0")
+            if not (math.isfinite(tendon.friction) and tendon.friction >= 0.0):
+                raise ParameterError(f"tendon {index}: friction = {tendon.friction!r} must be finite and not negative")
         for index, body in enumerate(self.bodies):
             if not 0.0 <= body.at <= length * (1.0 + 1e-9):
                 raise ParameterError(f"body {index}: at = {body.at} must lie on the backbone, in 0..{length:g} m")
             if not (math.isfinite(body.mass) and body.mass >= 0.0 and min(body.inertia) >= 0.0):
                 raise ParameterError(f"body {index}: mass and inertia must be finite and not negative")
-        if not all(math.isfinite(one) for one in self.gravity):
-            raise ParameterError("robot: gravity is not finite")
+        for name in ("gravity", "origin"):
+            if not all(math.isfinite(one) for one in getattr(self, name)):
+                raise ParameterError(f"robot: {name} is not finite")
         if np.shape(self.base) != (3, 3) or not np.allclose(self.base @ self.base.T, np.eye(3), atol=1e-9):
             raise ParameterError("robot: base is not a rotation matrix, shape (3, 3)")
 

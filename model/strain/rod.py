@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.strain.dynamics import Loads, advance, mass_matrix, scratch_for
@@ -166,8 +167,7 @@ class StrainRod:
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
         tangent = stiffness_of(self.layout, loads, state.strain, self._work)
-        root = 1.0 / np.sqrt(np.diag(self.layout.stiffness))
-        return float(np.linalg.eigvalsh(root[:, None] * tangent * root[None, :])[0])
+        return float(eigh(tangent, self.layout.stiffness, eigvals_only=True)[0])
 
     def frequencies(self, state: StrainState, loads: Loads) -> Array:
         """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""

@@ -25,7 +25,10 @@ class RigSection(Schema):
 class BusSection(Schema):
     """[bus]: the Zenoh bus."""
 
-    endpoint: str = Field("tcp/127.0.0.1:7447", description="Zenoh endpoint on which the controller listens")
+    endpoint: str = Field(
+        "tcp/127.0.0.1:7460",
+        description="Zenoh endpoint on which the controller listens; port 7447 is left to ROS 2 (rmw_zenohd)",
+    )
     unguarded: bool = Field(False, description="listen on the network without an access list; see deploy/bus")
 
     @field_validator("endpoint")
@@ -34,7 +37,7 @@ class BusSection(Schema):
         protocol, _, address = value.partition("/")
         host, _, port = address.rpartition(":")
         if protocol not in {"tcp", "tls", "quic"} or not host or not port.isdigit() or not 0 < int(port) < 65536:
-            raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7447")
+            raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7460")
         return value
 
     @property

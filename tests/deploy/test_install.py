@@ -116,7 +116,7 @@ def test_the_doctor_examines_the_new_rig(installed: Installation, tmp_path: Path
     own = tmp_path / "rig.toml"
     import socket
 
-    own.write_text(text.replace("7447", str(free_port(socket.SOCK_STREAM))))
+    own.write_text(text.replace("7460", str(free_port(socket.SOCK_STREAM))))
     result = installed.tendond("doctor", "--json", "-c", str(own), "--log", str(tmp_path))
     report = json.loads(result.stdout)
     assert result.returncode == 0, report

@@ -1,7 +1,7 @@
 """The MuJoCo plant as a process in real time: a camera and a tendon driver as others would write them.
 
 It knows the documented messages and a Zenoh client, and no line of tendond. `python -m tests.plants.mujoco_rig
---endpoint tcp/127.0.0.1:7447 --mass 0.035` is the paper's robot with a weight of 35 g; a line a second says where the
+--endpoint tcp/127.0.0.1:7460 --mass 0.035` is the paper's robot with a weight of 35 g; a line a second says where the
 tip is, and with `--duration` the last one sums the last 2 s up as JSON.
 """
 
@@ -29,7 +29,7 @@ REPORT_SECONDS = 1.0
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
     """The command line's."""
     parser = argparse.ArgumentParser(prog="python -m tests.plants.mujoco_rig", description=__doc__)
-    parser.add_argument("--endpoint", default="tcp/127.0.0.1:7447", help="of the controller (default: %(default)s)")
+    parser.add_argument("--endpoint", default="tcp/127.0.0.1:7460", help="of the controller (default: %(default)s)")
     parser.add_argument("--rig", default="paper", help="first part of every key (default: %(default)s)")
     parser.add_argument("--mass", type=float, default=0.0, help="of a rigid body on the tip [kg]")
     parser.add_argument("--attach-at", type=float, default=0.0, help="time at which it is put there [s]")

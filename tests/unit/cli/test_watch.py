@@ -83,7 +83,7 @@ def test_without_commands_it_waits_for_the_controller() -> None:
         line(snapshot, CONFIG, 4.0),
         line(BusSnapshot(), CONFIG, 0.0),
     ):
-        assert "waiting for the controller of rig 'paper' at tcp/127.0.0.1:7447" in text
+        assert "waiting for the controller of rig 'paper' at tcp/127.0.0.1:7460" in text
     assert "last 2 s ago" in frame(snapshot, CONFIG, 4.0, 80, 24).plain
 
 

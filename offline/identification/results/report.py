@@ -70,13 +70,13 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
     yield ""
     lines = warnings(result)
     if lines:
-        yield "## To know"
+        yield "## Warnings"
         yield ""
         for line in lines:
             yield f"- {line}"
         yield ""
     if result.first.unidentifiable:
-        yield "## What these data do not tell apart"
+        yield "## Not identifiable from these data"
         yield ""
         for direction in result.first.unidentifiable:
             size = (

@@ -31,7 +31,7 @@ class Rates(NamedTuple):
     """Motion of a shape for given rates of its strains w, and its derivative by the strains; world frame.
 
     Attributes:
-        node: spatial twist X w of each node, shape (K + 1, 6); slope: its derivative, shape (K + 1, n, 6).
+        node: spatial twist X w of each node, shape (K + 1, 6); slope: its derivative, shape (K + 1, 6, n).
         point: derivative of each mass point's velocity J w [m], shape (P, 3, n).
         spin: derivative of each node's rotation rate about its own axis, shape (K + 1, n).
     """
@@ -46,7 +46,7 @@ def empty_rates(layout: Layout) -> Rates:
     """Return arrays for the rates of this robot."""
     nodes, n = len(layout.polar), len(layout.component)
     return Rates(
-        np.zeros((nodes, 6)), np.zeros((nodes, n, 6)), np.zeros((len(layout.mass), 3, n)), np.zeros((nodes, n))
+        np.zeros((nodes, 6)), np.zeros((nodes, 6, n)), np.zeros((len(layout.mass), 3, n)), np.zeros((nodes, n))
     )
 
 
@@ -147,15 +147,13 @@ def _rotation(shape: Shape, k: int) -> Matrix:
 @inlined
 def _of(twists: Any, k: int, d: int) -> Six:
     """Return the twist of node or interval k by the mode d."""
-    a = twists[k, d]
-    return (a[0], a[1], a[2]), (a[3], a[4], a[5])
+    return (twists[k, 0, d], twists[k, 1, d], twists[k, 2, d]), (twists[k, 3, d], twists[k, 4, d], twists[k, 5, d])
 
 
 @inlined
 def _jacobian(shape: Shape, j: int, d: int) -> Vector:
     """Return how the mass point j moves by the mode d."""
-    a = shape.jacobian[j, d]
-    return a[0], a[1], a[2]
+    return shape.jacobian[j, 0, d], shape.jacobian[j, 1, d], shape.jacobian[j, 2, d]
 
 
 @inlined
@@ -239,14 +237,14 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, rates: Rates) -> No
         for d in range(last):
             turned = bracket(_of(shape.twist, k, d), (u, v))
             for i in range(3):
-                rates.slope[k + 1, d, i] = rates.slope[k, d, i] + turned[0][i]
-                rates.slope[k + 1, d, 3 + i] = rates.slope[k, d, 3 + i] + turned[1][i]
+                rates.slope[k + 1, i, d] = rates.slope[k, i, d] + turned[0][i]
+                rates.slope[k + 1, 3 + i, d] = rates.slope[k, 3 + i, d] + turned[1][i]
         for d in range(last, n):
-            rates.slope[k + 1, d, :] = 0.0
+            rates.slope[k + 1, :, d] = 0.0
         for d in range(first, last):
             c = layout.component[d]
             for i in range(6):
-                rates.slope[k + 1, d, i] += layout.at1[k, d] * own[0, c, i] + layout.at2[k, d] * own[1, c, i]
+                rates.slope[k + 1, i, d] += layout.at1[k, d] * own[0, c, i] + layout.at2[k, d] * own[1, c, i]
         axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         moved = (rates.node[k + 1, 0], rates.node[k + 1, 1], rates.node[k + 1, 2])
         across = cross(axis, moved)

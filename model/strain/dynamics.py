@@ -1,370 +1,258 @@
-"""One implicit time step of the strain rod: an energy-consistent mean of both ends, solved by Newton's method.
+"""Time steps of the strain rod that never fail: Newton's method on the balance, shorter steps, and a minimum last.
 
-With the modes q, their rates w and the mass points x(q), a step of length h from (q0, w0) solves for q1
+A step is solved by a damped Newton method whose factors are kept while they contract; what decides is the correction,
+which does not depend on how the equations are scaled (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004,
+section 3.3: natural monotonicity test, simplified Newton steps). Where it comes to no end, the step is halved, and
+parts that are too violent all the same are taken as implicit Euler steps, which are minima of an energy and always
+exist; they take energy away, are first-order in time, and are counted.
 
-    J' m ((x1 - x0) 2/h^2 - J0 w0 2/h) + K (q0 + q1) / 2 + e K (q1 - q0) + D (q1 - q0) / h = J' f + sum T_i d'_i,
-
-J = (J0 + J1) / 2, d' likewise, with a share of q1 - q0 that makes J (q1 - q0) = x1 - x0 in the work of the forces: a
-discrete gradient (O. Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6, 1996).
-Kinetic, elastic and gravity's energy then change by what the loads do, less what D and e dissipate, whatever the step:
-nothing grows by itself, however light the damping. The load is held over the step, without a lag.
-The rates after it are those of the modes nearest to the points' velocities, in the mass metric, which takes energy
-away, and gives none. `e` is what keeps the fastest modes from ringing.
+The rates after a step are those of the modes nearest to the points' velocities, in the mass metric, which takes energy
+away, and gives none.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import kernel
-from tendond.model.strain.kinematics import Shape, curvature_of_points, empty_shape, find_shape
+from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.linear import factor_lu, factor_symmetric, solve_lu, solve_symmetric
+from tendond.model.strain.equations import (
+    Loads,
+    Scratch,
+    begin_step,
+    find_matrix,
+    find_residual,
+    mass_matrix,
+    scratch_for,
+)
+from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
-from tendond.model.strain.linear import cholesky, cholesky_solve, solve
-from tendond.model.strain.tendons import Paths, add_tendon_stiffness, empty_paths, find_paths
+from tendond.model.strain.statics import find_energy, minimise
+from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]
 
-ITERATIONS = 12
+__all__ = ["Loads", "Scratch", "advance", "mass_matrix", "scratch_for"]
+
+ITERATIONS = 15
 """Of Newton's method; one that needs more is split into shorter steps."""
 
-SPLITS = 10
-"""Halvings of a step at most."""
+SPLITS = 3
+"""Halvings of a step at most, before implicit Euler steps take over."""
 
-DISSIPATION = 0.02
-"""e: numerical damping of the modes that a step does not resolve, as a part of K over one step."""
+CONTRACTION = 0.2
+"""Of the correction in one step, above which a new matrix is worth its price."""
 
-
-ROUNDING = 1e-12
-"""Of the work of all forces over the whole robot: below it, what the balance lacks is lost in rounding."""
-
-
-GROWTH = 1e3
-"""Of the residual's norm in one of Newton's steps, beyond which it is shortened: a stiff stretch grows first."""
-
-ROUNDED = 1e-6
-"""Times the tolerance: of the points' inertia, which is lost in rounding where a step is very short."""
+SHORTEST = 1.0 / 64.0
+"""Part of Newton's step, below which it leads nowhere."""
 
 
-class Loads(NamedTuple):
-    """What acts on a robot over a step.
+@inlined
+def _size(work: Scratch, vector: Array) -> float:
+    """Rotation or stretch that a change of the modes stands for, squared."""
+    total = 0.0
+    for a in range(len(vector)):
+        total += work.scale[a] * vector[a] * vector[a]
+    return total
 
-    Attributes:
-        force: dead forces on the mass points, world frame [N], shape (P, 3).
-        tension: of each tendon [N]; or its displacement [m] where `driven`. shape (m,).
-        driven: whether a tendon is driven by displacement, shape (m,).
-        moment: dead moments on the nodes, world frame [N m], shape (K + 1, 3).
+
+@inlined
+def _energy(layout: Layout, vector: Array) -> float:
+    """Twice the elastic energy of a change of the modes [J]."""
+    total = 0.0
+    for a in range(len(vector)):
+        total += layout.stiffness[a, a] * vector[a] * vector[a]
+    return total
+
+
+@kernel
+def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
+    """Solve one step from `work.q0` to `work.q1`, which holds a first guess, after `begin_step`.
+
+    Returns:
+        The residuals it took; -1 if they come to no end.
     """
-
-    force: Array
-    tension: Array
-    driven: NDArray[np.bool_]
-    moment: Array
-
-
-class Scratch(NamedTuple):
-    """Arrays of a step: shapes and tendons at both ends, Newton's matrix and right-hand side, forces on the points."""
-
-    before: Shape
-    after: Shape
-    paths_before: Paths
-    paths_after: Paths
-    matrix: Array
-    residual: Array
-    force: Array
-    mean: Array
-    velocity: Array
-    taut: Array
-
-
-def scratch_for(layout: Layout) -> Scratch:
-    """Return arrays for the steps of this robot."""
-    n, points, tendons = len(layout.component), len(layout.mass), len(layout.straight)
-    return Scratch(
-        empty_shape(layout), empty_shape(layout), empty_paths(layout), empty_paths(layout), np.zeros((n, n)),
-        np.zeros(n), np.zeros((points, 3)), np.zeros((points, n, 3)), np.zeros((points, 3)), np.zeros(tendons),
-    )  # fmt: skip
-
-
-@kernel
-def mass_matrix(layout, shape, out):  # type: ignore[no-untyped-def]
-    """Write the mass matrix of a shape, shape (n, n)."""
-    n = len(layout.component)
-    out[:, :] = 0.0
-    for j in range(len(layout.mass)):
-        m = layout.mass[j]
-        jacobian = shape.jacobian[j]
-        for a in range(n):
-            x, y, z = m * jacobian[a, 0], m * jacobian[a, 1], m * jacobian[a, 2]
-            if x == 0.0 and y == 0.0 and z == 0.0:
-                continue
-            for b in range(a + 1):
-                out[a, b] += x * jacobian[b, 0] + y * jacobian[b, 1] + z * jacobian[b, 2]
-    for k in range(1, len(layout.polar)):
-        inertia = layout.polar[k]
-        for a in range(n):
-            spin = inertia * shape.spin[k, a]
-            if spin != 0.0:
-                for b in range(a + 1):
-                    out[a, b] += spin * shape.spin[k, b]
+    n = len(work.q0)
+    q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
+    target = tolerance * tolerance * work.unit[0]
+    find_residual(layout, loads, work.q0, q1, h, work)
+    find_matrix(layout, loads, q1, h, work)
+    if not factor_lu(work.matrix, work.rows, n):
+        return -1
     for a in range(n):
-        for b in range(a):
-            out[b, a] = out[a, b]
-
-
-@kernel
-def _tensions(layout, loads, work):  # type: ignore[no-untyped-def]
-    """Write the mean tension of each tendon over a step [N]."""
-    for i in range(len(work.taut)):
-        if loads.driven[i]:
-            stretch = loads.tension[i] - 0.5 * (work.paths_before.displacement[i] + work.paths_after.displacement[i])
-            work.taut[i] = layout.tendon_stiffness[i] * stretch if stretch > 0.0 else 0.0
-        else:
-            work.taut[i] = loads.tension[i]
-
-
-@kernel
-def _residual(layout, loads, q0, w0, q1, h, balanced, work):  # type: ignore[no-untyped-def]
-    """Write the residual of a step that ends at q1; return its size, its largest part's, and its norm as energy."""
-    n = len(q0)
-    find_shape(layout, q1, work.after)
-    find_paths(layout, q1, work.paths_after)
-    _tensions(layout, loads, work)
-    for a in range(n):
-        mean = 0.0
-        for b in range(n):
-            k = layout.stiffness[a, b]
-            d = layout.damping[a, b]
-            if k != 0.0 or d != 0.0:
-                change = q1[b] - q0[b]
-                mean += k * (0.5 * (q0[b] + q1[b]) + DISSIPATION * change) + d * change / h
-        work.residual[a] = mean
-    size = 0.0
-    for a in range(n):
-        size = max(size, abs(work.residual[a]))
-    for i in range(len(work.taut)):
-        if work.taut[i] != 0.0:
-            for a in range(n):
-                pull = 0.5 * work.taut[i] * (work.paths_before.gradient[i, a] + work.paths_after.gradient[i, a])
-                work.residual[a] -= pull
-                size = max(size, abs(pull))
-    for j in range(len(layout.mass)):
-        m = layout.mass[j]
-        v = np.empty(3)
-        for i in range(3):
-            v[i] = (work.after.point[j, i] - work.before.point[j, i]) / h
-            work.force[j, i] = 2.0 * m / h * (v[i] - work.velocity[j, i]) - m * layout.gravity[i] - loads.force[j, i]
-        if layout.drag[j, 0] != 0.0 or layout.drag[j, 1] != 0.0 or layout.drag[j, 2] != 0.0:
-            r = 0.5 * (work.before.rotation[layout.place[j]] + work.after.rotation[layout.place[j]])
-            for c in range(3):
-                speed = r[c] * v[0] + r[3 + c] * v[1] + r[6 + c] * v[2]
-                drag = layout.drag[j, c] * speed * abs(speed)
-                for i in range(3):
-                    work.force[j, i] += drag * r[3 * i + c]
-        for a in range(n):
-            for i in range(3):
-                work.mean[j, a, i] = 0.5 * (work.before.jacobian[j, a, i] + work.after.jacobian[j, a, i])
-            part = (
-                work.mean[j, a, 0] * work.force[j, 0] + work.mean[j, a, 1] * work.force[j, 1]
-                + work.mean[j, a, 2] * work.force[j, 2]
-            )  # fmt: skip
-            work.residual[a] += part
-            lost = ROUNDED * 2.0 * m / (h * h) * (
-                abs(work.after.point[j, 0] * work.mean[j, a, 0]) + abs(work.after.point[j, 1] * work.mean[j, a, 1])
-                + abs(work.after.point[j, 2] * work.mean[j, a, 2])
-            )  # fmt: skip
-            size = max(size, abs(part), lost)
-    for k in range(1, len(layout.polar)):
-        inertia = layout.polar[k]
-        rate = before = 0.0
-        for a in range(n):
-            rate += 0.5 * (work.before.spin[k, a] + work.after.spin[k, a]) * (q1[a] - q0[a]) / h
-            before += work.before.spin[k, a] * w0[a]
-        moment = 2.0 * inertia / h * (rate - before)
-        x, y, z = loads.moment[k, 0], loads.moment[k, 1], loads.moment[k, 2]
-        for a in range(n):
-            work.residual[a] += 0.5 * (work.before.spin[k, a] + work.after.spin[k, a]) * moment
-            if x != 0.0 or y != 0.0 or z != 0.0:
-                one, two = work.before.twist[k, a], work.after.twist[k, a]
-                part = 0.5 * (x * (one[0] + two[0]) + y * (one[1] + two[1]) + z * (one[2] + two[2]))
-                work.residual[a] -= part
-                size = max(size, abs(part))
-    if balanced:
-        _balance(layout, q0, q1, work)
-    left = norm = 0.0
-    for a in range(n):
-        left = max(left, abs(work.residual[a]))
-        norm += work.residual[a] ** 2 / layout.stiffness[a, a]
-    return left, size, norm
-
-
-@kernel
-def _balance(layout, q0, q1, work):  # type: ignore[no-untyped-def]
-    """Add what the mean Jacobians lack of the work of all forces along q1 - q0 (a discrete gradient)."""
-    n = len(q0)
-    norm = lacking = lost = 0.0
-    for a in range(n):
-        norm += layout.stiffness[a, a] * (q1[a] - q0[a]) ** 2
-    for j in range(len(layout.mass)):
-        for i in range(3):
-            way = work.after.point[j, i] - work.before.point[j, i]
-            for a in range(n):
-                way -= work.mean[j, a, i] * (q1[a] - q0[a])
-            lacking += work.force[j, i] * way
-            lost += abs(work.force[j, i] * work.after.point[j, i])
-    for i in range(len(work.taut)):
-        way = work.paths_after.displacement[i] - work.paths_before.displacement[i]
-        for a in range(n):
-            way -= 0.5 * (work.paths_before.gradient[i, a] + work.paths_after.gradient[i, a]) * (q1[a] - q0[a])
-        lacking -= work.taut[i] * way
-        lost += work.taut[i] * layout.straight[i]
-    if abs(lacking) <= ROUNDING * lost:
-        return
-    for a in range(n):
-        work.residual[a] += lacking / norm * layout.stiffness[a, a] * (q1[a] - q0[a])
-
-
-@kernel
-def _matrix(layout, loads, q0, q1, h, work):  # type: ignore[no-untyped-def]
-    """Write the derivative of the residual by q1, shape (n, n)."""
-    n = len(q0)
-    m = work.matrix
-    m[:, :] = 0.0
-    curvature_of_points(layout, work.after, work.force, m)
-    add_tendon_stiffness(layout, q1, work.taut, 1.0, m)
-    for a in range(n):
-        for b in range(n):
-            m[a, b] = 0.5 * m[a, b] + (0.5 + DISSIPATION) * layout.stiffness[a, b] + layout.damping[a, b] / h
-    for j in range(len(layout.mass)):
-        factor = 2.0 * layout.mass[j] / (h * h)
-        mean, after = work.mean[j], work.after.jacobian[j]
-        for a in range(n):
-            x, y, z = factor * mean[a, 0], factor * mean[a, 1], factor * mean[a, 2]
-            if x == 0.0 and y == 0.0 and z == 0.0:
-                continue
-            for b in range(n):
-                m[a, b] += x * after[b, 0] + y * after[b, 1] + z * after[b, 2]
-        if layout.drag[j, 0] != 0.0 or layout.drag[j, 1] != 0.0 or layout.drag[j, 2] != 0.0:
-            r = 0.5 * (work.before.rotation[layout.place[j]] + work.after.rotation[layout.place[j]])
-            for c in range(3):
-                speed = 0.0
-                for i in range(3):
-                    speed += r[3 * i + c] * (work.after.point[j, i] - work.before.point[j, i]) / h
-                slope = 2.0 * layout.drag[j, c] * abs(speed) / h
-                if slope == 0.0:
-                    continue
-                for a in range(n):
-                    left = slope * (r[c] * mean[a, 0] + r[3 + c] * mean[a, 1] + r[6 + c] * mean[a, 2])
-                    for b in range(n):
-                        m[a, b] += left * (r[c] * after[b, 0] + r[3 + c] * after[b, 1] + r[6 + c] * after[b, 2])
-    for k in range(1, len(layout.polar)):
-        factor = 2.0 * layout.polar[k] / (h * h)
-        for a in range(n):
-            left = 0.5 * factor * (work.before.spin[k, a] + work.after.spin[k, a])
-            for b in range(n):
-                m[a, b] += 0.5 * left * (work.before.spin[k, b] + work.after.spin[k, b])
-    for i in range(len(work.taut)):
-        if loads.driven[i] and work.taut[i] > 0.0:
-            k = layout.tendon_stiffness[i]
-            for a in range(n):
-                left = 0.25 * k * (work.paths_before.gradient[i, a] + work.paths_after.gradient[i, a])
-                for b in range(n):
-                    m[a, b] += left * work.paths_after.gradient[i, b]
-
-
-@kernel
-def _solve_step(layout, loads, q0, w0, h, tolerance, guess, balanced, q1, w1, work):  # type: ignore[no-untyped-def]
-    """Solve one step; return the iterations, -1 if they do not converge. `work.before` is the shape at q0."""
-    n = len(q0)
-    for j in range(len(layout.mass)):
-        for i in range(3):
-            value = 0.0
-            for a in range(n):
-                value += work.before.jacobian[j, a, i] * w0[a]
-            work.velocity[j, i] = value
-    for a in range(n):
-        q1[a] = guess[a]
-    left, size, norm = _residual(layout, loads, q0, w0, q1, h, balanced, work)
-    count = 0
-    trial = np.empty(n)
-    while not left <= tolerance * size:
-        count += 1
-        if count > ITERATIONS or not np.isfinite(left):
+        step[a] = work.residual[a]
+    solve_lu(work.matrix, work.rows, step, n)
+    size, energy = _size(work, step), _energy(layout, step)
+    part = 1.0
+    for count in range(2, ITERATIONS + 2):
+        if not size < 1e300:
             return -1
-        _matrix(layout, loads, q0, q1, h, work)
-        change = work.residual.copy()
-        if not solve(work.matrix, change):
-            return -1
-        part = 1.0
-        while True:
+        if energy <= target:
             for a in range(n):
-                trial[a] = q1[a] - part * change[a]
-            found, new, other = _residual(layout, loads, q0, w0, trial, h, balanced, work)
-            if other < GROWTH * norm or found <= tolerance * new:
-                break
-            part *= 0.5
-            if part < 0.05:
-                return -1
+                q1[a] -= step[a]
+            find_shape(layout, q1, work.after)
+            return count
+        for a in range(n):
+            trial[a] = q1[a] - part * step[a]
+        find_residual(layout, loads, work.q0, trial, h, work)
+        for a in range(n):
+            correction[a] = work.residual[a]
+        solve_lu(work.matrix, work.rows, correction, n)
+        left = _size(work, correction)
+        if not left <= (1.0 - 0.25 * part) ** 2 * size:
+            left_energy = _energy(layout, correction)
+            if not (part == 1.0 and left_energy <= target):
+                part *= 0.5
+                if part < SHORTEST:
+                    return -1
+                continue
         for a in range(n):
             q1[a] = trial[a]
-        left, size, norm = found, new, other
-    mass_matrix(layout, work.after, work.matrix)
+        if part == 1.0:
+            reached = _energy(layout, correction)
+            if reached <= target:
+                return count
+            ratio = left / size
+            if ratio < CONTRACTION * CONTRACTION:
+                for a in range(n):
+                    step[a] = correction[a]
+                size = left
+                energy = ratio * reached  # what is left after it
+                continue
+        find_matrix(layout, loads, q1, h, work)
+        if not factor_lu(work.matrix, work.rows, n):
+            return -1
+        for a in range(n):
+            step[a] = work.residual[a]
+        solve_lu(work.matrix, work.rows, step, n)
+        size, energy = _size(work, step), np.inf
+        part = min(1.0, 2.0 * part)
+    return -1
+
+
+@kernel
+def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> float:
+    """Write to `work.w1` the rates nearest to the points' velocities; return twice their kinetic energy [J].
+
+    The velocities are `new` (x1 - x0) - `old` v0: 2 / h and 1 for the balanced step, 1 / h and 0 for implicit Euler's.
+    """
+    n = len(work.q1)
+    w1, one, two = work.w1, work.before, work.after
+    mass_matrix(layout, two, work.matrix)
     for a in range(n):
         w1[a] = 0.0
     for j in range(len(layout.mass)):
-        m = layout.mass[j]
-        for i in range(3):
-            v = 2.0 * (work.after.point[j, i] - work.before.point[j, i]) / h - work.velocity[j, i]
-            for a in range(n):
-                w1[a] += m * v * work.after.jacobian[j, a, i]
+        m, k = layout.mass[j], layout.place[j]
+        x = m * (new * (two.point[j, 0] - one.point[j, 0]) - old * work.velocity[j, 0])
+        y = m * (new * (two.point[j, 1] - one.point[j, 1]) - old * work.velocity[j, 1])
+        z = m * (new * (two.point[j, 2] - one.point[j, 2]) - old * work.velocity[j, 2])
+        for a in range(layout.last[k - 1]):
+            w1[a] += x * two.jacobian[j, 0, a] + y * two.jacobian[j, 1, a] + z * two.jacobian[j, 2, a]
     for k in range(1, len(layout.polar)):
-        rate = before = 0.0
-        for a in range(n):
-            rate += 0.5 * (work.before.spin[k, a] + work.after.spin[k, a]) * (q1[a] - q0[a]) / h
-            before += work.before.spin[k, a] * w0[a]
-        for a in range(n):
-            w1[a] += layout.polar[k] * (2.0 * rate - before) * work.after.spin[k, a]
-    if not cholesky(work.matrix):
-        return -1
-    cholesky_solve(work.matrix, w1)
-    return count
+        if layout.polar[k] != 0.0:
+            last = layout.last[k - 1]
+            rate = 0.0
+            for a in range(last):
+                rate += 0.5 * (one.spin[k, a] + two.spin[k, a]) * (work.q1[a] - work.q0[a])
+            turned = layout.polar[k] * (new * rate - old * work.spin[k])
+            for a in range(last):
+                w1[a] += turned * two.spin[k, a]
+    for a in range(n):
+        work.row[a] = w1[a]
+    if not factor_symmetric(work.matrix, n):
+        return -1.0
+    solve_symmetric(work.matrix, w1, n)
+    twice = 0.0
+    for a in range(n):
+        twice += work.row[a] * w1[a]
+    return twice
 
 
 @kernel
-def advance(layout, loads, q, w, h, tolerance, work):  # type: ignore[no-untyped-def]
+def damped_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
+    """Take an implicit Euler step from `work.q0` to `work.q1`, after `begin_step`; return Newton's iterations.
+
+    It is the minimum of an energy, the least that was found if Newton's method ends early: whatever comes out, the
+    potential energy after it is not above all energy before it, and the rates are scaled so that the sum is not either.
+    """
+    n = len(work.q0)
+    for a in range(n):
+        work.q1[a] = work.q0[a]
+    before, _ = find_energy(layout, loads, work.q1, 1.0 / h, work)  # at q0: potential and kinetic energy
+    count = minimise(layout, loads, work.q1, 1.0 / h, tolerance, work)
+    after, _ = find_energy(layout, loads, work.q1, 1.0 / h, work)
+    inertia = 0.0  # what the minimum has above the potential energy, and lets go
+    one, two = work.before, work.after
+    for j in range(len(layout.mass)):
+        for c in range(3):
+            v = (two.point[j, c] - one.point[j, c]) / h - work.velocity[j, c]
+            inertia += 0.5 * layout.mass[j] * v * v
+    for k in range(1, len(layout.polar)):
+        turned = 0.0
+        for a in range(layout.last[k - 1]):
+            turned += one.spin[k, a] * (work.q1[a] - work.q0[a])
+        turned = turned / h - work.spin[k]
+        inertia += 0.5 * layout.polar[k] * turned * turned
+    twice = project_rates(layout, 0.0, 1.0 / h, work)
+    allowed = max(0.0, 2.0 * (before - after + inertia))
+    if not twice <= allowed:
+        factor = np.sqrt(allowed / twice) if twice > 0.0 else 0.0
+        for a in range(n):
+            work.w1[a] *= factor
+    return int(abs(count))
+
+
+@kernel
+def advance(
+    layout: Layout, loads: Loads, q: Array, w: Array, h: float, tolerance: float, work: Scratch
+) -> tuple[int, int, int]:
     """Advance q and w by the time h, in place: one step, or, where that does not converge, as many shorter ones.
 
+    Args:
+        layout: of the robot.
+        loads: on it, held over the step.
+        q: strains, shape (n,).
+        w: their rates [1/s], shape (n,).
+        h: [s].
+        tolerance: of the strains [rad], in the measure of energy.
+        work: scratch arrays.
+
     Returns:
-        Newton's iterations of all steps, and the number of steps; -1 for the first where even the shortest failed,
-        with q and w as they were.
+        Residuals and iterations of all steps; the number of steps; how many of these were implicit Euler's.
     """
     n = len(q)
-    q0, w0 = q.copy(), w.copy()
-    q1, w1, guess = np.empty(n), np.empty(n), np.empty(n)
-    total = steps = 0
-    done, parts = 0.0, 1.0
-    find_shape(layout, q, work.before)
-    find_paths(layout, q, work.paths_before)
-    while done < 1.0 - 1e-12:
-        step = min(1.0 / parts, 1.0 - done)
-        for a in range(n):
-            guess[a] = q[a] + step * h * w[a]
-        count = _solve_step(layout, loads, q, w, step * h, tolerance, guess, True, q1, w1, work)
-        if count < 0:
-            count = _solve_step(layout, loads, q, w, step * h, tolerance, guess, False, q1, w1, work)
-        if count < 0:
-            parts *= 2.0
-            if parts > 2.0**SPLITS:
-                for a in range(n):
-                    q[a], w[a] = q0[a], w0[a]
-                return -1, steps
-            continue
+    q0, w0, q1 = work.q0, work.w0, work.q1
+    total = steps = damped = done = 0
+    whole = 1 << SPLITS
+    part = whole
+    for a in range(n):
+        q0[a], w0[a] = q[a], w[a]
+    while done < whole:
+        find_shape(layout, q0, work.before)
+        if len(work.taut) > 0:
+            find_paths(layout, q0, work.paths_before)
+        while True:
+            length = h * part / whole
+            begin_step(layout, q0, w0, length, work)
+            for a in range(n):
+                q1[a] = q0[a] + length * w0[a]
+            count = solve_step(layout, loads, length, tolerance, work)
+            if count > 0:
+                twice = project_rates(layout, 1.0, 2.0 / length, work)
+                if twice >= 0.0:
+                    break
+            if part > 1:
+                part //= 2
+                continue
+            count = damped_step(layout, loads, length, tolerance, work)
+            damped += 1
+            break
         total += count
         steps += 1
-        done += step
+        done += part
         for a in range(n):
-            q[a], w[a] = q1[a], w1[a]
-        if done < 1.0 - 1e-12:
-            find_shape(layout, q, work.before)
-            find_paths(layout, q, work.paths_before)
-    return total, steps
+            q0[a], w0[a] = q1[a], work.w1[a]
+        while 2 * part <= whole - done and done % (2 * part) == 0:
+            part *= 2
+    for a in range(n):
+        q[a], w[a] = q0[a], w0[a]
+    return total, steps, damped

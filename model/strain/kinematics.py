@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, kernel
-from tendond.model.numerics.vectors import Vector, add, cross, rotate, scale
+from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate, scale
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
 
@@ -23,13 +23,14 @@ COMMUTATOR = math.sqrt(3.0) / 12.0
 
 
 class Shape(NamedTuple):
-    """A robot's shape, and its Jacobians; world frame.
+    """A robot's shape, and its Jacobians; world frame. Modes come last, side by side in memory.
 
     Attributes:
         rotation: of each node, row by row, shape (K + 1, 9). position: [m], shape (K + 1, 3).
-        twist: spatial twist of each node by each mode, shape (K + 1, n, 6); part: of each interval, shape (K, n, 6).
-        point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, n, 3).
+        twist: spatial twist of each node by each mode, shape (K + 1, 6, n); part: of each interval, shape (K, 6, n).
+        point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, 3, n).
         spin: rotation about the own axis of each node by each mode, shape (K + 1, n).
+        room: for the march itself, shape (4, 6).
     """
 
     rotation: Array
@@ -39,6 +40,7 @@ class Shape(NamedTuple):
     point: Array
     jacobian: Array
     spin: Array
+    room: Array
 
 
 def empty_shape(layout: Layout) -> Shape:
@@ -46,8 +48,9 @@ def empty_shape(layout: Layout) -> Shape:
     intervals, n = layout.at1.shape
     points = len(layout.mass)
     return Shape(
-        np.zeros((intervals + 1, 9)), np.zeros((intervals + 1, 3)), np.zeros((intervals + 1, n, 6)),
-        np.zeros((intervals, n, 6)), np.zeros((points, 3)), np.zeros((points, n, 3)), np.zeros((intervals + 1, n)),
+        np.zeros((intervals + 1, 9)), np.zeros((intervals + 1, 3)), np.zeros((intervals + 1, 6, n)),
+        np.zeros((intervals, 6, n)), np.zeros((points, 3)), np.zeros((points, 3, n)), np.zeros((intervals + 1, n)),
+        np.zeros((4, 6)),
     )  # fmt: skip
 
 
@@ -64,45 +67,44 @@ def _unit(component: int) -> tuple[Vector, Vector]:
     return u, v
 
 
-@kernel
-def strain_at(layout, q, k, at, reference, out):  # type: ignore[no-untyped-def]
-    """Write the strain of interval k where the modes have the values `at`, shape (6,)."""
-    for c in range(6):
-        out[c] = reference[k, c]
-    for d in range(layout.first[k], layout.last[k]):
-        out[layout.component[d]] += at[k, d] * q[d]
+@inlined
+def rotation_of(shape: Shape, k: int) -> Matrix:
+    """Return the rotation of the node k, row by row."""
+    r = shape.rotation
+    return r[k, 0], r[k, 1], r[k, 2], r[k, 3], r[k, 4], r[k, 5], r[k, 6], r[k, 7], r[k, 8]
+
+
+@inlined
+def position_of(shape: Shape, k: int) -> Vector:
+    """Return the position of the node k."""
+    return shape.position[k, 0], shape.position[k, 1], shape.position[k, 2]
 
 
 @kernel
-def pose(layout, shape, k):  # type: ignore[no-untyped-def]
-    """Return rotation and position of the node k as tuples."""
-    r, p = shape.rotation[k], shape.position[k]
-    return (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), (p[0], p[1], p[2])
-
-
-@kernel
-def find_shape(layout, q, shape):  # type: ignore[no-untyped-def]
+def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
     """Write the shape for the strains q, shape (n,), with all Jacobians."""
-    n = len(q)
-    one, two = np.empty(6), np.empty(6)
-    moved = np.empty((2, 6, 6))
+    room, part, twist = shape.room, shape.part, shape.twist
     for c in range(9):
         shape.rotation[0, c] = layout.base[c]
-    shape.position[0, :] = layout.origin
-    shape.twist[0, :, :] = 0.0
-    shape.spin[0, :] = 0.0
+    for c in range(3):
+        shape.position[0, c] = layout.origin[c]
     for k in range(len(layout.step)):
-        strain_at(layout, q, k, layout.at1, layout.strain1, one)
-        strain_at(layout, q, k, layout.at2, layout.strain2, two)
+        first, last = layout.first[k], layout.last[k]
+        for c in range(6):
+            room[0, c], room[1, c] = layout.strain1[k, c], layout.strain2[k, c]
+        for d in range(first, last):
+            c = layout.component[d]
+            room[0, c] += layout.at1[k, d] * q[d]
+            room[1, c] += layout.at2[k, d] * q[d]
         h = layout.step[k]
         w = COMMUTATOR * h * h
-        u1, v1 = (one[0], one[1], one[2]), (one[3], one[4], one[5])
-        u2, v2 = (two[0], two[1], two[2]), (two[3], two[4], two[5])
+        u1, v1 = (room[0, 0], room[0, 1], room[0, 2]), (room[0, 3], room[0, 4], room[0, 5])
+        u2, v2 = (room[1, 0], room[1, 1], room[1, 2]), (room[1, 3], room[1, 4], room[1, 5])
         bu, bv = _bracket(u1, v1, u2, v2)
         f = add(scale(0.5 * h, add(u1, u2)), scale(w, bu))
         r = add(scale(0.5 * h, add(v1, v2)), scale(w, bv))
         turn, jacobian, coupling = exponential(f, r)
-        before, place = pose(layout, shape, k)
+        before, place = rotation_of(shape, k), position_of(shape, k)
         after = product(before, turn)
         step = rotate(before, rotate(jacobian, r))
         for c in range(9):
@@ -110,79 +112,79 @@ def find_shape(layout, q, shape):  # type: ignore[no-untyped-def]
         for c in range(3):
             shape.position[k + 1, c] = place[c] + step[c]
         rj, rq = product(before, jacobian), product(before, coupling)
-        done = 0
-        for d in range(layout.first[k], layout.last[k]):  # twist of each component at both Gauss points
+        d = first
+        while d < last:  # all modes of a component at once
             c = layout.component[d]
-            if done & (1 << c):
-                continue
-            done |= 1 << c
             eu, ev = _unit(c)
-            for point in range(2):
-                cu, cv = _bracket(eu, ev, u2, v2) if point == 0 else _bracket(u1, v1, eu, ev)
+            for gauss in range(2):
+                cu, cv = _bracket(eu, ev, u2, v2) if gauss == 0 else _bracket(u1, v1, eu, ev)
                 au = add(scale(0.5 * h, eu), scale(w, cu))
                 av = add(scale(0.5 * h, ev), scale(w, cv))
                 ou = rotate(rj, au)
                 ov = add(add(rotate(rq, au), rotate(rj, av)), cross(place, ou))
                 for i in range(3):
-                    moved[point, c, i] = ou[i]
-                    moved[point, c, 3 + i] = ov[i]
-        for d in range(n):
-            for i in range(6):
-                shape.twist[k + 1, d, i] = shape.twist[k, d, i]
-        for d in range(layout.first[k], layout.last[k]):
-            c = layout.component[d]
-            for i in range(6):
-                part = layout.at1[k, d] * moved[0, c, i] + layout.at2[k, d] * moved[1, c, i]
-                shape.part[k, d, i] = part
-                shape.twist[k + 1, d, i] += part
-        for d in range(n):
-            t = shape.twist[k + 1, d]
-            shape.spin[k + 1, d] = after[2] * t[0] + after[5] * t[1] + after[8] * t[2]
+                    room[2 + gauss, i], room[2 + gauss, 3 + i] = ou[i], ov[i]
+            while d < last and layout.component[d] == c:
+                for i in range(6):
+                    part[k, i, d] = layout.at1[k, d] * room[2, i] + layout.at2[k, d] * room[3, i]
+                d += 1
+        for i in range(6):
+            for d in range(first):
+                twist[k + 1, i, d] = twist[k, i, d]
+            for d in range(first, last):
+                twist[k + 1, i, d] = twist[k, i, d] + part[k, i, d]
+        for d in range(last):
+            shape.spin[k + 1, d] = (
+                after[2] * twist[k + 1, 0, d] + after[5] * twist[k + 1, 1, d] + after[8] * twist[k + 1, 2, d]
+            )
     for j in range(len(layout.mass)):
         k = layout.place[j]
-        rotation, place = pose(layout, shape, k)
-        x = add(place, rotate(rotation, (layout.arm[j, 0], layout.arm[j, 1], layout.arm[j, 2])))
+        arm = (layout.arm[j, 0], layout.arm[j, 1], layout.arm[j, 2])
+        x = add(position_of(shape, k), rotate(rotation_of(shape, k), arm))
         for i in range(3):
             shape.point[j, i] = x[i]
-        for d in range(n):
-            t = shape.twist[k, d]
-            shape.jacobian[j, d, 0] = t[1] * x[2] - t[2] * x[1] + t[3]
-            shape.jacobian[j, d, 1] = t[2] * x[0] - t[0] * x[2] + t[4]
-            shape.jacobian[j, d, 2] = t[0] * x[1] - t[1] * x[0] + t[5]
+        for d in range(layout.last[k - 1]):
+            shape.jacobian[j, 0, d] = twist[k, 1, d] * x[2] - twist[k, 2, d] * x[1] + twist[k, 3, d]
+            shape.jacobian[j, 1, d] = twist[k, 2, d] * x[0] - twist[k, 0, d] * x[2] + twist[k, 4, d]
+            shape.jacobian[j, 2, d] = twist[k, 0, d] * x[1] - twist[k, 1, d] * x[0] + twist[k, 5, d]
 
 
 @kernel
-def curvature_of_points(layout, shape, force, out):  # type: ignore[no-untyped-def]
+def curvature_of_points(layout: Layout, shape: Shape, force: Array, out: Array) -> None:
     """Add the sum over the mass points of force . d2x/dq dq, shape (n, n); forces are dead, world frame, shape (P, 3).
 
     A point that a distal strain moves by J is turned by every proximal strain's rotation: d2x = w x J. In their own
     interval both count by half, which is exact as the interval goes to 0.
     """
-    intervals = len(layout.step)
     fx = fy = fz = 0.0
-    q = np.zeros(9)  # sum of x F' over the points beyond, row by row
+    q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x F' over the points beyond, row by row
     j = len(layout.mass) - 1
-    lever = np.empty(3)
-    for k in range(intervals - 1, -1, -1):
+    part, twist = shape.part, shape.twist
+    for k in range(len(layout.step) - 1, -1, -1):
         while j >= 0 and layout.place[j] == k + 1:
-            for a in range(3):
-                for b in range(3):
-                    q[3 * a + b] += shape.point[j, a] * force[j, b]
-            fx += force[j, 0]
-            fy += force[j, 1]
-            fz += force[j, 2]
+            x, y, z = shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]
+            a, b, c = force[j, 0], force[j, 1], force[j, 2]
+            q0, q1, q2 = q0 + x * a, q1 + x * b, q2 + x * c
+            q3, q4, q5 = q3 + y * a, q4 + y * b, q5 + y * c
+            q6, q7, q8 = q6 + z * a, q7 + z * b, q8 + z * c
+            fx, fy, fz = fx + a, fy + b, fz + c
             j -= 1
-        trace = q[0] + q[4] + q[8]
-        for d in range(layout.first[k], layout.last[k]):
-            t = shape.part[k, d]
-            lever[0] = q[0] * t[0] + q[1] * t[1] + q[2] * t[2] - trace * t[0] + t[4] * fz - t[5] * fy
-            lever[1] = q[3] * t[0] + q[4] * t[1] + q[5] * t[2] - trace * t[1] + t[5] * fx - t[3] * fz
-            lever[2] = q[6] * t[0] + q[7] * t[1] + q[8] * t[2] - trace * t[2] + t[3] * fy - t[4] * fx
-            for e in range(layout.last[k]):
-                s = shape.twist[k, e]
-                value = s[0] * lever[0] + s[1] * lever[1] + s[2] * lever[2]
-                if e >= layout.first[k]:
-                    o = shape.part[k, e]
-                    value += 0.5 * (o[0] * lever[0] + o[1] * lever[1] + o[2] * lever[2])
+        trace = q0 + q4 + q8
+        first, last = layout.first[k], layout.last[k]
+        for d in range(first, last):
+            t0, t1, t2 = part[k, 0, d], part[k, 1, d], part[k, 2, d]
+            t3, t4, t5 = part[k, 3, d], part[k, 4, d], part[k, 5, d]
+            x = q0 * t0 + q1 * t1 + q2 * t2 - trace * t0 + t4 * fz - t5 * fy
+            y = q3 * t0 + q4 * t1 + q5 * t2 - trace * t1 + t5 * fx - t3 * fz
+            z = q6 * t0 + q7 * t1 + q8 * t2 - trace * t2 + t3 * fy - t4 * fx
+            for e in range(first):
+                value = x * twist[k, 0, e] + y * twist[k, 1, e] + z * twist[k, 2, e]
+                out[d, e] += value
+                out[e, d] += value
+            for e in range(first, last):
+                value = (
+                    x * (twist[k, 0, e] + 0.5 * part[k, 0, e]) + y * (twist[k, 1, e] + 0.5 * part[k, 1, e])
+                    + z * (twist[k, 2, e] + 0.5 * part[k, 2, e])
+                )  # fmt: skip
                 out[d, e] += value
                 out[e, d] += value

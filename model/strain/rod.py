@@ -8,18 +8,21 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.strain.dynamics import Loads, advance, mass_matrix, scratch_for
+from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.parked import Parked
+from tendond.model.strain.calls import advance_parked, minimise_parked
+from tendond.model.strain.dynamics import Loads, mass_matrix, scratch_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
-from tendond.model.strain.statics import ITERATIONS, minimise, stiffness_of
+from tendond.model.strain.statics import ITERATIONS, stiffness_of
 from tendond.model.strain.tendons import empty_paths, find_paths
 
 Array = NDArray[np.float64]
 
 STATIC_TOLERANCE = 1e-10
 STEP_TOLERANCE = 1e-8
-"""Of the residual, as a part of the largest generalised force in it: scaled by the robot itself."""
+"""Of the strains [rad]: relative to the energy of the robot's softest section when bent by 1 rad."""
 
 
 @dataclass(frozen=True)
@@ -29,12 +32,14 @@ class StrainState:
     Attributes:
         strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).
         iterations: Newton's, of the solution that led here. steps: that the last step was split into.
+        damped: how many of these were implicit Euler's, where no other solution was found: they take energy away.
     """
 
     strain: Array
     rate: Array
     iterations: int = 0
     steps: int = 0
+    damped: int = 0
 
 
 class StrainRod:
@@ -55,6 +60,8 @@ class StrainRod:
         self.time_step = time_step
         self.layout: Layout = lay_out(robot)
         self._work = scratch_for(self.layout)
+        self._parked = Parked((self.layout, self._work))
+        self._advance, self._minimise = Bound(advance_parked), Bound(minimise_parked)
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
         self._tip_points = self._at_tip()
@@ -121,7 +128,7 @@ class StrainRod:
             ConvergenceError: none was found.
         """
         q = self.rest().strain if start is None else start.strain.copy()
-        count = minimise(self.layout, loads, q, STATIC_TOLERANCE, self._work)
+        count = self._minimise.call(self._parked, loads, q, STATIC_TOLERANCE)
         if count < 0 or not np.all(np.isfinite(q)):
             raise ConvergenceError(
                 "statics: no equilibrium downhill from this start", 0.0, self._residual(), ITERATIONS
@@ -132,13 +139,13 @@ class StrainRod:
         """Return the state one time step on, under loads that are held over it.
 
         Raises:
-            ConvergenceError: not even a thousandth of the step could be solved.
+            ConvergenceError: not a finite state, or not finite loads.
         """
         q, w = state.strain.copy(), state.rate.copy()
-        count, steps = advance(self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work)
-        if count < 0:
-            raise ConvergenceError("dynamics: no solution of the step, nor of parts of it", 0.0, self._residual(), 0)
-        return StrainState(q, w, int(count), int(steps))
+        count, steps, damped = self._advance.call(self._parked, loads, q, w, self.time_step, STEP_TOLERANCE)
+        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
+            raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
+        return StrainState(q, w, count, steps, damped)
 
     def _residual(self) -> float:
         return float(np.max(np.abs(self._work.residual)))
@@ -151,7 +158,7 @@ class StrainRod:
     def tip_velocity(self, state: StrainState) -> Array:
         """Return velocity of the tip, world frame [m/s], shape (3,)."""
         find_shape(self.layout, state.strain, self._shape)
-        twist = state.rate @ self._shape.twist[-1]
+        twist = self._shape.twist[-1] @ state.rate
         return np.asarray(np.cross(twist[:3], self._shape.position[-1]) + twist[3:])
 
     def backbone(self, state: StrainState) -> Array:
@@ -182,7 +189,7 @@ class StrainRod:
     def energy(self, state: StrainState) -> float:
         """Return kinetic, elastic and gravity's energy [J]."""
         find_shape(self.layout, state.strain, self._shape)
-        velocity = np.einsum("pni,n->pi", self._shape.jacobian, state.rate)
+        velocity = self._shape.jacobian @ state.rate
         spin = self._shape.spin @ state.rate
         kinetic = 0.5 * float(self.layout.mass @ np.sum(velocity**2, axis=1) + self.layout.polar @ spin**2)
         elastic = 0.5 * float(state.strain @ self.layout.stiffness @ state.strain)

@@ -56,7 +56,7 @@ def test_second_derivatives_of_the_shape_are_exact_however_far_it_is_bent(bend: 
             find_rates(layout, q, unit, other, empty)
             columns.append(empty.node[:, :3].copy())
         turn = np.array(columns)
-        moved = np.array([other.jacobian[:, d] for d in range(rod.modes)])
+        moved = np.array([other.jacobian[:, :, d] for d in range(rod.modes)])
         pulled = np.einsum("npi,pi->n", moved, force) + np.einsum("nki,ki->n", turn, moment) + other.spin.T @ spin
         return pulled, np.einsum("npi,n->pi", moved, w), other.spin @ w
 
@@ -75,5 +75,5 @@ def test_the_motion_of_a_shape_is_its_jacobian_times_the_rates() -> None:
     find_shape(layout, q, shape)
     find_rates(layout, q, w, shape, rates)
     velocity = np.cross(rates.node[layout.place][:, :3], shape.point) + rates.node[layout.place][:, 3:]
-    moved = np.array([shape.jacobian[:, d] for d in range(rod.modes)])
+    moved = np.array([shape.jacobian[:, :, d] for d in range(rod.modes)])
     assert velocity == pytest.approx(np.einsum("npi,n->pi", moved, w), abs=1e-12)

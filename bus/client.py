@@ -46,7 +46,7 @@ def open_client(endpoint: str, timeout: float, stopped: Callable[[], bool] = lam
     """Open a client session, trying again until the controller is there.
 
     Args:
-        endpoint: of the controller.
+        endpoint: endpoint of the controller.
         timeout: time to keep trying [s].
         stopped: called between two tries; true gives up.
 

@@ -20,7 +20,7 @@ def replies(
     Args:
         session: to ask with.
         expression: full key of the request.
-        payload: of the request, JSON; none: the key says it all.
+        payload: payload of the request, JSON; none: the key says it all.
         timeout: to wait for replies [s].
         who: the answering process, for the message.
 

@@ -16,7 +16,7 @@ class Subscription(Generic[M]):
     """The last messages published on a key; ends with its session, or by `close`.
 
     Args:
-        session: to subscribe with.
+        session: the Zenoh session.
         expression: full key, see `schemas.keys.key`.
         kind: class of the messages.
         size: messages kept between two calls; the oldest are dropped.

@@ -15,8 +15,9 @@ class ConvergenceError(ModelError):
     """The boundary value problem was not solved; the state that the step started from is intact.
 
     Attributes:
-        time: of the step that failed [s], from the state's start; 0 in statics.
-        residual: norm of force and moment missing at the tip [N, N m], of the last attempt; NaN when it overflowed.
+        time: time of the step that failed [s], from the state's start; 0 in statics.
+        residual: norm of force and moment missing at the tip in the last attempt [N], the moment at the arm
+            `solver.shooting.ARM`; NaN when it overflowed.
         iterations: marches along the rod that were spent.
     """
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from tendond.model.estimation.observer import ObserverGains, observe, start_observer, tip_compliance
+from tendond.model.estimation.compliance import tip_compliance
+from tendond.model.estimation.observer import observe, start_observer
+from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod

@@ -14,7 +14,7 @@ class TendonCalibration(Schema):
         servo: id of its servo.
         zero: position at which the tendon of the straight robot becomes taut [ticks].
         sign: +1 where larger positions pull the tendon.
-        spool_radius: to the middle of the tendon [m].
+        spool_radius: radius to the middle of the tendon [m].
     """
 
     servo: Annotated[int, Field(ge=0, le=252)]
@@ -28,8 +28,8 @@ class Calibration(Schema):
 
     Attributes:
         rig: name of the rig that it was made on.
-        date: on which it was last changed, ISO 8601, UTC.
-        tendons: in the order of the configuration; an unfinished calibration has fewer.
+        date: day of the last change, ISO 8601, UTC.
+        tendons: calibrations in the order of the configuration; an unfinished calibration has fewer.
     """
 
     version: Literal[1] = SCHEMA_VERSION

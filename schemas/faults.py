@@ -48,7 +48,7 @@ class FaultKind:
     """Options of a fault.
 
     Attributes:
-        meaning: in words.
+        meaning: description.
         seconds: default duration [s]; none: until it is cleared, or an event.
         timed: its duration can be given.
         size: default size, in `unit`; none: it has no size.
@@ -115,12 +115,12 @@ class FaultRequest(Schema):
     """A request to a running simulator; options that are not given have the fault's default in `FAULTS`.
 
     Attributes:
-        fault: to cause.
+        fault: fault to cause.
         servo: id of the servo: as on the bus for the wired rig, else 1 for the first tendon.
         seconds: duration in simulated time [s].
-        size: of a teleport [m], a dropout [-], noise [m], a weight [kg], an impact [N], a loss [-], a delay [s], turns.
-        direction: of a teleport or an impact, world frame.
-        place: of an impact along the rod: 1 is the tip [-].
+        size: teleport [m], dropout [-], noise [m], weight [kg], impact [N], loss [-], delay [s], turns [-].
+        direction: direction of a teleport or an impact, world frame.
+        place: place of an impact along the rod: 1 is the tip [-].
     """
 
     version: Literal[1] = SCHEMA_VERSION

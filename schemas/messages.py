@@ -33,7 +33,7 @@ class Message(Schema):
     """Fields common to all published messages.
 
     Attributes:
-        version: of the schema; another one is refused.
+        version: version of the schema; another one is refused.
         seq: counts up by one per message of a publisher.
         stamp_ns: capture time [ns] on the publisher's monotonic clock; ages are taken on the receiver's.
         source: identity of the publisher for its run, for instance "vicon-3f9c2a"; empty: none. It distinguishes
@@ -85,7 +85,7 @@ class TendonCommand(Message):
 
     Attributes:
         pose_seq: sequence number of the newest pose that the controller had received; none before the first.
-        displacement: of each tendon's end, from the straight robot, positive when pulled [m]; zero while disarmed.
+        displacement: displacement of each tendon from the straight robot, positive if pulled [m]; zero while disarmed.
         tension: expected by the model with it [N].
         armed: false: torque off, tendons slack.
     """
@@ -100,9 +100,9 @@ class TendonState(Message):
     """Report of the servos or the simulator.
 
     Attributes:
-        displacement: of each tendon's end [m].
+        displacement: displacement of each tendon's end [m].
         tension: measured or estimated [N].
-        fault: of a servo, in words; empty when there is none.
+        fault: fault of a servo, in words; empty when there is none.
     """
 
     displacement: PerTendon
@@ -138,10 +138,10 @@ class SimulatorTruth(Message):
     """True state of the simulated rod; logged and plotted, never an input.
 
     Attributes:
-        position: of the tip [m].
-        velocity: of the tip [m/s].
-        displacement: of each tendon [m].
-        tension: in each tendon [N].
+        position: position of the tip [m].
+        velocity: velocity of the tip [m/s].
+        displacement: displacement of each tendon [m].
+        tension: tension in each tendon [N].
         tip_force: external, with the weight of what hangs on the tip but not its inertia, world frame [N].
     """
 
@@ -181,11 +181,11 @@ class Status(Message):
     Attributes:
         rig: name.
         mode: see `Mode`.
-        reason: of a fault, a refusal, or of the last change of mode.
+        reason: reason of a fault, a refusal, or of the last change of mode.
         tick: index of the cycle.
-        law, feedback: in use.
+        law, feedback: names of those in use.
         tip: measured position in use [m]; none before the first pose.
-        target: of the reference [m].
+        target: target of the reference [m].
         tension: commanded [N]; tension_estimate: estimate of the applied tension, the model's input [N].
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
@@ -227,9 +227,9 @@ class ControlRequest(Schema):
     """A request by an operator.
 
     Attributes:
-        action: to carry out.
-        law: to select, with the action `law`.
-        reference: to set, with the action `reference`; with its samples, not a file.
+        action: action to carry out.
+        law: law to select, with the action `law`.
+        reference: reference to set, with the action `reference`; with its samples, not a file.
         controller: identity of the addressed controller, from its status; empty: any.
         deadline_ns: time on that controller's monotonic clock [ns], the clock of its status' `stamp_ns`, after which
             the request is refused. Without one, a request that may have waited for half a second is refused. A stop is
@@ -261,8 +261,8 @@ class ControlReply(Schema):
 
     Attributes:
         done: the request was carried out.
-        message: what was done, or the reason for a refusal, in one line.
-        status: of the controller afterwards.
+        message: report of what was done, or reason for a refusal, in one line.
+        status: status of the controller afterwards.
     """
 
     version: Literal[1] = SCHEMA_VERSION

@@ -18,9 +18,9 @@ class CycleInputs(Schema):
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
         tendon_state: likewise.
-        request: of the operator, if there is one; law, reference: what it is about.
+        request: request of the operator, if there is one; law, reference: its subject.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
-        unreadable_detail: which field of the first of those was wrong, and how.
+        unreadable_detail: wrong field of the first of those, and its defect.
         others: further publishers received since the last cycle, by key: their newest identity. "controller" is
             another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
@@ -43,7 +43,7 @@ class ReferencePoint(Schema):
     """Reference of the tip: position [m], velocity [m/s], acceleration [m/s^2], world frame.
 
     Attributes:
-        target: where the reference ends [m].
+        target: end of the reference [m].
     """
 
     position: Vector3
@@ -70,7 +70,7 @@ class ObserverEstimate(Schema):
     Attributes:
         innovation: measured tip minus the model's of the same time [m]; the last one while no pose comes.
         force: estimated on the tip, beside the rod's own weight [N]; zero with the offset observer.
-        pull: on the model's tip, that moves it to the measured one [N].
+        pull: force on the model's tip that moves it to the measured one [N].
         offset: added to the model's tip [m]; zero with the force observer.
     """
 
@@ -84,10 +84,10 @@ class ModelState(Schema):
     """The controller's rod after the cycle.
 
     Attributes:
-        position: of its tip [m], world frame. orientation: of its tip, w, x, y, z.
+        position: position of its tip [m], world frame. orientation: orientation of its tip, w, x, y, z.
         residual: norm of force and moment missing at the tip [N, N m].
         marches: along the rod that the solution took.
-        error: why there is no new solution; empty when there is one.
+        error: reason for which there is no new solution; empty when there is one.
     """
 
     position: Vector3
@@ -101,26 +101,26 @@ class CycleRecord(Schema):
     """One cycle.
 
     Attributes:
-        version: of the schema.
+        version: version of the schema.
         tick: index of the cycle.
         time: nominal time since the first cycle [s].
         mode: after the cycle. reason: of it.
-        reply: to the operator's request, if there was one; accepted: whether it was carried out.
-        inputs: what the cycle saw.
+        reply: reply to the operator's request, if there was one; accepted: true if it was carried out.
+        inputs: inputs of the cycle.
         rejected: inputs that it did not use, and why.
         pose_age: cycles since the pose in use arrived; none before the first.
         measured: tip position in use [m]; none before the first.
-        reference: where the tip should be.
-        observer: how model and measurement differ.
-        estimate: what the law was fed; none while no law runs.
+        reference: point at which the tip should be.
+        observer: difference between model and measurement.
+        estimate: input of the law; none while no law runs.
         terms: intermediate results of the law by name, SI.
         law_state: numbers in the state that the law keeps between cycles, by name; empty for a law without one.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
         tension_estimate: tensions that the actuators are estimated to apply, and the model is given [N].
-        law: in use.
+        law: name of the law in use.
         limited: limits that the command met.
         model: the rod after the cycle.
-        command: what was published.
+        command: command that was published.
     """
 
     version: Literal[1, 2] = RECORD_VERSION
@@ -151,9 +151,9 @@ class LoopTiming(Schema):
     """Timing of a cycle.
 
     Attributes:
-        tick: of the cycle.
+        tick: index of the cycle.
         lateness_us: wake-up after the deadline [us].
-        work_us: from wake-up to the command handed to Zenoh [us].
+        work_us: time from wake-up to the command handed to Zenoh [us].
         missed_ticks: skipped before it.
         ahead: the command had been worked out shortly before the deadline; nothing else came in until then.
         speculation_us: time taken before the deadline to work it out, or by a trial of it [us].

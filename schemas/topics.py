@@ -24,12 +24,12 @@ class Topic:
     """Topic below the rig's name.
 
     Attributes:
-        name: of the key, after `<rig>/`.
+        name: last part of the key, after `<rig>/`.
         kind: published; request: a query with a reply; token: a liveliness token.
         message: published, or sent with the request; none without a payload.
-        reply: to a request.
+        reply: type of the reply to a request.
         by, to: commands that publish or request, and that subscribe or reply.
-        meaning: in a few words.
+        meaning: short description.
     """
 
     name: str

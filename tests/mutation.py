@@ -61,7 +61,10 @@ TARGETS = {
         "unit/control/phases/test_command unit/control/phases/test_decision unit/control/phases/test_estimation "
         "unit/control/phases/test_prediction",
     ),
-    "observer": _target("model/estimation/observer", "unit/model/test_observer_bounds unit/model/test_observer"),
+    "observer": _target(
+        "model/estimation/observer model/estimation/observer_gains model/estimation/compliance",
+        "unit/model/test_observer_bounds unit/model/test_observer",
+    ),
     "space": _target("daemon/control/tasks/space", "unit/control/phases/test_space"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe "

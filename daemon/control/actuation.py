@@ -89,8 +89,8 @@ def limit_tension(limits: LimitsSection, period: float, wanted: Array, last: Arr
     """Return `wanted` within tension and tension rate, and the names of the limits that it met.
 
     Args:
-        limits: of the configuration.
-        period: of the cycle [s].
+        limits: limits of the configuration.
+        period: period of the cycle [s].
         wanted: [N], shape (n,); a value that is not finite counts as no change.
         last: commanded in the last cycle [N], shape (n,).
     """

@@ -2,9 +2,10 @@
 
 from functools import lru_cache
 
-from tendond.daemon.control.laws import backstepping, sensitivity, sliding_mode
+from tendond.daemon.control.laws import ConvergentLaw, select_law
+from tendond.daemon.control.laws.registry import BUILT_IN
 from tendond.model.estimation.margin import admitted_gains, default_tip_mass
-from tendond.model.estimation.observer import (
+from tendond.model.estimation.observer_gains import (
     INNOVATION_TIME,
     NOISE_FLOOR,
     NOISE_SHARE,
@@ -16,12 +17,16 @@ from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.config.rig import RigConfig
 
 
-def observer_gains(config: RigConfig, rod: RodParameters) -> ObserverGains:
-    """Gains of the observer for a configuration and its rod's parameters."""
+def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> ObserverGains:
+    """Gains of the observer for a configuration and its rod's parameters, and the laws of `law_rates`.
+
+    Raises:
+        LawError: no such law, or a wrong parameter.
+    """
     section, period = config.observer, config.loop.period
     mass = unknown_tip_mass(config, rod)
     wanted = FeedbackGains(section.integral, section.proportional, section.derivative, INNOVATION_TIME, NOISE_SHARE)
-    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config), section.delay, mass)
+    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config, *laws), section.delay, mass)
     return ObserverGains(
         kind=section.kind if config.control.feedback == "observer" else "offset",
         period=period,
@@ -43,15 +48,38 @@ def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:
     return default_tip_mass(rod) if given is None else given
 
 
-def law_rates(config: RigConfig) -> LawRates:
-    """Return the rates at which the laws make the model's tip converge, by their parameters."""
+def law_rates(config: RigConfig, *names: str) -> LawRates:
+    """Return the largest rates at which the laws make the model's tip converge.
+
+    These are the built-in laws, that of `control.law`, all with a table in `control.laws`, and those of `names`. A law
+    that does not say its rate (see `ConvergentLaw`) is taken for no faster than the others.
+
+    Raises:
+        LawError: no such law, or a wrong parameter.
+    """
     tables = config.control.laws
-    step = backstepping.Parameters(**tables.get("backstepping", {}))
-    slide = sliding_mode.Parameters(**tables.get("sliding_mode", {}))
-    ahead = sensitivity.Parameters(**tables.get("sensitivity", {}))
-    a1, a2 = step.alpha1, step.alpha2
-    velocity = max((1.0 + a1 * a2) / (a1 + a2), slide.c * slide.k / (slide.c + slide.k))
-    return LawRates(velocity, ahead.rate, ahead.smoothing)
+    rates = []
+    for name in dict.fromkeys([*(law.name for law in BUILT_IN), config.control.law, *tables, *names]):
+        law, parameters = select_law(name, tables)
+        if isinstance(law, ConvergentLaw):
+            rates.append(law.convergence(parameters))
+    ahead = max((one.rate, one.smoothing) for one in rates if one is not None and one.smoothing is not None)
+    return LawRates(max(one.rate for one in rates if one is not None and one.smoothing is None), *ahead)
+
+
+def rate_objection(config: RigConfig, rod: RodParameters, name: str) -> str:
+    """Say that the observer's gains have no margin with the law `name`; empty if they have.
+
+    The poles of a law that is not among those of `law_rates` are computed once: while the controller warms up.
+    """
+    if law_rates(config, name) == law_rates(config):
+        return ""
+    if observer_gains(config, rod, name) == observer_gains(config, rod):
+        return ""
+    return (
+        f"control.law: {name} is faster than the laws for which the observer's gains keep a margin: add "
+        f"[control.laws.{name}] to the configuration, and restart the controller"
+    )
 
 
 def lowered(config: RigConfig, rod: RodParameters) -> str:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
+from tendond.daemon.control.gains import rate_objection
 from tendond.daemon.control.laws import LAWS, Law, select_law
 from tendond.daemon.control.reference.planar import plan_in_plane
 from tendond.daemon.control.reference.reference import Reference
@@ -93,7 +94,7 @@ class Selection:
         section = ReferenceSection.model_validate(data["reference"])
         present = setup.selection
         if section == present.section:
-            return present.with_law(setup.config, data["law"])
+            return present.with_law(setup.config, setup.rod, data["law"])
         return select(setup.config, setup.rod, data["law"], section, present.curve)
 
     @property
@@ -102,12 +103,14 @@ class Selection:
         reference = self.reference.in_plane
         return None if reference is None else reference.curve
 
-    def with_law(self, config: RigConfig, name: str) -> "Selection":
+    def with_law(self, config: RigConfig, rod: Rod, name: str) -> "Selection":
         """Select another law, with the configuration's parameters, for the same reference.
 
         Raises:
-            LawError: an unknown law, or one that does not suit the reference or the tendons.
+            LawError: an unknown law, or one that does not suit reference, tendons or the observer's gains.
         """
+        if objection := rate_objection(config, rod.parameters, name):
+            raise LawError(objection)
         law, parameters = select_law(name, config.control.laws)
         _check(law, self.section)
         task = _task(config, law, self.reference)

@@ -51,8 +51,8 @@ class StateSnapshot(Schema):
     """State of the controller before a cycle.
 
     Attributes:
-        version: of the schema.
-        tick: of the cycle that follows.
+        version: version of the schema.
+        tick: index of the cycle that follows.
         left_out: cycles before it that were left out of the log on purpose, while the arm was idle.
         state: see `encode_state`; a function that gives it is called when the message is written, in the recorder.
     """

@@ -74,8 +74,8 @@ def hear(
 
     Args:
         sources: so far.
-        tick: of the cycle.
-        inputs: of the cycle.
+        tick: index of the cycle.
+        inputs: inputs of the cycle.
         alive: cycles without a message after which the followed source counts as gone, by topic.
         remembered: cycles for which another source is remembered.
         pulling: tendons are pulled, or being released: no other source is taken up.

@@ -18,7 +18,8 @@ from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import PlanCache, Selection
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.thresholds import Thresholds
-from tendond.model.estimation.observer import ObserverGains, ObserverState, start_observer
+from tendond.model.estimation.observer import ObserverState, start_observer
+from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
@@ -61,14 +62,14 @@ class CycleSetup:
     """Constant input of `cycle.step`: the configuration, and what follows from it.
 
     Attributes:
-        config: of the rig, with the robot's own rates where it names none.
+        config: configuration of the rig, with the robot's own rates where it names none.
         rod: the model.
         selection: law and reference that the configuration names.
         observer: its gains.
         lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
-        thresholds: of faults, in cycles.
-        rests: that a right rig may have; none: they are not compared.
-        probe: of the tendons, before the first pull; probe_limits: of the command meanwhile.
+        thresholds: thresholds of faults, in cycles.
+        rests: all that a right rig may have; none: they are not compared.
+        probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
         plans: references that were planned beforehand.
         tracking_bounds: limits of what is tolerated while tracking.
     """

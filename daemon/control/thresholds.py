@@ -13,7 +13,7 @@ class Thresholds:
     Attributes:
         pose_timeout: age of the newest pose.
         rejected_time: duration of rejected poses only.
-        teleport_time, frozen_time, slack_time: from the first report to the newest one, all of them bad.
+        teleport_time, frozen_time, slack_time: time from the first report to the newest one, all of them bad.
         solver_timeout: duration without a solution of the model.
         overrun_time: missed deadlines in a row.
         tendon_timeout: age of the newest tendon state.

@@ -259,8 +259,8 @@ def tendon_paths(
     """The tendons beside the backbone, for the eye: a few points each [m], shape (k, 3).
 
     Args:
-        rotations: of the rod's nodes, equally spaced, body to world, shape (nodes, 3, 3).
-        points: of the backbone, equally spaced [m], shape (p, 3).
+        rotations: rotations of the rod's nodes, equally spaced, body to world, shape (nodes, 3, 3).
+        points: points of the backbone, equally spaced [m], shape (p, 3).
         holes: (x, y) of each tendon in the cross-section [m].
     """
     kept = np.linspace(0, len(points) - 1, min(len(points), _TENDON_POINTS)).round().astype(np.intp)
@@ -286,7 +286,7 @@ def rod_shape(
     Args:
         time_ns: time of the shape [ns].
         tick: index of the cycle.
-        points: of the backbone, base to tip [m], shape (nodes, 3); at most 50 are kept, the ends among them.
+        points: points of the backbone, base to tip [m], shape (nodes, 3); at most 50 are kept, the ends among them.
         target: where the tip should be [m].
         tendons: see `tendon_paths`.
         trail: where the tip has been, at most `TRAIL_POINTS` [m].

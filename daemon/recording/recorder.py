@@ -78,8 +78,8 @@ class Recorder:
     """Writes messages to an MCAP file from a thread of its own; whatever befalls the file, the caller goes on.
 
     Args:
-        path: of the file; an existing one is refused: a log is never overwritten.
-        metadata: of the run, by name: revision, versions.
+        path: path of the file; an existing one is refused: a log is never overwritten.
+        metadata: metadata of the run, by name: revision, versions.
         attachments: texts by name, `CONFIG` among them.
         queue_size: messages that may wait for the disk; more are dropped.
         split_bytes, split_seconds: size and age from which on the run goes on in another file, `run-001.mcap` after
@@ -150,7 +150,7 @@ class Recorder:
 
         Args:
             channel: one of `CHANNELS`.
-            log_time_ns: of the message [ns], since an epoch of the caller's choice.
+            log_time_ns: log time of the message [ns], since an epoch of the caller's choice.
             message: or what makes it, called in the recorder's thread. It is serialised later, so neither it nor what
                 it is made from may change (all of ours are frozen).
 

@@ -33,9 +33,9 @@ class Retention:
     """Logs of a rig in a folder, and the bounds of what is kept.
 
     Attributes:
-        folder: of the logs.
+        folder: folder of the logs.
         rig: whose logs, by their names, RIG-TIME.mcap as `tendond run` gives them; others are not touched.
-        size: of them all [bytes]. age: of the newest entry [s]. None: without a bound.
+        size: bound of all together [bytes]. age: bound of a newest entry's age [s]. None: without a bound.
     """
 
     folder: Path
@@ -103,8 +103,8 @@ class Room:
     """Room for logs.
 
     Attributes:
-        used: by the rig's logs, free: on the disk, size: that they may take [bytes]; None: without a bound.
-        rate: of growth in the last days [bytes a day]; none where that is not known yet.
+        used: size of the rig's logs; free: space on the disk; size: bound of the logs [bytes]; None: without a bound.
+        rate: growth in the last days [bytes a day]; none where that is not known yet.
         days: until it is used up at that rate; none likewise.
     """
 
@@ -120,7 +120,7 @@ def retention(section: LogSection, folder: Path, rig: str, *, service: bool) -> 
 
     Args:
         section: [log].
-        folder: of the logs.
+        folder: folder of the logs.
         rig: whose.
         service: whether it is that of a service, whose logs nobody tidies up: what is left out has a default then.
     """

@@ -61,14 +61,14 @@ class RunLog:
     """The log of one run of the controller.
 
     Args:
-        path: of the MCAP file.
-        config: of the rig; attached to the file.
-        rod: of the controller's model, to draw its states.
+        path: path of the MCAP file.
+        config: configuration of the rig; attached to the file.
+        rod: the controller's model, to draw its states.
         now: gives the time of an entry [ns]; left out: wall time.
         notes: for the metadata, beside versions.
         queue: entries that may wait for the disk; left out: the configuration's.
-        calibration: of the servos; attached as well.
-        retention: of the logs in the folder; left out: all are kept.
+        calibration: calibration of the servos; attached as well.
+        retention: retention of the logs in the folder; left out: all are kept.
     """
 
     def __init__(

@@ -29,7 +29,7 @@ class Kept(NamedTuple, Generic[T]):
     """A cycle that goes into the log.
 
     Attributes:
-        record: of it. more: whatever the caller has of it.
+        record: the cycle's record. more: whatever else the caller has of the cycle.
         left_out: cycles before it that are not in the log, since the one before in it.
         held: it was held back.
     """
@@ -45,8 +45,8 @@ class Thinning(Generic[T]):
     """Choose the cycles.
 
     Args:
-        period: of the cycle [s].
-        idle_period: from sample to sample [s]; 0: nothing is left out.
+        period: period of the cycle [s].
+        idle_period: time from sample to sample [s]; 0: nothing is left out.
     """
 
     period: float

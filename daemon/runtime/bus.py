@@ -39,11 +39,11 @@ class Arrivals:
     """Arrivals since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
 
     Attributes:
-        pose_lag: by which the pose arrived after its capture, by the clock of this host [s]; none in lockstep.
+        pose_lag: time from a pose's capture to its arrival, by the clock of this host [s]; none in lockstep.
         others: further publishers, by key: their newest identity.
         inputs: payloads of poses and tendon states that have come in, readable or not.
-        detail: which field of the first unreadable one was wrong, and how.
-        truth: of the simulator; no input, and so undecoded until the command is out.
+        detail: wrong field of the first unreadable one, and the defect.
+        truth: state of the simulator; no input, and so undecoded until the command is out.
     """
 
     pose: TipPose | None = None
@@ -69,11 +69,11 @@ class Hub:
     """The listening session; the busy endpoint is the lock against a second controller.
 
     Args:
-        config: of the rig.
+        config: configuration of the rig.
         source: identity of this controller.
 
     Attributes:
-        requests: of operators.
+        requests: requests of operators.
         followed: identity of the publisher that the cycle follows, by key: of several that are heard, its messages
             are kept.
 
@@ -126,7 +126,7 @@ class Hub:
         """Add all that has come in since the last call to `arrivals`; never block.
 
         Args:
-            arrivals: of this cycle so far.
+            arrivals: arrivals of this cycle so far.
             repeating: the sender says the same again until it is answered; that is no message out of order.
         """
         arrivals = arrivals or Arrivals()

@@ -35,11 +35,11 @@ class Loop:
     """The controller's loop over a hub.
 
     Args:
-        setup: of the cycle.
+        setup: setup of the cycle.
         hub: open.
-        run_log: where the records go.
+        run_log: destination of the records.
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
-        planner: of references; without one they are planned in the cycle.
+        planner: planner of references; without one they are planned in the cycle.
         supervisor: is notified of changes of mode, of the end, and by each cycle done in time that the loop is alive.
     """
 

@@ -30,7 +30,7 @@ class Wake:
     """A cycle's start.
 
     Attributes:
-        at: on the monotonic clock [s].
+        at: time on the monotonic clock [s].
         arrivals: since the last one.
         lateness: after the deadline [s].
         missed_ticks: deadlines skipped before it.
@@ -55,8 +55,8 @@ class Clock:
     """Absolute deadlines on the monotonic clock; one that has passed is skipped and counted, never made up.
 
     Args:
-        hub: of the controller.
-        period: of the cycle [s].
+        hub: hub of the controller.
+        period: period of the cycle [s].
         speculate: called shortly before each deadline, where there is time for it, with what has arrived by then.
         announce: called with the time when the loop will next want the interpreter to itself [s], before it sleeps.
     """
@@ -127,8 +127,8 @@ class Lockstep:
     comes for a while, cycles come all the same: faults, requests and the release need them.
 
     Args:
-        hub: of the controller.
-        period: of the cycle [s].
+        hub: hub of the controller.
+        period: period of the cycle [s].
         stopped: true when the process is to end; asked while no pose has come yet.
     """
 

@@ -44,7 +44,7 @@ class Planner:
     """The planning process, seen from the loop: nothing here waits for it.
 
     Args:
-        setup: of the cycle.
+        setup: setup of the cycle.
     """
 
     def __init__(self, setup: CycleSetup) -> None:

@@ -19,8 +19,8 @@ class RequestQueue:
     with it is refused. A reference is planned by another process, and goes into a cycle when the plan is there.
 
     Args:
-        setup: of the cycle; plans are put into it.
-        requests: as they come in.
+        setup: setup of the cycle; plans are put into it.
+        requests: requests as they come in.
         planner: none: references are planned in the cycle, as offline.
     """
 

@@ -50,8 +50,8 @@ class Question:
     """An operator's request that waits for its answer.
 
     Attributes:
-        request: as it came.
-        query: to answer.
+        request: request as it came.
+        query: the Zenoh query to answer.
         after: the moment before which it had not come [s], on the monotonic clock.
     """
 
@@ -75,7 +75,7 @@ class Requests:
         session: open.
         rig: its name.
         source: identity of this controller.
-        period: of the cycle [s].
+        period: period of the cycle [s].
     """
 
     def __init__(self, session: zenoh.Session, rig: str, source: str, period: float) -> None:

@@ -27,7 +27,7 @@ def warm_up(setup: CycleSetup) -> CycleState:
     _track(setup, state)
     for name in LAWS:
         with suppress(LawError):  # a law that does not go with reference or tendons cannot be chosen either
-            selection = state.selection.with_law(setup.config, name)
+            selection = state.selection.with_law(setup.config, setup.rod, name)
             with suppress(ModelError):
                 _track(setup, replace(state, selection=selection))
     return state

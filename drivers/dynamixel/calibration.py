@@ -45,7 +45,7 @@ def load_calibration(path: Path, rig: str, servos: tuple[int, ...]) -> Calibrati
     """Read a calibration of this rig that is complete.
 
     Args:
-        path: of the file.
+        path: path of the file.
         rig: name of the rig.
         servos: ids, in the order of the tendons.
 

@@ -45,7 +45,7 @@ class ServoDriver:
         calibration: complete.
         open_bus: opens the port.
         last: last known displacement of each tendon, by servo id [m].
-        tension_max: of [limits] [N]; limits loads and motor output.
+        tension_max: that of [limits] [N]; limits loads and motor output.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up.

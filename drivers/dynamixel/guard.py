@@ -129,7 +129,7 @@ class ReleaseMonitor:
 
         Args:
             loads: size of each servo's load [-].
-            goals: of the tendons [m].
+            goals: goals of the tendons [m].
         """
         found = {}
         for index, (load, limit, goal) in enumerate(zip(loads, self.limits, goals, strict=True)):
@@ -163,8 +163,8 @@ class Guard:
 
         Args:
             now: [s].
-            spools: of the tendons.
-            readings: of their servos.
+            spools: spools of the tendons.
+            readings: readings of their servos.
             goals: sent before the reading [m].
         """
         fault = standing_fault(self.section, spools, readings)

@@ -18,7 +18,7 @@ class OutputRates:
 
     Args:
         rate_max: `servo.displacement_rate` [m/s].
-        goals: of the tendons [m].
+        goals: goals of the tendons [m].
     """
 
     def __init__(self, rate_max: float, goals: Sequence[float]) -> None:

@@ -28,7 +28,7 @@ class Places(Schema):
     Attributes:
         rig: name of the rig.
         calibration: date of the calibration that they refer to.
-        displacement: by servo id.
+        displacement: displacement by servo id [m].
     """
 
     version: Literal[1] = SCHEMA_VERSION
@@ -41,7 +41,7 @@ def places_file(folder: Path, section: ServoSection) -> Path:
     """Return the file of the places: in the service's state directory, also for the tools; else beside the calibration.
 
     Args:
-        folder: of the configuration.
+        folder: folder of the configuration.
         section: [servo].
     """
     name = f"{Path(section.calibration).stem}-places.json"
@@ -91,8 +91,8 @@ class PlaceKeeper:
     """Writer of the newest places in its own thread, so that a slow disk delays nothing.
 
     Args:
-        path: of the file.
-        calibration: that the places refer to.
+        path: path of the file.
+        calibration: the one that the places refer to.
         say: called once where the file cannot be written.
     """
 

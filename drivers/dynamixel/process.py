@@ -42,9 +42,9 @@ class ServoProcess:
     """Servo driver on the bus.
 
     Args:
-        config: of the rig.
+        config: configuration of the rig.
         section: its [servo].
-        folder: of the configuration, to which the calibration's path is relative.
+        folder: folder of the configuration, to which the calibration's path is relative.
         stopped: true when the process is to end.
         say: a line for people.
         supervisor: notified when the servos are ready, of each cycle done in time, and of the end.

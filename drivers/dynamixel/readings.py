@@ -35,9 +35,9 @@ class TendonReadings:
 
     Attributes:
         servo: newest reading of each servo.
-        displacement: of the tendons [m]. tension: as the servos estimate it [N].
+        displacement: displacement of the tendons [m]. tension: as the servos estimate it [N].
         speed: size of the tendons' speed between the two newest readings [m/s].
-        rise: of each servo's load between the two newest readings, as a fraction of its stall torque [-].
+        rise: increase of each servo's load between the two newest readings, as a fraction of its stall torque [-].
     """
 
     def __init__(self, servos: ServoGroup, places: dict[int, float]) -> None:
@@ -115,7 +115,7 @@ def bus_health(bus: ServoBus, lost: int, readings: TendonReadings) -> BusHealth:
     """Summarise the serial bus; round trips are those since the last call.
 
     Args:
-        bus: of the servos.
+        bus: bus of the servos.
         lost: reads without an answer so far.
         readings: newest.
     """

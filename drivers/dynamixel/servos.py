@@ -29,14 +29,14 @@ class ServoGroup:
         calibration: complete.
         bus: open.
         last: last known displacement of each tendon, by servo id [m].
-        tension_max: of [limits] [N].
+        tension_max: that of [limits] [N].
 
     Raises:
         ServoError: a servo is missing, of another model, not set up, or has counted too many turns.
 
     Attributes:
         located: place of each tendon, and whether it is certain.
-        spools: of the tendons, with the turns of the servos.
+        spools: spools of the tendons, with the turns of the servos.
         watchdog: Bus Watchdog to arm [units of its register].
         limits: largest load of each servo [-].
     """
@@ -69,7 +69,7 @@ class ServoGroup:
         """Find the turn of each servo.
 
         Args:
-            readings: of the servos.
+            readings: readings of the servos.
             last: last known displacement of each tendon, by servo id [m].
         """
         self.located = tuple(
@@ -146,7 +146,7 @@ class ServoGroup:
         """Limit the output of the motors to the allowed load and rate.
 
         Args:
-            rates: of the tendons [m/s].
+            rates: rates of the tendons [m/s].
             readings: newest; nothing is sent where they have that limit already.
 
         Raises:

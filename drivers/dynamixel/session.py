@@ -29,14 +29,14 @@ class ServoSession:
         calibration: complete.
         open_bus: opens the port.
         places: last known displacement of each tendon, by servo id [m]; kept up to date.
-        tension_max: of [limits] [N]; limits loads and motor output.
+        tension_max: that of [limits] [N]; limits loads and motor output.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up; the port is closed.
 
     Attributes:
         bus: open.
-        servos: on the bus.
+        servos: servos on the bus.
         readings: newest readings of the servos.
         goals: displacement of each tendon that is commanded [m].
         dropped: tendons that lost their torque during a release, with the reason, by index.

@@ -25,8 +25,8 @@ def load_limit(section: ServoSection, tension_max: float, spool_radius: float) -
 
     Args:
         section: [servo].
-        tension_max: of [limits] [N].
-        spool_radius: of the tendon's spool [m].
+        tension_max: that of [limits] [N].
+        spool_radius: spool radius of the tendon's spool [m].
     """
     allowed = section.tension_margin * tension_max * spool_radius / STALL_TORQUE
     return min(section.load_max, max(allowed, SENSED_LOAD * section.pretension_load))
@@ -41,7 +41,7 @@ def speed_share(load: float, rise: float, limit: float) -> float:
 
     Args:
         load: size of the newest load [-].
-        rise: of it since the reading before [-].
+        rise: rise of it since the reading before [-].
         limit: largest load [-].
     """
     predicted = load + PREDICTED_READINGS * max(rise, 0.0)
@@ -56,9 +56,9 @@ def goal_pwm(limit: float, spool_radius: float, rate: float, volts: float) -> in
 
     Args:
         limit: largest load [-].
-        spool_radius: of the tendon's spool [m].
+        spool_radius: spool radius of the tendon's spool [m].
         rate: at which the tendon is to move [m/s].
-        volts: of the supply [V].
+        volts: volts of the supply [V].
     """
     share = limit + GEAR_MARGIN + abs(rate) / spool_radius / NO_LOAD_SPEED
     return min(FULL_PWM, math.ceil(FULL_PWM * share * RATED_VOLTS / max(volts, 1.0)))

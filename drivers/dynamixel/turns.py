@@ -24,7 +24,7 @@ class Located:
 
     Attributes:
         spool: with that turn.
-        displacement: of the tendon [m].
+        displacement: displacement of the tendon [m].
         others: other possible displacements [m]; empty where the turn is certain.
     """
 

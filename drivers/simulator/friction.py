@@ -20,8 +20,8 @@ def grip(coefficient: float, bend: float) -> float:
     """Return the ratio of the tensions before and behind the middle of the path of a sliding tendon: e^(mu phi/2).
 
     Args:
-        coefficient: of friction, mu [-].
-        bend: of the whole path, phi [rad].
+        coefficient: coefficient of friction, mu [-].
+        bend: bend of the whole path, phi [rad].
     """
     return math.exp(0.5 * coefficient * abs(bend))
 
@@ -35,9 +35,9 @@ class TendonMiddles:
     """Positions of the middles of elastic tendons under friction.
 
     Args:
-        stiffness: of a whole tendon [N/m].
+        stiffness: stiffness of a whole tendon [N/m].
         ends: displacement of the servos' ends [m], shape (n,).
-        shortening: by which the rod has shortened each path [m], shape (n,); without friction until now.
+        shortening: length by which the rod has shortened each path [m], shape (n,); without friction until now.
     """
 
     def __init__(self, stiffness: float, ends: Array, shortening: Array) -> None:

@@ -29,7 +29,7 @@ class HungWeight:
     Args:
         section: [simulator.weight].
         gravity: [m/s^2].
-        tip: where it is hung on [m], shape (3,).
+        tip: point on which it is hung [m], shape (3,).
     """
 
     def __init__(self, section: Weight, gravity: Vector3, tip: Array) -> None:

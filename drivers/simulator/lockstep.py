@@ -22,8 +22,8 @@ class Watched:
     """One cycle, and the plant when that cycle saw it.
 
     Attributes:
-        record: of the cycle.
-        truth: of the plant.
+        record: record of the cycle.
+        truth: true state of the plant.
         shape: points of the plant's backbone from base to tip [m], shape (points, 3).
     """
 
@@ -37,8 +37,8 @@ class Wires:
     """Faults between plant and controller.
 
     Attributes:
-        pose: of a tick, from the plant's; none where none arrives.
-        command: that reaches the plant. report: of the tendons that reaches the controller.
+        pose: pose of a tick, from the plant's; none where none arrives.
+        command: command that reaches the plant. report: report of the tendons that reaches the controller.
     """
 
     pose: Callable[[int, TipPose | None], TipPose | None] = lambda _, pose: pose
@@ -53,9 +53,9 @@ def closed_loop(config: RigConfig, cycles: int, requests: dict[int, ControlActio
     """Run the closed loop and yield each cycle's record.
 
     Args:
-        config: of controller and plant, which takes whole steps of about `simulator.period` in each cycle.
+        config: configuration; the plant takes whole steps of about `simulator.period` in each cycle.
         cycles: to run.
-        requests: of the operator, by tick.
+        requests: requests of the operator, by tick.
 
     Raises:
         ConvergenceError: the plant has no solution.

@@ -24,8 +24,8 @@ class Mocap:
 
     Args:
         section: [simulator.mocap].
-        seed: of what is random.
-        faults: that a request has caused.
+        seed: seed of the random numbers.
+        faults: faults that requests have caused.
     """
 
     def __init__(self, section: SimulatedMocap, seed: int, faults: Faults) -> None:

@@ -37,11 +37,11 @@ class Plant:
     tension and displacement to every command, as real ones do.
 
     Args:
-        config: of the rig; `simulator` describes the plant.
+        config: configuration of the rig; `simulator` describes the plant.
         rod: built from `config.simulator.rod`, with the plant's time step.
 
     Attributes:
-        faults: that a request has caused.
+        faults: faults that requests have caused.
     """
 
     def __init__(self, config: RigConfig, rod: Rod) -> None:

@@ -42,8 +42,8 @@ class Simulator:
     """A plant on the bus.
 
     Args:
-        config: of the rig.
-        plant: at rest.
+        config: configuration of the rig.
+        plant: plant at rest.
         stopped: true when the process is to end.
     """
 

@@ -17,10 +17,10 @@ class SimulatedActuators:
     Args:
         section: [simulator.servo].
         period: between commands [s].
-        start: where they stand, shape (n,).
+        start: present value, shape (n,).
 
     Attributes:
-        tension: that they pull with where tension drives [N], shape (n,).
+        tension: tension that they pull with where tension drives [N], shape (n,).
         stuck: indices of those that do not move.
     """
 

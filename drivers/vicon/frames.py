@@ -21,10 +21,10 @@ class Frame:
     """Objects measured at one instant.
 
     Attributes:
-        number: of the frame, below `NUMBERS`.
+        number: number of the frame, below `NUMBERS`.
         objects: placements by name; none for an object that was announced, but is hidden or cannot be used.
         stamp_ns: time of arrival, monotonic clock [ns].
-        faults: why one of them cannot be used, by name.
+        faults: reasons for which one of them cannot be used, by name.
     """
 
     number: int
@@ -39,7 +39,7 @@ class Sequencer:
 
     Attributes:
         wanted: names of objects.
-        counts: of what was odd, by name.
+        counts: number of irregularities, by name.
     """
 
     wanted: frozenset[str]

@@ -83,7 +83,7 @@ class Alignment:
 
     Args:
         section: [vicon].
-        gravity: of the model, in the base frame [m/s^2].
+        gravity: gravity of the model, in the base frame [m/s^2].
     """
 
     def __init__(self, section: ViconSection, gravity: Vector3) -> None:

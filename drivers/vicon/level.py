@@ -27,11 +27,11 @@ class Level:
     """Mean direction of gravity in the base frame.
 
     Args:
-        alignment: of the objects.
-        gravity: of the model, in the base frame [m/s^2].
+        alignment: alignment of the objects.
+        gravity: gravity of the model, in the base frame [m/s^2].
 
     Attributes:
-        tilted: by more than `TILT_MAX`, and since then not below `TILT_GOOD`.
+        tilted: true from a tilt above `TILT_MAX` on, until it is below `TILT_GOOD`.
     """
 
     def __init__(self, alignment: Alignment, gravity: Vector3) -> None:

@@ -51,7 +51,7 @@ class Block:
     Attributes:
         frame: number of it.
         objects: readings by name.
-        faults: why an object that is in the packet has no reading, by name; the others can be used all the same.
+        faults: reasons for which an object in the packet has no reading, by name; the others can be used all the same.
     """
 
     frame: int
@@ -63,7 +63,7 @@ def parse(payload: bytes, aliases: Mapping[bytes, str] | None = None) -> Block:
     """Read the packet in a payload; an object that cannot be used costs the others nothing.
 
     Args:
-        payload: of a datagram.
+        payload: payload of a datagram.
         aliases: names by their bytes, for those that Tracker may encode in another way than UTF-8.
 
     Raises:

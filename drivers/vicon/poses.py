@@ -19,12 +19,12 @@ class PoseBuilder:
 
     Args:
         section: [vicon].
-        gravity: of the model, in the base frame [m/s^2].
+        gravity: gravity of the model, in the base frame [m/s^2].
 
     Attributes:
-        objections: why the last frame gave no valid pose; empty when it did.
+        objections: reasons for which the last frame gave no valid pose; empty when it did.
         counts: frames without a valid pose, by reason.
-        level: of the base.
+        level: level of the base.
     """
 
     def __init__(self, section: ViconSection, gravity: Vector3) -> None:

@@ -75,7 +75,7 @@ class ViconDriver:
     """Poses from Vicon Tracker.
 
     Args:
-        config: of the rig.
+        config: configuration of the rig.
         section: its [vicon].
         stopped: true when the process is to end.
         say: a line for people.

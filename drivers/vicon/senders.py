@@ -35,7 +35,7 @@ class Senders:
         """Return true for a sender whose packets are used.
 
         Args:
-            sender: of a packet.
+            sender: sender of a packet.
             now: monotonic clock [s].
         """
         if self.only and sender[0] != self.only:

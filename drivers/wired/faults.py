@@ -18,7 +18,7 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
     """Cause or clear a fault; the reply names the servo.
 
     Args:
-        bus: of the servos.
+        bus: bus of the servos.
         others: faults of camera and arm.
         request: what is asked for.
     """

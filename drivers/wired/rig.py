@@ -69,18 +69,18 @@ class WiredRig:
     """Plant behind serial bus and UDP, in real time.
 
     Args:
-        config: of the rig; `simulator.drive` must be 'displacement'.
+        config: configuration of the rig; `simulator.drive` must be 'displacement'.
         servo: its [servo]; `port` is where the pseudo-terminal appears.
         vicon: its [vicon]; packets go to `port` on this computer.
-        calibration: of the tendons on the servos.
-        plant: at rest.
+        calibration: calibration of the tendons on the servos.
+        plant: plant at rest.
         stopped: true when the process is to end.
 
     Raises:
         WiredError: the port's path is taken by something else.
 
     Attributes:
-        bus: of the servos, to cause faults on.
+        bus: bus of the servos, to cause faults on.
     """
 
     def __init__(

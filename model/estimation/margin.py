@@ -121,8 +121,8 @@ def unstable_law_poles(rod: RodParameters, period: float, alpha: float, rates: L
     """Unstable poles of the law on its own model, without an observer [complex, -]; none without a heavy tip.
 
     Args:
-        rod: of the model. period: of the cycle [s]. alpha: of BDF-alpha.
-        rates: of the laws. ahead: as in `loop_poles`.
+        rod: rod of the model. period: period of the cycle [s]. alpha: alpha of BDF-alpha.
+        rates: rates of the laws. ahead: as in `loop_poles`.
     """
     blind = FeedbackGains(0.0, 0.0, 0.0, period, 1.0)
     poles = loop_poles(rod, period, alpha, blind, rates, UnknownPlant(), 0, ahead=ahead)

@@ -28,7 +28,7 @@ class FeedbackGains:
 
     Attributes:
         integral: Li [1/s]. proportional: Kp [-]. derivative: Kd [s].
-        time: of the low-pass behind the derivative [s].
+        time: time constant of the low-pass behind the derivative [s].
         noise_share: factor of all gains at small innovations [-].
     """
 
@@ -44,8 +44,8 @@ class LawRates:
     """Rates at which the laws make the model's tip converge [1/s].
 
     Attributes:
-        velocity: of a law that sets the tip's velocity in proportion to its error, as the paper's do.
-        position, smoothing: of a law that places the tip a cycle ahead.
+        velocity: rate of a law that sets the tip's velocity in proportion to its error, as the paper's do.
+        position, smoothing: rates of a law that places the tip a cycle ahead.
     """
 
     velocity: float
@@ -58,10 +58,10 @@ class UnknownPlant:
     """Properties of the plant that the controller does not know.
 
     Attributes:
-        mass: on the tip [kg].
-        stiffness: of the plant, of the straight rod's [-].
-        model_stiffness: of the model, likewise: it carries the weight as a force, which softens it too.
-        delay: of a measurement [cycles].
+        mass: mass on the tip [kg].
+        stiffness: stiffness of the plant, of the straight rod's [-].
+        model_stiffness: model stiffness of the model, likewise: it carries the weight as a force, which softens it too.
+        delay: delay of a measurement [cycles].
     """
 
     mass: float = 0.0
@@ -77,10 +77,10 @@ def loop_poles(
     """Poles of the sampled loop, largest first [complex, -].
 
     Args:
-        rod: of the model. period: of the cycle [s]. alpha: of BDF-alpha.
+        rod: rod of the model. period: period of the cycle [s]. alpha: alpha of BDF-alpha.
         gains, rates: of observer and laws.
         plant: that is controlled.
-        delay: of a measurement, as configured [cycles].
+        delay: delay of a measurement, as configured [cycles].
         ahead: the law places the tip a cycle ahead; else it sets its velocity.
     """
     poles = np.linalg.eigvals(_cycle_matrix(rod, period, alpha, gains, rates, plant, delay, ahead))

@@ -16,7 +16,7 @@ def hermite_curve(places: Array, strains: Array, ds: float, points: int) -> Arra
         places: p and R of each node, shape (nodes, 12).
         strains: v - v* of each, shape (nodes, 3).
         ds: distance of the nodes [m].
-        points: of the curve.
+        points: points of the curve.
     """
     stretched = strains + np.array((0.0, 0.0, 1.0))
     tangent = np.einsum("kij,kj->ki", places[:, 3:].reshape(-1, 3, 3), stretched) * ds

@@ -21,7 +21,7 @@ def pack_loads(count: int, weight: Array, parts: tuple[ArrayLike, ...]) -> Array
     """Pack all loads into one array, shape (n + 15,).
 
     Args:
-        count: of tendons, n.
+        count: count of tendons, n.
         weight: loads of gravity, shape (n + 15,), that are added.
         parts: tendon commands [N] or [m], shape (n,), and five vectors of shape (3,); `ZERO` itself costs nothing.
 
@@ -66,7 +66,7 @@ def push_shape(scheme: Scheme, nodes: int, ds: float, place: float, half_width: 
 
     Args:
         scheme: in space, of s stages. nodes: base and tip included. ds: their distance [m].
-        place: of the parabola's middle, as a part of the length.
+        place: place of the parabola's middle, as a part of the length.
         half_width: likewise; at least half a node's distance, so that every scheme sees it.
 
     Raises:

@@ -34,7 +34,7 @@ class RodParameters:
 
     Attributes:
         length: [m].
-        radius: of the backbone [m].
+        radius: radius of the backbone [m].
         youngs_modulus: [Pa].
         poisson_ratio: [-].
         density: mass per length over the backbone's cross-section [kg/m^3].
@@ -44,9 +44,9 @@ class RodParameters:
         gravity: world frame [m/s^2]; the straight rod lies on +z, so gravity along -x lets it sag.
         tendon_positions: (x, y) of each tendon in the cross-section [m].
         tendon_stiffness: force per stretch of each tendon [N/m], EA of the tendon over its length.
-        tip_mass: of a rigid body on the tip: a tool, a marker, a hung weight [kg].
+        tip_mass: mass of a rigid body on the tip: a tool, a marker, a hung weight [kg].
         tip_inertia: diagonal of its inertia about its centre of mass, body frame [kg m^2].
-        tip_offset: from the tip to its centre of mass, body frame [m].
+        tip_offset: vector from the tip to its centre of mass, body frame [m].
     """
 
     length: float = paper_robot.LENGTH
@@ -118,6 +118,28 @@ class RodParameters:
         """Number of tendons."""
         return len(self.tendon_positions)
 
+    @property
+    def force_scale(self) -> float:
+        """Size by which forces on a rod are compared with those on another: EI/L^2, of the paper's robot's [-].
+
+        The solver's tolerance, difference steps and first guesses were chosen on that robot and follow this.
+        """
+        return self.bending_stiffness / self.length**2 / (_PAPER.bending_stiffness / _PAPER.length**2)
+
+    @property
+    def moment_scale(self) -> float:
+        """Size by which bending moments are compared: EI/L, of the paper's robot's [-]."""
+        return self.bending_stiffness / self.length / (_PAPER.bending_stiffness / _PAPER.length)
+
+    @property
+    def tension_scale(self) -> float:
+        """Size by which tensions are compared: EI/(L r), r the largest tendon offset, of the paper's robot's [-].
+
+        Infinite where all tendons run along the axis.
+        """
+        own, paper = (max(math.hypot(x, y) for x, y in rod.tendon_positions) for rod in (self, _PAPER))
+        return self.moment_scale * (paper / own) if own > 0.0 else math.inf
+
     def constants(self) -> NDArray[Any]:
         """The rod's constants as the kernels take them, shape (1,), dtype `CONSTANTS`."""
         EA, GA = self.youngs_modulus * self.area, self.shear_modulus * self.area
@@ -134,3 +156,6 @@ class RodParameters:
         record["tip_mass"], record["tip_inertia"] = self.tip_mass, self.tip_inertia
         record["tip_offset"], record["gravity"] = self.tip_offset, self.gravity
         return record
+
+
+_PAPER = RodParameters()

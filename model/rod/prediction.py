@@ -62,9 +62,9 @@ def predict_tip(
 
     Args:
         rod, memory: the rod and its scratch memory.
-        bdf: of the time step.
+        bdf: bdf of the time step.
         state: before the step.
-        loads: of the step, shape (n + 15,).
+        loads: loads of the step, shape (n + 15,).
         inputs: combinations of tensions, in each row the tensions per unit of one, shape (2, n).
         scratch, tip, tip_jacobian: written.
     """

@@ -27,7 +27,7 @@ class RodState:
             step, shape (n + 15,).
         lengths: tendon path lengths [m], shape (n,).
         jacobian: carried by the solver, shape (6 + n, 6 + n).
-        residual: norm of force and moment missing at the tip [N, N m].
+        residual: norm of force and moment missing at the tip [N], the moment at the arm `solver.shooting.ARM`.
         marches: marches along the rod that the last solution took.
     """
 

@@ -25,12 +25,12 @@ class StaticCurve:
     """Tip of the resting rod against the tension of one tendon, the others slack; `k` equilibria and a spline.
 
     Attributes:
-        axes: of the bending plane, across the straight rod and along it: indices of world axes.
+        axes: axes of the bending plane, across the straight rod and along it: indices of world axes.
         tension: [N], shape (k,), increasing.
         arc: distance travelled by the tip from the first equilibrium [m], shape (k,), increasing.
-        displacement: of that tendon's end, its own stretch included [m], shape (k,).
-        angle: of the tip's direction against the straight rod [rad], in the plane, shape (k,).
-        spline: of the tip's two coordinates in the plane against `arc` [m]; twice differentiable.
+        displacement: displacement of that tendon's end, its own stretch included [m], shape (k,).
+        angle: angle between the tip's direction and the straight rod [rad], in the plane, shape (k,).
+        spline: spline of the tip's two coordinates in the plane against `arc` [m]; twice differentiable.
     """
 
     axes: tuple[int, int]
@@ -105,7 +105,7 @@ def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int
         rod: solved with its own scheme: a coarse one has its own curve.
         tendon: index of the one that pulls.
         tension_max: [N]; the curve ends earlier where the rod has no further equilibrium.
-        axes: of the bending plane.
+        axes: axes of the bending plane.
 
     Raises:
         ConvergenceError: the slack rod has no equilibrium.

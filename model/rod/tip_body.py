@@ -28,7 +28,7 @@ class TipBody:
     Attributes:
         mass: [kg].
         inertia: diagonal about its centre of mass, body frame [kg m^2], shape (3,).
-        offset: from the tip to its centre of mass, body frame [m], shape (3,).
+        offset: vector from the tip to its centre of mass, body frame [m], shape (3,).
     """
 
     mass: float

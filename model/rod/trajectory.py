@@ -49,7 +49,7 @@ class TipTrajectory:
     Attributes:
         solved: number of steps; rows after the last one solved are NaN.
         tips: positions after each step, world frame [m], shape (steps, 3).
-        tensions: of the tendons then [N], shape (steps, n).
+        tensions: tensions of the tendons then [N], shape (steps, n).
     """
 
     solved: int
@@ -68,8 +68,8 @@ def simulate_trajectory(rod: Rod, start: RodState, loads: Array) -> TipTrajector
 
     Args:
         rod: driven as `start` is.
-        start: of this rod.
-        loads: of each step, as `Rod.loads` gives them, shape (steps, n + 15).
+        start: start of this rod.
+        loads: loads of each step, as `Rod.loads` gives them, shape (steps, n + 15).
 
     Raises:
         ParameterError: a state of another rod, loads of the wrong shape or not finite.

@@ -23,7 +23,7 @@ def predict(unknowns: Any, count: int, scale: Any, differences: Any, size: int, 
     Args:
         unknowns: past solutions, a ring with step k at k modulo `RING`, shape (RING, m).
         count: steps taken.
-        scale: of each unknown, to compare them, shape (m,).
+        scale: scale of each unknown, to compare them, shape (m,).
         differences: scratch, shape (PAST, m).
         size: unknowns to compare; all are predicted.
         guess: written, shape (m,).

@@ -38,7 +38,7 @@ class RodData(NamedTuple):
     ds: float  # length of a step [m]
     length: float  # of the rod [m]
     stiffness: float  # of a tendon [N/m]
-    tolerance: float  # residual norm [N, N m]
+    tolerance: float  # residual norm [N]
     budget: int  # marches that one solve may spend
 
 

@@ -13,14 +13,14 @@ class Scheme:
     """An explicit Runge-Kutta method along the rod.
 
     Attributes:
-        name: by which it is selected.
+        name: name by which it is selected.
         tableau: Butcher's a, shape (s, s), strictly lower triangular.
         weights: Butcher's b, shape (s,).
-        order: of convergence in the step length.
+        order: order of convergence in the step length.
         nodes: default number of nodes, base and tip included.
         orthonormal: R is brought back to SO(3) after each step.
         trapezoidal: tendon lengths are the trapezoidal sum over the nodes, as in the paper; else the scheme's own sum.
-        source: where the coefficients come from.
+        source: source of the coefficients.
     """
 
     name: str

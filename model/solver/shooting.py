@@ -21,6 +21,9 @@ SOLVED, DIVERGED = 0, 1
 CONTRACTION_MAX = 0.5
 """Residual after an iteration, of that before, above which the Jacobian is made anew."""
 
+ARM = 2.0
+"""Arm at which a missing moment counts as a missing force, of the rod's length: 1 m on the paper's robot."""
+
 DIFFERENCE_STEP = 1e-7
 """Difference step of the Jacobian, of an unknown: some ten times the square root of the rounding."""
 
@@ -103,10 +106,12 @@ def differentiate(
 
 @inlined
 def _error(rod: RodData, problem: Problem, unknown: Any, raw: Any) -> float:
-    """Norm of the residual [N, N m]: at the tip, and of the tendons' law T = max(0, k (d_commanded - d))."""
-    total = 0.0
-    for j in range(6):
+    """Norm of the residual [N]: force and moment at the tip, and the tendons' law T = max(0, k (d_commanded - d))."""
+    total, arm = 0.0, ARM * rod.length
+    for j in range(3):
         total += raw[j] * raw[j]
+    for j in range(3, 6):
+        total += (raw[j] / arm) * (raw[j] / arm)
     if problem.displacement_driven:
         for i in range(len(rod.x)):
             missing = unknown[6 + i] - max(0.0, string_tension(rod, problem, raw, i))
@@ -173,7 +178,7 @@ def solve(
     Args:
         rod: the rod.
         work: its scratch memory.
-        problem: of the step.
+        problem: problem of the step.
         unknown: guess in, solution out: n(0), m(0), T; shape (6 + n,).
         profile: the solution along the rod, written.
         jacobian: guess in (all zero: none), last one out, shape (6 + n, 6 + n).

@@ -18,9 +18,9 @@ def advance(rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any) -
 
     Args:
         rod, memory: the rod and its scratch memory.
-        bdf: of the time step.
+        bdf: bdf of the time step.
         state: before the step; its arrays hold the new one at `step` + 1.
-        loads: of this step, shape (n + 15,).
+        loads: loads of this step, shape (n + 15,).
 
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.

@@ -20,7 +20,7 @@ MOMENT_ARM = 0.1
 class Work(NamedTuple):
     """Scratch arrays. m = 6 + n; `raw` is the result of a shot: residual 6, tendon lengths n."""
 
-    scale: Any  # (m,): of each unknown, 1 N, or that at `MOMENT_ARM` [N m]
+    scale: Any  # (m,): of each unknown, the rod's force scale [N], or that at `MOMENT_ARM` [N m]
     trial: Any  # (m,)
     raw: Any  # (m,)
     raw_trial: Any  # (m,)
@@ -78,12 +78,12 @@ def open_work(memory: Any, n: int) -> Work:
     )
 
 
-def new_work(n: int, stages: int, length: float) -> NDArray[np.float64]:
-    """Memory for a rod with n tendons, a space scheme of that many stages, and a length [m]."""
+def new_work(n: int, stages: int, length: float, force: float) -> NDArray[np.float64]:
+    """Memory for a rod with n tendons, a space scheme of that many stages, a length [m] and a force scale [N]."""
     m = 6 + n
     solver = 7 * m + n + 15 + m * m + PAST * m + STATE * m
     marches = (12 + 2 * n + STATE) * LANES + (2 + stages) * STATE * LANES
     memory = np.zeros(solver + marches)
-    memory[:m] = 1.0
-    memory[3:6] = MOMENT_ARM * length
+    memory[:m] = force
+    memory[3:6] = MOMENT_ARM * length * force
     return memory

@@ -52,7 +52,7 @@ class Allocation:
     Attributes:
         arms: r_i, shape (2, n). shares: their pseudo-inverse, transposed: tensions per moment [1/m], shape (2, n).
         arm_max: size of the longest r_i [m]. tension_min, tension_max: as given.
-        corners: of the polygon of feasible moments, counterclockwise [N m], shape (2 n, 2).
+        corners: corners of the polygon of feasible moments, counterclockwise [N m], shape (2 n, 2).
     """
 
     def __init__(self, positions: Sequence[tuple[float, float]], tension_min: float, tension_max: float) -> None:
@@ -135,7 +135,7 @@ def allocate(tendons: _Tendons, corners: Any, moment: Any, scratch: Any, out: An
 
     Args:
         tendons: their places and bounds.
-        corners: of the moments that are met [N m], shape (2 n, 2).
+        corners: corners of the moments that are met [N m], shape (2 n, 2).
         moment: [N m], shape (2,).
         scratch: shape (3, 2 n).
         out: [N], written.

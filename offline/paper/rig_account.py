@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tendond.model.estimation.observer import NOISE_FLOOR
+from tendond.model.estimation.observer_gains import NOISE_FLOOR
 from tendond.offline.paper.facts import deviation, mean_error, off
 from tendond.offline.paper.published import EXPERIMENT, LAWS
 from tendond.offline.paper.run import Runs

@@ -14,8 +14,8 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
+from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.margin import min_stiffness_ratio
-from tendond.model.estimation.observer import tip_compliance
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode

@@ -63,7 +63,7 @@ def with_servo_limits(limits: LimitsSection, own: LimitsSection, servo: ServoSec
     """The limits with those of the servos where none are set, and where the servos' are narrower.
 
     Args:
-        limits: of the configuration.
+        limits: limits of the configuration.
         own: the same, with the robot's own rates.
         servo: [servo].
     """

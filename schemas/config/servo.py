@@ -157,8 +157,8 @@ class ServoSection(Schema):
         """Explain why a rebooted servo would not know where its tendon is; empty where it would.
 
         Args:
-            spool_radius: of the spool [m].
-            name: of that radius, for the message.
+            spool_radius: spool radius of the spool [m].
+            name: name of that radius, for the message.
         """
         turn = 2.0 * math.pi * spool_radius
         if self.home_window >= 0.5 * turn:
@@ -203,11 +203,11 @@ def servo_objections(
 
     Args:
         section: [servo].
-        tendons: of the rod.
-        tension_max: of [limits] [N].
-        displacement_rate: of [limits] [m/s].
-        displacement_min: of [limits] [m].
-        displacement_max: of [limits] [m].
+        tendons: tendons of the rod.
+        tension_max: that of [limits] [N].
+        displacement_rate: displacement rate of [limits] [m/s].
+        displacement_min: displacement min of [limits] [m].
+        displacement_max: displacement max of [limits] [m].
     """
     objections = []
     if section.ids and len(section.ids) != tendons:

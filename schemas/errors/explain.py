@@ -17,10 +17,10 @@ class Objection:
 
     Attributes:
         key: with dots, empty for an error in several keys.
-        value: as text; empty where there is none to show.
+        value: value as text; empty where there is none to show.
         message: the error, and what is allowed.
-        path: of the key, in parts.
-        line: of the file, from 1, where it is known.
+        path: parts of the key.
+        line: line of the file, from 1, where it is known.
     """
 
     key: str

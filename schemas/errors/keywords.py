@@ -32,9 +32,9 @@ class Key:
         path: with dots; `[]` stands for each table of a list.
         words: allowed values: 'a number > 0 and <= 10'.
         unit: SI, '-' for a pure number, empty for what has none.
-        default: as in JSON; none for a required key, or an optional one without a default.
+        default: default as in JSON; none for a required key, or an optional one without a default.
         required: it must be given.
-        meaning: in words, without the unit.
+        meaning: description without the unit.
     """
 
     path: str

@@ -24,9 +24,9 @@ class Average:
     """Sum and extremes of poses.
 
     Attributes:
-        count: of poses.
+        count: number of poses.
         position: sum [m]. orientation: sum, w, x, y, z, of the signs of the first one.
-        low, high: of the coordinates [m].
+        low, high: smallest and largest coordinates [m].
     """
 
     count: int
@@ -78,7 +78,7 @@ class RestWatch:
     """The tip while no tendon pulls.
 
     Attributes:
-        cycles: of the present block. now: of it. before: of the whole one before it, if there is one.
+        cycles: length of the present block. now: its average. before: that of the whole one before it, if there is one.
     """
 
     cycles: int = 0
@@ -105,7 +105,7 @@ class RestWatch:
         """Return the distance that a tip that does not rest has moved [m]; zero while it rests.
 
         Args:
-            length: of the rod [m].
+            length: length of the rod [m].
         """
         blocks = [one for one in (self.before, self.now) if one is not None and one.count]
         spread = max((one.spread for one in blocks), default=0.0)

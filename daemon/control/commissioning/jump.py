@@ -51,10 +51,10 @@ def watch_jump(
     hit; one that is back was seen wrongly once.
 
     Args:
-        bounds: of what is tolerated. watch: so far.
+        bounds: bounds of what is tolerated. watch: so far.
         interval: cycles since the pose before.
         distance: travelled by the measured tip since then [m].
-        change: of measured against model tip since then [m].
+        change: change of measured against model tip since then [m].
         before: measured tip before the step [m].
     """
     gap = max(interval, watch.gap_cycles - 1)

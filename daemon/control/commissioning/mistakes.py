@@ -86,7 +86,7 @@ def likely_mistakes(rests: RestFamily, position: Array, quaternion: Quaternion) 
     """Return the mistakes that a measured rest looks like, the likeliest first; never empty.
 
     Args:
-        rests: of right rigs. position: measured [m], shape (3,). quaternion: measured, w, x, y, z.
+        rests: rests of right rigs. position: measured [m], shape (3,). quaternion: measured, w, x, y, z.
     """
     rotation = rotation_matrix(quaternion)
     if _is_straight(rests, position, rotation):

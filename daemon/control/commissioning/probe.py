@@ -58,21 +58,21 @@ class Probe:
     """State of a probe.
 
     Attributes:
-        phase: of it; since: cycles in the phase. tendon: being pulled.
+        phase: part of the probe; since: cycles in it. tendon: the one that is pulled.
         measured, model: tips of the present block.
-        base, model_base: where the two rest [m]; none in the phase `rest`.
+        base, model_base: rests of the two [m]; none in the phase `rest`.
         displacement: commanded and reported at the rest [m].
         late: measured tips of the second half of the time to settle.
         last: mean of the block before; steady: blocks in a row with about the same.
         first: measured and expected motion at the first tension, while the second one is tried [m].
         released: tension of the tendon before this one, against the plan's [-].
-        motions: of the tendons so far.
-        start: where the tip was when the probe began [m]. held: displacement that the tendons reported then [m]; none
+        motions: motions of the tendons so far.
+        start: tip when the probe began [m]. held: displacement that the tendons reported then [m]; none
             without a report.
-        tilt: of the base against the camera's frame, by the rest, axis times angle [rad]; offset: of it [m]. A tendon
+        tilt: rotation of the base by the rest, axis times angle [rad]; offset: its shift [m]; camera frame. A tendon
             that is pulled feels where the tip is in the base's frame: there the model rests.
         only: the operator has asked for the probe alone.
-        verdict: what is wrong; empty if nothing is, or not yet.
+        verdict: the defect found; empty if there is none, or not yet.
     """
 
     phase: Phase = Phase.REST
@@ -149,10 +149,10 @@ def advance_probe(
     """Return the probe a cycle later; pure.
 
     Args:
-        plan: of it. probe: its state.
+        plan: plan of it. probe: its state.
         pose: new in this cycle, if there is one.
         model_tip: [m], shape (3,).
-        watch: of the tip at rest.
+        watch: watch of the tip at rest.
         tendons: newest report, if there is one.
         displacement: commanded [m], shape (n,).
     """

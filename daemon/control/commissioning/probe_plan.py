@@ -53,16 +53,16 @@ class ProbePlan:
     """Plan of a probe; computed once.
 
     Attributes:
-        tensions: of each tendon [N], shape (n,).
-        motion: of the tip that is asked for [m].
+        tensions: tensions of each tendon [N], shape (n,).
+        motion: wanted motion of the tip [m].
         stop_at: motion that ends the probe [m]. load_max: reported tension that ends it [N].
-        rate: of the displacement while tendons are released at first [m/s].
-        slack: by which tendons that are not pulled are released beyond the model's length [m]: whatever the wrong
+        rate: rate of the displacement while tendons are released at first [m/s].
+        slack: length by which tendons that are not pulled are released beyond the model's [m]: whatever the wrong
             tendon is that is pulled, it must not find one that holds against it.
         down: for which a tendon is let go; start: after which the next one is pulled; ramp: of its pull; block, rest,
             settling: all in cycles.
-        bounds: of what passes. arms: of the tendons in the cross-section [m], shape (3,) each.
-        rests: that a right rig may have; none: they are not compared.
+        bounds: range of what passes. arms: positions of the tendons in the cross-section [m], shape (3,) each.
+        rests: all that a right rig may have; none: they are not compared.
     """
 
     tensions: Array

@@ -11,7 +11,7 @@ def rest_objection(rests: RestFamily, watch: RestWatch) -> str:
     """Why the measured rest is not one of a right rig, and what it looks like; empty if it is one.
 
     Args:
-        rests: of right rigs. watch: of the tip while no tendon pulls.
+        rests: rests of right rigs. watch: watch of the tip while no tendon pulls.
     """
     best = watch.best
     if best is None:

@@ -55,8 +55,8 @@ class Fit:
 
     Attributes:
         misfit: J.
-        weight: on the tip [kg]. stiffness: against the configuration's [-].
-        position: of that rest's tip [m], shape (3,).
+        weight: mass on the tip [kg]. stiffness: ratio to the configuration's [-].
+        position: position of that rest's tip [m], shape (3,).
         tilt: q, of the base [rad], shape (3,).
         offset: o, of the base [m], shape (3,).
     """
@@ -79,8 +79,8 @@ class RestFamily:
     """Rests under every weight and stiffness of a grid.
 
     Attributes:
-        length: of the rod [m].
-        tolerances: of what is not on the grid.
+        length: length of the rod [m].
+        tolerances: bounds of what is not on the grid.
         weights: [kg], stiffnesses: [-], shapes (m,).
         positions: [m], shape (m, 3). rotations: shape (m, 3, 3).
     """
@@ -102,7 +102,7 @@ class RestFamily:
         """Fit the family to a measured rest.
 
         Args:
-            position: of the tip [m], shape (3,). rotation: of it, shape (3, 3).
+            position: position of the tip [m], shape (3,). rotation: rotation of it, shape (3, 3).
             tolerances: in place of the family's own.
         """
         tolerances = tolerances or self.tolerances
@@ -191,10 +191,10 @@ def rest_family(
     """Compute the family of a rod.
 
     Args:
-        parameters: of the model. space, nodes: of its discretisation.
+        parameters: parameters of the model. space, nodes: of its discretisation.
         stiffness: by which Young's modulus may differ [-].
         weight_max: the largest weight on the tip [kg].
-        tolerances: of the rest.
+        tolerances: tolerances of the rest.
 
     Raises:
         ConvergenceError: the rod has no rest without a weight.

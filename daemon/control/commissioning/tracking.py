@@ -118,7 +118,7 @@ def watch_tracking(
     """Return the watch after a cycle with a fresh pose; pure.
 
     Args:
-        bounds: of what is tolerated. watch: so far. tick: of the cycle. interval: cycles since the pose before.
+        bounds: bounds of what is tolerated. watch: so far. tick: present cycle. interval: cycles since the last pose.
         measured: tip [m]. reference: [m]. reference_velocity: [m/s].
         commanded: tensions [N].
         angle: between the measured tip and the model's there [rad]; none where the model is not held to it.
@@ -156,7 +156,7 @@ def tracking_fault(bounds: TrackingBounds, watch: TrackingWatch, saturated: bool
     """Return the reason to end tracking; empty if there is none.
 
     Args:
-        bounds: of what is tolerated. watch: so far.
+        bounds: bounds of what is tolerated. watch: so far.
         saturated: the command stands at a limit.
     """
     if watch.error_cycles >= bounds.error_time:

@@ -36,7 +36,7 @@ class Motion:
     """Motion of the tip under one tendon.
 
     Attributes:
-        measured, expected: from the rest [m].
+        measured, expected: motion from the rest [m].
         commanded, reported: displacement of the tendon [m]; none where the driver reports none.
         first: the same two at a smaller tension, where the motion was looked at twice.
     """
@@ -86,8 +86,8 @@ def judge(motions: Sequence[Motion], bounds: Bounds, arms: Sequence[Array] = (),
     """Return what is wrong, for people; empty if nothing is.
 
     Args:
-        motions: of the tendons, in order. bounds: of what passes.
-        arms: of all tendons in the cross-section, shape (3,) each: the directions of those not pulled yet.
+        motions: motions of the tendons, in order. bounds: bounds of what passes.
+        arms: arms of all tendons in the cross-section, shape (3,) each: the directions of those not pulled yet.
         finished: all tendons have been pulled; else the last motion is one that was broken off, too large.
     """
     wrong = [index for index, motion in enumerate(motions) if not agrees(motion, bounds)]

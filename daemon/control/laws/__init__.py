@@ -1,6 +1,8 @@
 """Control laws, each a file of its own; further ones may be in any installed package, see `registry`."""
 
 from tendond.daemon.control.laws.law import (
+    Convergence,
+    ConvergentLaw,
     Decision,
     Law,
     LawParameters,
@@ -18,6 +20,8 @@ __all__ = [
     "BENDING_PLANE",
     "LAWS",
     "SPACE",
+    "Convergence",
+    "ConvergentLaw",
     "Decision",
     "Law",
     "LawParameters",

@@ -13,7 +13,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, Pair, PlanarObservation, StatelessLaw
+from tendond.daemon.control.laws.law import (
+    Convergence,
+    Decision,
+    LawParameters,
+    LawTerms,
+    Pair,
+    PlanarObservation,
+    StatelessLaw,
+)
 from tendond.daemon.control.tasks.plane import BENDING_PLANE
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
@@ -48,4 +56,10 @@ def decide(parameters: Parameters, observation: PlanarObservation) -> Decision:
     return Decision(tension, Terms(z1=(p, q), z2=(r, s), lyapunov=lyapunov, net_tension=net))
 
 
-LAW = StatelessLaw("backstepping", Parameters, decide, BENDING_PLANE)
+def rates(parameters: Parameters) -> Convergence:
+    """Return the slow rate of z1'' + (alpha1 + alpha2) z1' + (1 + alpha1 alpha2) z1 = 0 for alpha1 >> alpha2."""
+    a1, a2 = parameters.alpha1, parameters.alpha2
+    return Convergence((1.0 + a1 * a2) / (a1 + a2))
+
+
+LAW = StatelessLaw("backstepping", Parameters, decide, BENDING_PLANE, rates=rates)

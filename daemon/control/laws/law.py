@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import NoneType
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict
 
@@ -12,6 +12,8 @@ from tendond.daemon.control.tasks.observation import PlanarObservation, SpatialO
 from tendond.daemon.control.tasks.task import TaskSpace
 
 __all__ = [
+    "Convergence",
+    "ConvergentLaw",
     "Decision",
     "Law",
     "LawParameters",
@@ -64,14 +66,43 @@ class Law(Protocol):
 
 
 @dataclass(frozen=True)
+class Convergence:
+    """Decay of the model tip's error under a law, as exp(-rate t).
+
+    Attributes:
+        rate: rate of the decay [1/s].
+        smoothing: rate at which the decay sets in, of a law that places the tip a cycle ahead [1/s]; none of a law that
+            sets the tip's velocity in proportion to its error.
+    """
+
+    rate: float
+    smoothing: float | None = None
+
+
+@runtime_checkable
+class ConvergentLaw(Protocol):
+    """A law that says how fast it is; the observer's gains then keep their margin with it.
+
+    For a law without this method, or with none as its result, the gains are those for the built-in laws.
+    """
+
+    def convergence(self, parameters: Any) -> Convergence | None:
+        """Return the decay of the error, by the parameters."""
+
+
+@dataclass(frozen=True)
 class StatelessLaw(Generic[P, O]):
-    """A law that keeps nothing between cycles, from a function of parameters and observation."""
+    """A law that keeps nothing between cycles, from a function of parameters and observation.
+
+    `rates`, a function of the parameters, makes it a `ConvergentLaw`.
+    """
 
     name: str
     parameters: type[P]
     function: Callable[[P, O], Decision]
     task_space: TaskSpace
     state: type[None] = NoneType
+    rates: Callable[[P], Convergence] | None = None
 
     def start(self, parameters: P) -> None:
         """Return none: there is no state."""
@@ -80,16 +111,24 @@ class StatelessLaw(Generic[P, O]):
         """Call the function."""
         return self.function(parameters, observation)
 
+    def convergence(self, parameters: P) -> Convergence | None:
+        """Call `rates`, if there is one."""
+        return None if self.rates is None else self.rates(parameters)
+
 
 @dataclass(frozen=True)
 class StatefulLaw(Generic[P, O, S]):
-    """A law with a state, from a function of parameters, observation and state; `state()` is the state at the start."""
+    """A law with a state, from a function of parameters, observation and state; `state()` is the state at the start.
+
+    `rates`, a function of the parameters, makes it a `ConvergentLaw`.
+    """
 
     name: str
     parameters: type[P]
     state: type[S]
     function: Callable[[P, O, S], Decision]
     task_space: TaskSpace
+    rates: Callable[[P], Convergence] | None = None
 
     def start(self, parameters: P) -> S:
         """Return the state with its defaults."""
@@ -98,3 +137,7 @@ class StatefulLaw(Generic[P, O, S]):
     def decide(self, parameters: P, observation: O, state: S) -> Decision:
         """Call the function."""
         return self.function(parameters, observation, state)
+
+    def convergence(self, parameters: P) -> Convergence | None:
+        """Call `rates`, if there is one."""
+        return None if self.rates is None else self.rates(parameters)

@@ -20,7 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, SpatialObservation, StatelessLaw
+from tendond.daemon.control.laws.law import (
+    Convergence,
+    Decision,
+    LawParameters,
+    LawTerms,
+    SpatialObservation,
+    StatelessLaw,
+)
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.daemon.control.tasks.space import SPACE
 from tendond.schemas.base import Vector3
@@ -103,4 +110,9 @@ def _moment(prediction: Prediction, asked: Array, damping: float) -> Array:
     return np.array([(k * r - h * s) / determinant, (g * s - h * r) / determinant])
 
 
-LAW = StatelessLaw("sensitivity", Parameters, decide, SPACE)
+def rates(parameters: Parameters) -> Convergence:
+    """Return the rates of the error's decay."""
+    return Convergence(parameters.rate, parameters.smoothing)
+
+
+LAW = StatelessLaw("sensitivity", Parameters, decide, SPACE, rates=rates)

@@ -14,7 +14,15 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Decision, LawParameters, LawTerms, Pair, PlanarObservation, StatelessLaw
+from tendond.daemon.control.laws.law import (
+    Convergence,
+    Decision,
+    LawParameters,
+    LawTerms,
+    Pair,
+    PlanarObservation,
+    StatelessLaw,
+)
 from tendond.daemon.control.tasks.plane import BENDING_PLANE
 
 Gain = Annotated[float, Field(gt=0.0, le=1e5)]
@@ -54,4 +62,9 @@ def decide(parameters: Parameters, observation: PlanarObservation) -> Decision:
     return Decision(tension, Terms(error=(p, q), surface=(r, s), lyapunov=(r * r + s * s) / 2.0, net_tension=net))
 
 
-LAW = StatelessLaw("sliding_mode", Parameters, decide, BENDING_PLANE)
+def rates(parameters: Parameters) -> Convergence:
+    """Return the slow rate of e'' + (c + k) e' + c k e = 0 for rates that are far apart."""
+    return Convergence(parameters.c * parameters.k / (parameters.c + parameters.k))
+
+
+LAW = StatelessLaw("sliding_mode", Parameters, decide, BENDING_PLANE, rates=rates)

@@ -163,7 +163,7 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
         return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
     try:
         if inputs.law is not None:
-            selection = state.selection.with_law(setup.config, inputs.law)
+            selection = state.selection.with_law(setup.config, setup.rod, inputs.law)
             done = f"law: {inputs.law}"
         elif inputs.reference is not None:
             selection = state.selection.with_reference(setup.config, setup.rod, inputs.reference, setup.plans)

@@ -22,7 +22,7 @@ def displacement_rate_max(curve: StaticCurve, trajectory: Trajectory, arrival: f
 
     Args:
         curve: tips of the resting rod.
-        trajectory: of the reference; arrival: its time of arrival [s].
+        trajectory: trajectory of the reference; arrival: its time of arrival [s].
     """
     if arrival <= 0.0:
         return math.inf
@@ -39,7 +39,7 @@ def feasibility(
 
     Args:
         curve: tips of the resting rod.
-        trajectory: of the reference; arrival: its time of arrival [s].
+        trajectory: trajectory of the reference; arrival: its time of arrival [s].
         target: final position across and along the straight rod [m].
         limits: [limits] of the configuration.
     """

@@ -108,7 +108,7 @@ def plan_in_space(config: RigConfig, rod: Rod, allocation: Allocation) -> Spatia
     Args:
         config: configuration of the rig; its reference is in space.
         rod: the controller's model.
-        allocation: from moments to tensions of its tendons.
+        allocation: map from moments to tensions of its tendons.
 
     Raises:
         TargetError: it is further from where the tip can rest than `moved_max`, or too fast for the limits.

@@ -19,13 +19,14 @@ from tendond.model.tendons.allocation import Allocation
 Array = NDArray[np.float64]
 
 DIFFERENCE = 2e-3
-"""Step of the finite differences by the moment [N m]: 0.1 N at an arm of 20 mm; the statics are accurate to 1e-6 N."""
+"""Step of the finite differences by the moment on the paper's robot [N m], on others in proportion to EI/L: 0.1 N at an
+arm of 20 mm; the statics are accurate to 1e-6 N."""
 
 STEPS = 40
 """Largest number of Gauss-Newton steps."""
 
 CLOSE = 1e-7
-"""Motion of the tip below which a step ends the search [m or rad]."""
+"""Motion of the tip below which a step ends the search [rad, or of 2 L]."""
 
 BEND_MAX = 1.5 * math.pi
 """Largest bend of the first guess [rad]: beyond it the tip comes back to the straight rod."""
@@ -74,7 +75,7 @@ class Surface:
 
     Args:
         rod: the controller's model.
-        allocation: from moments to tensions of its tendons.
+        allocation: map from moments to tensions of its tendons.
     """
 
     def __init__(self, rod: Rod, allocation: Allocation) -> None:
@@ -92,7 +93,7 @@ class Surface:
         for axis in range(2):
             moved = moment.copy()
             # inward, where the bounds of the tensions are near
-            moved[axis] += DIFFERENCE * (-1.0 if moment[axis] > 0.0 else 1.0)
+            moved[axis] += DIFFERENCE * self.rod.parameters.moment_scale * (-1.0 if moment[axis] > 0.0 else 1.0)
             columns.append((self._solve(moved, state)[0] - place) / (moved[axis] - moment[axis]))
         return Rest(moment, state, place, np.column_stack(columns))
 
@@ -115,9 +116,10 @@ class Surface:
         rest = self.rest(self._nearest_arc(wanted, aim, above_135)) if start is None else start
         place, jacobian = rest.compared(aim, count)
         missing, ridge = wanted - place, 0.0
+        close = CLOSE * (2.0 * self.rod.parameters.length if aim == "position" else 1.0)
         for _ in range(STEPS):
             step = self._step(rest.moment, jacobian, missing, ridge)
-            if float(np.max(np.abs(jacobian @ step))) < CLOSE:
+            if float(np.max(np.abs(jacobian @ step))) < close:
                 break
             try:
                 trial = self.rest(rest.moment + step, rest)

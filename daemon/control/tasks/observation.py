@@ -81,7 +81,7 @@ class Prediction:
         target: reference at the end of the step [m], shape (3,).
         directions: directions in which the resting tip moves there, not normalised, shape (3, 2); none where they are
             not known.
-        allocation: from a bending moment to tensions.
+        allocation: map from a bending moment to tensions.
     """
 
     position: Array
@@ -97,7 +97,7 @@ class SpatialObservation:
 
     Attributes:
         position, velocity: place of the tip and its derivative by time, shape (3,).
-        target, target_velocity: of the reference, shape (3,).
+        target, target_velocity: point of the reference now, shape (3,).
         tension: tension now applied [N], shape (n,).
         period: period of the cycle [s].
         prediction: the coming step; none where the model has no solution for it.

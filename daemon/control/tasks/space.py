@@ -35,7 +35,7 @@ class SpatialTask:
 
     Attributes:
         reference: trajectory in space or in the bending plane.
-        allocation: from bending moments to tensions; with scratch memory of its own.
+        allocation: map from bending moments to tensions; with scratch memory of its own.
         period: period of the cycle [s].
         tension_min: pretension of every tendon [N].
     """

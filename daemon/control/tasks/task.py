@@ -26,7 +26,7 @@ class Situation(NamedTuple):
         rod: the model; model: its state; tip: its tip.
         tension: tension now applied [N], shape (n,).
         observer: state of the tip observer.
-        position, velocity: of the tip, as `control.feedback` has them [m, m/s], shape (3,).
+        position, velocity: motion of the tip, as `control.feedback` has it [m, m/s], shape (3,).
         reference: point of the reference now.
         elapsed: time since tracking began [s].
         offset: shift of the reference along the straight rod [m].

@@ -32,7 +32,7 @@ class EmulatedBus:
 
     Args:
         link: path at which the port appears, as a symbolic link to the pseudo-terminal.
-        servos: on the line.
+        servos: servos on the line.
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.

@@ -10,11 +10,11 @@ class Actuator:
 
     Attributes:
         rate: largest speed of its profile [unit/s]; 0: no limit.
-        acceleration: of its profile [unit/s^2]; 0: no limit.
+        acceleration: acceleration of its profile [unit/s^2]; 0: no limit.
         lag: time constant of what follows the profile [s].
         resolution: smallest step [unit]; 0: none.
         backlash: travel that is lost when the direction changes [unit].
-        position: of the profile, velocity: of it, shaft: behind the lag, output: behind the play [unit].
+        position, velocity: state of the profile; shaft: position behind the lag; output: behind the play [unit].
     """
 
     rate: float = 0.0

@@ -32,7 +32,7 @@ class EmulatedMotor:
     """Motor with its registers.
 
     Args:
-        position: of the shaft at power-up [ticks]; the servo knows only the position within a turn.
+        position: position of the shaft at power-up [ticks]; the servo knows only the position within a turn.
 
     Attributes:
         torque: external torque on the shaft [N m], as a function of its position [ticks]; positive towards larger

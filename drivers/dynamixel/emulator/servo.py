@@ -14,9 +14,9 @@ class EmulatedServo(EmulatedMotor):
     """Servo on a bus.
 
     Args:
-        identifier: on the bus.
-        baudrate: of the servo [bit/s].
-        position: of the shaft at power-up [ticks]; the servo knows only the position within a turn.
+        identifier: number on the bus.
+        baudrate: baudrate of the servo [bit/s].
+        position: position of the shaft at power-up [ticks]; the servo knows only the position within a turn.
 
     Attributes:
         silent: it answers nothing, and does nothing.

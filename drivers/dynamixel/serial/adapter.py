@@ -13,7 +13,7 @@ def latency_timer(port: str, sys: Path = SYS) -> tuple[int, Path] | None:
     """Return the adapter's latency timer [ms] and its file; none for other adapters.
 
     Args:
-        port: of the servos, or a link to it.
+        port: port of the servos, or a link to it.
         sys: folder of Linux's devices.
     """
     file = sys / "bus" / "usb-serial" / "devices" / Path(port).resolve().name / "latency_timer"

@@ -36,7 +36,7 @@ class ServoBus:
     """Servos on a serial port.
 
     Args:
-        port: of the adapter.
+        port: port of the adapter.
         baudrate: [bit/s].
         answer_timeout: timeout of an answer, beyond its time on the wire [s].
 
@@ -46,7 +46,7 @@ class ServoBus:
     Attributes:
         port: name of it.
         reads: number of reads of all servos.
-        round_trips: of those that were answered, since the list was last emptied [s]; bounded.
+        round_trips: times of those that were answered, since the list was last emptied [s]; bounded.
     """
 
     def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
@@ -226,7 +226,7 @@ class ServoBus:
         taken for one to it.
 
         Args:
-            identifiers: of the servos.
+            identifiers: identifiers of the servos.
             fast: by Fast Sync Read, one packet from all of them.
 
         Raises:

@@ -46,8 +46,8 @@ def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading
 
     Args:
         question: that it answers.
-        data: of the answer, `question.length` bytes.
-        error: of the answer's status.
+        data: data of the answer, `question.length` bytes.
+        error: error of the answer's status.
     """
 
     def value(register: Register) -> int:

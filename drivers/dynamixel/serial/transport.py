@@ -29,7 +29,7 @@ class Transport:
     """Packets on a serial port.
 
     Args:
-        port: of the adapter.
+        port: port of the adapter.
         baudrate: [bit/s].
         answer_timeout: timeout of an answer, beyond its time on the wire [s].
 
@@ -37,7 +37,7 @@ class Transport:
         PortLostError: it cannot be opened.
 
     Attributes:
-        name: of the port.
+        name: name of the port.
         late: number of answers that came after their timeout.
         late_by: largest delay of those, from the request [s].
         pending: an answer is missing and may still come.

@@ -213,8 +213,8 @@ def camera_objection(
     """Compare the camera with a tendon's id, sign and radius; a message if they do not fit, else empty.
 
     Args:
-        index: of the tendon that was pulled.
-        positions: of all tendons in the cross-section [m].
+        index: index of the tendon that was pulled.
+        positions: positions of all tendons in the cross-section [m].
         pulled: displacement by the servo, with the assumed radius and sign [m].
         before: bend of the tip.
         after: bend of the tip.

@@ -27,7 +27,7 @@ def bend_of(orientation: Sequence[float]) -> Bend:
     """Compute the bend of a tip.
 
     Args:
-        orientation: of the tip, w, x, y, z, body to world.
+        orientation: orientation of the tip, w, x, y, z, body to world.
     """
     w, x, y, z = orientation
     across_x, across_y, along = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
@@ -46,7 +46,7 @@ def shortened(position: Sequence[float], before: Bend, after: Bend) -> float:
     ds - (p . e) d theta.
 
     Args:
-        position: of the tendon in the cross-section [m], x and y.
+        position: position of the tendon in the cross-section [m], x and y.
         before: bend.
         after: bend.
     """
@@ -57,7 +57,7 @@ class Camera:
     """Tip poses from the bus; use as a context.
 
     Args:
-        config: of the rig.
+        config: configuration of the rig.
     """
 
     def __init__(self, config: RigConfig) -> None:

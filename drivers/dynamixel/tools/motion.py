@@ -29,7 +29,7 @@ class ServoMotion:
     Args:
         bus: open.
         section: [servo].
-        spool: of the tendon.
+        spool: spool of the tendon.
         limit: largest load [-].
     """
 
@@ -80,7 +80,7 @@ class ServoMotion:
 
         Args:
             target: [m].
-            load: of the stall torque at which to stop [-].
+            load: load of the stall torque at which to stop [-].
             stopped: true when the operator interrupts it.
             rate: [m/s]; default: `servo.slow_rate`.
 
@@ -187,8 +187,8 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
     Args:
         bus: open.
         section: [servo].
-        spool: of the tendon.
-        tension_max: of [limits] [N].
+        spool: spool of the tendon.
+        tension_max: that of [limits] [N].
 
     Raises:
         ServoError: it has an error, is not set up, refuses or does not answer.

@@ -16,7 +16,7 @@ class Requirement:
     """Required value of one register.
 
     Attributes:
-        register: of the control table.
+        register: register of the control table.
         wanted: value that `setup` writes.
         why: effect of another value.
         also: other allowed values.
@@ -79,8 +79,8 @@ def require(bus: ServoBus, identifiers: Iterable[int], answer_timeout: float) ->
 
     Args:
         bus: open.
-        identifiers: of the servos.
-        answer_timeout: of [servo] [s].
+        identifiers: identifiers of the servos.
+        answer_timeout: answer timeout of [servo] [s].
 
     Raises:
         ServoError: one is not, with everything that is wrong and the remedy; or does not answer.

@@ -20,9 +20,9 @@ class ServoRig:
     """A configuration with servos.
 
     Attributes:
-        config: of the rig.
+        config: configuration of the rig.
         section: its [servo].
-        folder: in which the configuration's paths begin.
+        folder: folder in which the configuration's paths begin.
         say: prints a line for people.
     """
 

@@ -67,8 +67,8 @@ def scan(
     """Ping every id at every rate on every port.
 
     Args:
-        names: of the ports.
-        answer_timeout: of [servo] [s].
+        names: names of the ports.
+        answer_timeout: answer timeout of [servo] [s].
         last_id: highest that is looked at.
         baudrates: [bit/s].
         progress: called with what is tried, and with answers that are not from a servo.

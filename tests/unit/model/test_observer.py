@@ -7,7 +7,7 @@ import pytest
 
 from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.lockstep import closed_loop
-from tendond.model.estimation.observer import tip_compliance
+from tendond.model.estimation.compliance import tip_compliance
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
 from tendond.schemas.record import CycleRecord

@@ -52,7 +52,8 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
         raise typer.Exit
 
 
-for group in (rig, log, servo, config, identify, study, bench):
+study.add_typer(identify)
+for group in (rig, log, servo, config, study, bench):
     app.add_typer(group)
 app.command()(demo)
 

@@ -1,19 +1,16 @@
-"""Folder of compiled kernels for a user who may write nowhere that numba looks: a temporary one, with a message.
+"""Temporary folder of compiled kernels for a user who cannot write to any of numba's.
 
-numba looks for a folder that it can write to in NUMBA_CACHE_DIR, beside the sources, and in the user's cache, and does
-not even import a kernel where there is none. A service's user, or one in a container, often has none: no home, and an
-installation that is root's.
+numba looks for a writable folder in NUMBA_CACHE_DIR, beside the sources, and in the user's cache, and without one does
+not even import a kernel. A service's user, or one in a container, often has none: no home, and an installation that
+belongs to root.
 """
 
-import hashlib
 import os
 import shutil
 import stat
 import sys
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 import tendond
@@ -23,11 +20,11 @@ TEMPORARY = "tendond-kernels-"
 """Prefix of the temporary folder's name."""
 
 KERNELS = ("*.nbi", "*.nbc")
-NOWHERE = "no folder for compiled kernels can be written: set NUMBA_CACHE_DIR to one that can"
+NOWHERE = "no writable folder for compiled kernels: set NUMBA_CACHE_DIR to one"
 
 
-class _Watch(MetaPathFinder):
-    """Calls `prepare` when numba is about to be imported: most commands need no kernels."""
+class _Watch:
+    """Finder that calls `prepare` when numba is about to be imported: most commands need no kernels."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say = say
@@ -59,12 +56,12 @@ def prepare(say: Callable[[str], None]) -> None:
     if folder is None:
         return  # a command that needs a kernel says so: see `NOWHERE`
     if not any(folder.iterdir()):
-        with suppress(OSError):  # else they are compiled again
+        with suppress(OSError):  # if this fails they are compiled again
             for one in folders:
                 _copy(one / "__pycache__", folder / numbas_name(one))
             for one in Path(given).iterdir() if given and Path(given).is_dir() else []:
                 _copy(one, folder / one.name)
-        say(f"compiled kernels are kept in {folder}: no other folder can be written; {VARIABLE} names a lasting one")
+        say(f"compiled kernels are kept in {folder}: no other folder is writable; set {VARIABLE} to a permanent one")
     os.environ[VARIABLE] = str(folder)
 
 
@@ -77,6 +74,8 @@ def is_writable(folder: Path) -> bool:
 
 def numbas_name(sources: Path) -> str:
     """Return the name that numba gives, in NUMBA_CACHE_DIR, to the folder of a source folder's kernels."""
+    import hashlib  # takes a tenth of the time of --help
+
     return f"{sources.name}_{hashlib.sha1(str(sources).encode()).hexdigest()}"
 
 
@@ -87,6 +86,8 @@ def _users() -> Path:
 
 def _temporary() -> Path | None:
     """Create a folder that later runs find again; private to this user, since it holds machine code."""
+    import tempfile  # takes a tenth of the time of --help
+
     try:
         folder = Path(tempfile.gettempdir()) / f"{TEMPORARY}{os.getuid()}"
         with suppress(FileExistsError):

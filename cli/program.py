@@ -22,6 +22,7 @@ EVERYDAY = {
     "doctor": "rig",
     "replay": "log",
     "plot": "log",
+    "identify": "study",
 }
 """Commands that are at the top level as well, and the group that each belongs to."""
 
@@ -64,7 +65,7 @@ class Program(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the groups, then the everyday commands; old spellings are hidden."""
         shown = {name: command for name, command in self.commands.items() if not command.hidden}
-        groups = {name: command for name, command in shown.items() if hasattr(command, "commands")}
+        groups = {name: one for name, one in shown.items() if hasattr(one, "commands") and name not in EVERYDAY}
         everyday = {name: command for name, command in shown.items() if name not in groups}
         limit = formatter.width - 6 - max(map(len, shown))
         for title, commands in (("Command groups", groups), ("Everyday commands", everyday)):
@@ -78,7 +79,7 @@ def say_renamed(old: str, new: str) -> None:
 
 
 def _found(commands: Commands, words: str) -> Any:
-    """The command with these words; options among them are passed over."""
+    """Find the command with these words, without the options among them."""
     found: Any = None
     for word in words.split(" --")[0].split():
         found = commands[word]
@@ -87,7 +88,7 @@ def _found(commands: Commands, words: str) -> Any:
 
 
 def _renamed(command: Any, old: str, moved: Alias) -> Any:
-    """A hidden copy of a command that names its new spelling before it runs."""
+    """Return a hidden copy of a command that prints its new spelling before it runs."""
     run: Callable[..., Any] = command.callback
 
     @functools.wraps(run)

@@ -20,7 +20,7 @@ def demo(
     ] = None,
     profile: Annotated[
         str | None,
-        typer.Option("--profile", help="Of scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
+        typer.Option("--profile", help="For scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
     ] = None,
 ) -> None:
     """Run the controller on a simulated robot, with log and figures.

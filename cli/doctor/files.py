@@ -85,7 +85,7 @@ def kernels(rig: Rig) -> CheckResult:
     folder = os.environ.get(VARIABLE, "")
     if Path(folder).name.startswith(TEMPORARY):
         return warned(
-            f"{'not compiled' if missing else 'compiled'}, in {folder}: no other folder can be written",
+            f"{'not compiled' if missing else 'compiled'}, in {folder}: no other folder is writable",
             f"set {VARIABLE} to a folder of this user's, or kernels are compiled again after each boot",
         )
     if not missing:

@@ -10,7 +10,7 @@ from tendond.cli.signals import exit_on_signals
 
 study = typer.Typer(
     name="study",
-    help="Reproduce the paper and test robustness, in simulation.",
+    help="Reproduce the paper, test robustness, identify the model.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

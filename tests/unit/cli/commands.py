@@ -1,13 +1,16 @@
-"""The command line in this process: what a command prints, says and returns."""
+"""The command line in this process: output, messages and exit status of a command."""
 
 import signal
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 from unittest.mock import patch
 
 import pytest
+from typer.main import get_command
 
-from tendond.cli.app import main
+from tendond.cli.app import app, main
 
 
 @dataclass(frozen=True)
@@ -35,3 +38,31 @@ def tendond(capsys: pytest.CaptureFixture[str], *arguments: str) -> Ended:
     out, said = capsys.readouterr()
     assert "\x1b" not in out + said, "colours, and no terminal"
     return Ended(status, out, said)
+
+
+def walk(command: Any, name: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield every command and group, by its words."""
+    if name:
+        yield name, command
+    for word, inner in getattr(command, "commands", {}).items():
+        yield from walk(inner, (*name, word))
+
+
+TENDOND = [sys.executable, "-m", "tendond.cli"]
+_NAMES = {
+    id(one): (name, one)
+    for name, one in sorted(walk(get_command(app)), key=lambda found: -len(found[0]))
+    if not one.hidden
+}
+COMMANDS = dict(sorted(_NAMES.values(), key=lambda found: found[0]))
+"""Every command and group once, by its shortest spelling: the everyday commands are in their groups as well."""
+
+RUNNABLE = {
+    name: one for name, one in COMMANDS.items() if not getattr(one, "commands", {}) or one.invoke_without_command
+}
+
+
+def few_lines(said: str) -> bool:
+    """Check that a message for people is one to six lines, without a traceback."""
+    lines = said.strip().splitlines()
+    return 1 <= len(lines) <= 6 and "Traceback" not in said

@@ -118,5 +118,5 @@ def test_a_user_without_a_home_uses_what_is_compiled_or_is_told_in_a_line(instal
     assert "compiled kernels are kept in" in found.stderr
     assert "compiling" not in found.stderr
     doctor = as_another(installation, "doctor", "--no-servos", "--log", "/tmp", temporary=str(installation / "tmp"))
-    assert "no other folder can be written" in doctor.stdout
+    assert "no other folder is writable" in doctor.stdout
     assert "Traceback" not in doctor.stderr

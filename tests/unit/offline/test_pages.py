@@ -18,8 +18,8 @@ from tendond.offline.plots.interactive import write_page
 from tendond.offline.plots.report import write_report
 from tendond.offline.plots.spatial import draw_space
 from tests.golden.scripts import CYCLES, FOLDER
+from tests.unit.logs.commands import run_command
 from tests.unit.offline.records import cycle_record, write_log
-from tests.unit.offline.test_log import run_command
 
 NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -1,0 +1,91 @@
+"""A log as arrays and tables: units, names of columns, every digit."""
+
+import csv
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from tendond.daemon.errors import UsageError
+from tendond.offline.logs import load
+from tendond.offline.logs.export import export
+from tendond.offline.logs.log import load as load_log
+from tendond.offline.logs.units import UNITS, column_name, components
+from tendond.schemas.record import CycleRecord
+from tests.golden.scripts import CYCLES, FOLDER
+
+NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
+
+
+def test_arrays_are_the_records_with_units() -> None:
+    run, records = load(NORMAL), load_log(NORMAL).records
+    assert len(run) == CYCLES
+    np.testing.assert_array_equal(run["tick"], np.arange(CYCLES))
+    np.testing.assert_array_equal(run["command.displacement"], [record.command.displacement for record in records])
+    assert run["command.displacement"].shape == (CYCLES, 4)
+    assert (run.units["command.displacement"], run.units["estimate.velocity"], run.units["mode"]) == ("m", "m/s", "")
+    assert list(run["mode"]) == [record.mode.value for record in records]
+    assert np.isnan(run["terms.z1"][0]).all()
+    np.testing.assert_array_equal(run["terms.z1"][30], records[30].terms["z1"])
+    np.testing.assert_array_equal(run["truth.position"][:, 0], [truth.position[0] for truth in load_log(NORMAL).truth])
+    with pytest.raises(KeyError, match=r"'nothing' is not in .*normal.mcap; it has log_time_ns, tick"):
+        run["nothing"]
+
+
+def number_fields(model: type[BaseModel], path: str = "") -> list[str]:
+    """Paths of all fields of a record that hold floating-point numbers."""
+    found = []
+    for name, field in model.model_fields.items():
+        for part in (field.annotation, *get_args(field.annotation)):
+            if isinstance(part, type) and issubclass(part, BaseModel):
+                found += number_fields(part, f"{path}{name}.")
+                break
+        else:
+            if "float" in str(field.annotation):
+                found.append(path + name)
+    return found
+
+
+def test_every_number_of_a_record_has_its_unit() -> None:
+    """A new field of the record needs a line in UNITS, unless it has none."""
+    without = {"terms", "law_state", "inputs.pose.orientation", "model.orientation"}
+    for name in number_fields(CycleRecord):
+        if name not in without and not name.startswith("inputs.reference"):
+            assert name.rsplit(".", 1)[-1] in UNITS, name
+
+
+def test_columns_name_component_and_unit() -> None:
+    assert column_name("time") == "time_s"
+    assert column_name("estimate.acceleration", "x") == "estimate_acceleration_x_m_per_s2"
+    assert column_name("timing.work_us") == "timing_work_us"
+    assert components("model.orientation", 4) == ["w", "x", "y", "z"]
+    assert components("tension", 3) == ["0", "1", "2"]
+    assert components("measured", 3) == ["x", "y", "z"]
+
+
+def test_csv_keeps_every_digit(tmp_path: Path) -> None:
+    run = load(NORMAL)
+    count = export(run, tmp_path / "run.csv")
+    with (tmp_path / "run.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert (len(rows), len(rows[0])) == (CYCLES, count)
+    assert [float(row["command_displacement_0_m"]) for row in rows] == run["command.displacement"][:, 0].tolist()
+    assert rows[0]["terms_z1_0_m"] == ""
+    assert {row["mode"] for row in rows} == {"idle", "pretension", "tracking", "releasing"}
+
+
+def test_parquet_keeps_every_digit(tmp_path: Path) -> None:
+    pq: Any = pytest.importorskip("pyarrow.parquet")
+    run = load(NORMAL)
+    export(run, tmp_path / "run.parquet")
+    table = pq.read_table(tmp_path / "run.parquet")
+    assert table.column("command_displacement_0_m").to_pylist() == run["command.displacement"][:, 0].tolist()
+    assert table.column("terms_z1_0_m").null_count == int(np.isnan(run["terms.z1"][:, 0]).sum())
+    assert table.schema.metadata[b"tendond.rig"] == b"paper"
+
+
+def test_a_table_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"end it in .csv or .parquet"):
+        export(load(NORMAL), tmp_path / "run.xlsx")

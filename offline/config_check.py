@@ -68,7 +68,7 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
 
 FINE_NODES = 41
 """Nodes of the comparison: the sixth-order scheme differs from the fourth-order one with 200 nodes by
-0.1 mm at most."""
+a maximum of 0.1 mm."""
 
 RESOLVED = 0.005
 """Largest difference of the tip, as a fraction of the rod's length, that is not reported."""

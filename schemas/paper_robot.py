@@ -30,5 +30,8 @@ DRAG = (0.1, 0.1, 0.1)
 GRAVITY = (-9.81, 0.0, 0.0)
 """World frame; the straight rod lies along +z [m/s^2]."""
 
+TARGET_X = 0.34
+"""Target of the experiment: x of the tip [m]."""
+
 TENDON_POSITIONS = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
 """(x, y) of each tendon in the cross-section [m]."""

@@ -137,9 +137,9 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
         from tendond.offline.paper.published import published_for
         from tendond.offline.plots.figures import draw
         from tendond.offline.plots.spatial import draw_space
-        from tendond.offline.plots.timeline import draw_course
+        from tendond.offline.plots.timeline import draw_timeline
 
-        paths = draw_space(log, out, form) + draw_course(log, out, form)
+        paths = draw_space(log, out, form) + draw_timeline(log, out, form)
         try:
             paths = draw(log, out, form, published_for(log)) + paths
         except LogError as error:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.drivers.simulator.lockstep import open_loop
 from tendond.offline.bench.profiles import LAWS, ProfileRow, profile_config, run_profile
+from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import TendonCommand
 
@@ -56,7 +57,7 @@ class FrictionLoop:
         return pulled - float(np.interp(x, self.x[back], self.end[back]))
 
 
-def pull_and_release(coefficient: float, stiffness: float = 2e4) -> FrictionLoop:
+def pull_and_release(coefficient: float, stiffness: float = TENDON_STIFFNESS) -> FrictionLoop:
     """The loop of tendons of `stiffness` [N/m], rubbing with that coefficient [-].
 
     Raises:

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.state import CycleSetup
 from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.offline.logs.metrics import SETTLED
+from tendond.schemas.assumed_rig import RESOLUTION
 from tendond.schemas.config.presets import PROFILES
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
@@ -16,14 +18,8 @@ Array = NDArray[np.float64]
 LAWS = ("backstepping", "sliding_mode")
 ARMED_AT = 10
 CYCLES = 1000
-SETTLED = 0.05
-"""Half-width of the settling band, as a fraction of the target's x."""
-
 LAST = 100
 """Cycles of which the error is taken."""
-
-TICK = 2.3e-5
-"""[m] Of tendon, on a spool of 15 mm: a servo that moves less does not move."""
 
 HEADING = (
     "| profile | law | tendon travel [mm] | at full speed [s] | reference arrives [s] | settled [s]"
@@ -83,7 +79,7 @@ class ProfileRow:
 
 def reversals(displacement: Array) -> int:
     """Count the reversals of a servo that follows `displacement` [m], shape (k,)."""
-    steps = np.sign(np.diff(np.round(displacement / TICK)))
+    steps = np.sign(np.diff(np.round(displacement / RESOLUTION)))
     steps = steps[steps != 0.0]
     return int(np.count_nonzero(np.diff(steps)))
 

@@ -205,7 +205,7 @@ class _RoundTrips:
     """Times [us] from poses on one key to their commands on another."""
 
     def __init__(self, session: zenoh.Session, pose_key: str, command_key: str, field: str) -> None:
-        self._answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
+        self._commands = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
         self._poses = session.declare_publisher(pose_key, express=True)
         self._field = field
         self._seq = 0
@@ -220,7 +220,7 @@ class _RoundTrips:
         started = time.monotonic()
         self._poses.put(payload)
         while time.monotonic() < started + ANSWER_SECONDS:
-            sample = self._answers.try_recv()
+            sample = self._commands.try_recv()
             if sample is None:
                 time.sleep(20e-6)
             elif json.loads(sample.payload.to_bytes()).get(self._field) == self._seq:

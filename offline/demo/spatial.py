@@ -48,7 +48,7 @@ def run_spatial(out: Path) -> None:
         )
 
     for name, text in CHAINS.items():
-        arrival = _course(text).arrival
+        arrival = _trajectory(text).arrival
         chain = run_chain if name == "ideal" else run_wired_chain
         chain(out / name, text, arrival + REST_SECONDS, report)
 
@@ -59,7 +59,7 @@ CHAIN_WORDS = {
 }
 
 
-def _course(text: str) -> SpatialReference:
+def _trajectory(text: str) -> SpatialReference:
     trajectory = CycleSetup.from_config(parse_config(text, "scenario spatial")).selection.reference
     assert isinstance(trajectory, SpatialReference)
     return trajectory

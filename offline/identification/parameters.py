@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
 from tendond.model.rod.parameters import RodParameters
+from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]
-
-TENDON_STIFFNESS = 2e4
-"""Stiffness [N/m] where the configured tendons are inextensible: those of a displacement-driven rod must stretch."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ def nominal(config: RigConfig) -> dict[str, float]:
         "rho": rod.density,
         "Bbt": rod.bending_damping[0],
         "C": rod.drag[0],
-        "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,
+        "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,  # a displacement-driven rod needs elastic tendons
         "tip_mass": rod.tip_mass,
         "spool": 1.0,
         "backlash": 0.0,

@@ -154,7 +154,7 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
     """The metrics of a run; see `Metrics` for their definitions.
 
     Args:
-        run: the samples, at least one.
+        run: the samples; not empty.
         curve: curve of resting tips, for the overshoot along it.
         tip: positions to use instead of the measured ones, for instance a simulator's truth [m], shape (k, 3).
     """

@@ -5,7 +5,7 @@ from concurrent.futures import Executor, as_completed
 from functools import partial
 from pathlib import Path
 
-from tendond.offline.paper.figures import both_laws, experiment_courses, force_found, loaded, lyapunov, name_of
+from tendond.offline.paper.figures import both_laws, experiment_curves, force_found, loaded, lyapunov, name_of
 from tendond.offline.paper.published import LAWS
 from tendond.offline.paper.run import Runs
 from tendond.offline.paper.scenarios import HUNG_AT, STRING, WEIGHTS_G
@@ -46,11 +46,11 @@ def figures() -> dict[str, tuple[Draw, tuple[str, ...]]]:
         ("rig_normal_direct",),
     )
     found["experiment_weights"] = (
-        partial(experiment_courses, hanging, f"Rig-like plant, weight on a string of {STRING:g} m"),
+        partial(experiment_curves, hanging, f"Rig-like plant, weight on a string of {STRING:g} m"),
         tuple(name for name, _ in hanging),
     )
     found["experiment_impacts"] = (
-        partial(experiment_courses, rows[-1:], "Rig-like plant, random impacts (dotted)"),
+        partial(experiment_curves, rows[-1:], "Rig-like plant, random impacts (dotted)"),
         ("rig_impacts",),
     )
     for law in LAWS:

@@ -82,7 +82,7 @@ def four_panels(lines: Sequence[Line], title: str, path: Path, shown: int, mark:
         return save(figure, path)
 
 
-def experiment_courses(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
+def experiment_curves(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
     """x and z of each law, a row per law, as the paper shows its two experiments with loads."""
     with style():
         figure = Figure(FOUR, layout="constrained")
@@ -176,7 +176,7 @@ def _lyapunov(axes: Axes, run: PaperRun) -> None:
 def _x(axes: Axes, lines: Sequence[Line]) -> None:
     run = lines[-1].run
     target = 1e3 * run.target[0]
-    _courses(axes, lines, lambda one: 1e3 * one.tip[:, 0])
+    _curves(axes, lines, lambda one: 1e3 * one.tip[:, 0])
     axes.plot(1e3 * run.reference[:, 0], color=DARK, lw=1.0, ls=":", label="reference of x")
     axes.axhspan((1 - SETTLED) * target, (1 + SETTLED) * target, color=REFERENCE, alpha=0.15, lw=0, label="target ±5 %")
     axes.set(ylabel="tip x [mm]", title=f"(a) x of the tip, target {target:.0f} mm")
@@ -185,21 +185,21 @@ def _x(axes: Axes, lines: Sequence[Line]) -> None:
 def _z(axes: Axes, lines: Sequence[Line]) -> None:
     target = 1e3 * lines[-1].run.target[2]
     axes.axhline(target, color=REFERENCE, lw=0.8)
-    _courses(axes, lines, lambda run: 1e3 * run.tip[:, 2])
+    _curves(axes, lines, lambda run: 1e3 * run.tip[:, 2])
     axes.set(ylabel="tip z [mm]", title=f"(b) z of the tip, target {target:.1f} mm")
 
 
 def _displacement(axes: Axes, lines: Sequence[Line]) -> None:
-    _courses(axes, lines, lambda run: 1e3 * run.displacement)
+    _curves(axes, lines, lambda run: 1e3 * run.displacement)
     axes.set(ylabel="displacement [mm]", title="(c) tendon displacement")
 
 
 def _error(axes: Axes, lines: Sequence[Line]) -> None:
-    _courses(axes, lines, lambda run: 1e3 * np.linalg.norm((run.reference - run.tip)[:, [0, 2]], axis=1))
+    _curves(axes, lines, lambda run: 1e3 * np.linalg.norm((run.reference - run.tip)[:, [0, 2]], axis=1))
     axes.set(ylabel="|reference - tip| [mm]", title="(d) position error")
     axes.set_ylim(bottom=0.0)
 
 
-def _courses(axes: Axes, lines: Sequence[Line], values: Callable[[PaperRun], Array]) -> None:
+def _curves(axes: Axes, lines: Sequence[Line], values: Callable[[PaperRun], Array]) -> None:
     for line in lines:
         axes.plot(values(line.run), line.dashes, color=line.colour, lw=line.width, label=line.label)

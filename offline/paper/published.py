@@ -3,6 +3,7 @@
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import tracking
 from tendond.offline.logs.published import Published
+from tendond.schemas.paper_robot import TARGET_X
 
 TITLE = "Backstepping Control of Tendon-Driven Continuum Robots in Large Deflections Using the Cosserat Rod Model"
 SOURCE = f"Danesh & Janabi-Sharifi, {TITLE}"
@@ -22,7 +23,7 @@ EXPERIMENT = {
 }
 """Table 'Experimental comparison of backstepping and sliding mode control under normal conditions', by law."""
 
-FINAL_TIP_X_MM = 340.0
+FINAL_TIP_X_MM = 1e3 * TARGET_X
 INITIAL_TIP_Z_MM = 500.0
 
 LAWS = tuple(SIMULATION)

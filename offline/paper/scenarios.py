@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from tendond.offline.paper.published import LAWS
+from tendond.schemas.assumed_rig import RESOLUTION, TENDON_STIFFNESS
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.paper_robot import TARGET_X
 
 Tables = dict[str, Any]
 
@@ -76,16 +78,13 @@ EXCHANGED: Tables = {
 """Each law with the other's gains: kp = 1 + alpha1 alpha2 or c k, kd = alpha1 + alpha2 or c + k."""
 
 DIRECT: Tables = {"control": {"feedback": "direct"}}
-PAPERS_Z: Tables = {"reference": {"position": [0.34, 0.0, 0.0], "unreachable": "track", "path": "direct"}}
+PAPERS_Z: Tables = {"reference": {"position": [TARGET_X, 0.0, 0.0], "unreachable": "track", "path": "direct"}}
 CONVERGED: Tables = {
     "rod": {"space": "rk6", "nodes": None},
     "simulator": {"rod": {"space": "rk6", "nodes": None}},
-    "reference": {"position": [0.34, 0.0, 0.0475]},  # where a converged rod rests at this x
+    "reference": {"position": [TARGET_X, 0.0, 0.0475]},  # where a converged rod rests at this x
 }
-YIELDING: Tables = {"reference": {"position": None, "across": 0.34}}
-
-TENDON_STIFFNESS = 2.0e4
-"""[N/m] Of half a metre of Kevlar cord, as the controller believes."""
+YIELDING: Tables = {"reference": {"position": None, "across": TARGET_X}}
 
 RIG: Tables = {
     "rod": {"space": "rk6", "nodes": None, "tendon_stiffness": TENDON_STIFFNESS},
@@ -103,7 +102,7 @@ RIG: Tables = {
             "density": 1.03 * RodSection().density,
             "bending_damping": [1.1 * value for value in RodSection().bending_damping],
         },
-        "servo": {"lag": 0.01, "backlash": 2e-4, "resolution": 2.3e-5},
+        "servo": {"lag": 0.01, "backlash": 2e-4, "resolution": RESOLUTION},
         "mocap": {"latency": 0.01, "noise": 1e-4},
     },
 }

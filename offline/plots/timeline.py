@@ -74,7 +74,7 @@ def loop_timing(log: LogFile) -> Figure:
     return figure
 
 
-def draw_course(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
+def draw_timeline(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
     """Draw both into `folder`, which is made."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []

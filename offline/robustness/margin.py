@@ -17,6 +17,7 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
+from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import ControlAction, Mode
 
@@ -32,9 +33,6 @@ ARMING_SECONDS = 20.0
 
 RIPPLE_MAX = 0.2e-3
 """[m] Of any coordinate of the true tip, peak to peak, in the last seconds of a run."""
-
-SETTLED = 0.05
-"""Half-width of the settling band, as a fraction of the target."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import hashlib
 import math
 
 from tendond.offline.robustness.points import Point
+from tendond.schemas.assumed_rig import SERVO_RATE, TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.robot import RodSection
 
@@ -17,14 +18,6 @@ TRACKING_CYCLES = 600
 
 IMPACT_CYCLES = 100
 """Cycles that a run goes on for after the beginning of an impact."""
-
-
-SERVO_RATE = 0.085
-"""Speed of a servo of 55 rpm on a spool of 15 mm radius [m/s]."""
-
-
-TENDON_STIFFNESS = 2e4
-"""Stiffness of the tendons where displacement drives [N/m]."""
 
 
 SLACK = 0.002

@@ -1,6 +1,16 @@
 """Configurations by name, as TOML: profiles of the simulator, and sections of the wired rig."""
 
-PAPER = """\
+from tendond.schemas.assumed_rig import (
+    BACKLASH,
+    POSE_DELAY,
+    POSE_NOISE,
+    RESOLUTION,
+    SERVO_RATE,
+    TENDON_STIFFNESS,
+)
+from tendond.schemas.paper_robot import TARGET_X
+
+PAPER = f"""\
 # The simulation of Danesh & Janabi-Sharifi: forward Euler along the rod with 200 nodes, in controller and plant.
 # Their target is x = 340 mm and z = 0, which no shape of the rod has; z = 39.8 mm is where it is at x = 340 mm
 # when it is bent as much as theirs. With the default scheme the same parameters give z = 47.5 mm.
@@ -25,7 +35,7 @@ probe = false  # the experiment begins at arming
 
 [reference]
 kind = "exponential"
-position = [0.34, 0.0, 0.0398]
+position = [{TARGET_X}, 0.0, 0.0398]
 path = "direct"
 rate = 20.0
 """
@@ -37,7 +47,7 @@ _SERVOS = """\
 # assumptions. The paper's reference is too fast for these servos: this one takes longer.
 
 [rod]
-tendon_stiffness = 20000.0
+tendon_stiffness = {stiffness}
 
 [limits]
 tension_max = 60.0
@@ -57,43 +67,40 @@ duration = {duration}
 drive = "displacement"
 
 [simulator.servo]
-rate = 0.085
+rate = {servo_rate}
 acceleration = 3.0
 backlash = {backlash}
-resolution = 2.3e-5
+resolution = {resolution}
 {servo}
 [simulator.rod]
-tendon_stiffness = 20000.0
+tendon_stiffness = {stiffness}
 {rod}
 [simulator.mocap]
 noise = {noise}
-latency = 0.01
+latency = {latency}
 {mocap}"""
 
-RIG = _SERVOS.format(
-    rate=0.085, duration=2.0, observer="delay = 0.01", backlash="6.5e-5", servo="", rod="", noise="1e-4", mocap=""
-)
 
-WIRED = _SERVOS.format(
-    rate=0.08,
-    duration=2.5,
-    observer="delay = 0.02\nlag = 0.03",
-    backlash="6.5e-5",
-    servo="",
-    rod="",
-    noise="1e-4",
-    mocap="",
-)
+def _servos(**different: object) -> str:
+    """Write the configuration of the rig with servos, with some of its numbers and lines replaced."""
+    assumed: dict[str, object] = {
+        "rate": SERVO_RATE, "servo_rate": SERVO_RATE, "stiffness": TENDON_STIFFNESS, "resolution": RESOLUTION,
+        "backlash": BACKLASH, "noise": POSE_NOISE, "latency": POSE_DELAY, "duration": 2.0,
+        "observer": f"delay = {POSE_DELAY}", "servo": "", "rod": "", "mocap": "",
+    }  # fmt: skip
+    return _SERVOS.format(**assumed | different)
+
+
+RIG = _servos()
+
+WIRED = _servos(rate=0.08, duration=2.5, observer="delay = 0.02\nlag = 0.03")
 """RIG behind the real drivers, whose delay and lag are configured; the reference is slower."""
 
-NASTY = _SERVOS.format(
-    rate=0.085,
-    duration=2.0,
-    observer="delay = 0.01",
-    backlash="3e-4",
+NASTY = _servos(
+    backlash=3e-4,
     servo="lag = 0.02  # unknown to the controller, like all that follows\nfriction = 0.1\n",
     rod="youngs_modulus = 171e9  # -10 %\nbending_damping = [0.0056, 0.0056, 0.0056]  # times 0.7\n",
-    noise="3e-4",
+    noise=3e-4,
     mocap="""\
 jitter = 0.005
 dropout = 0.05

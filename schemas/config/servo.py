@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from tendond.schemas.assumed_rig import SERVO_RATE
 from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import NotNegative, Positive
 
@@ -63,7 +64,7 @@ class ServoSection(Schema):
     ] = -0.08
     displacement_max: Annotated[float, Field(ge=0.0, le=1.0, description="largest displacement of a tendon [m]")] = 0.08
     displacement_rate: Annotated[float, Field(gt=0.0, le=5.0, description="largest rate of the displacement [m/s]")] = (
-        0.085
+        SERVO_RATE
     )
     load_max: Annotated[
         float, Field(gt=0.0, le=1.0, description="largest load of a servo, as a fraction of its stall torque [-]")

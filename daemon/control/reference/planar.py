@@ -16,6 +16,7 @@ from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.paper_robot import TARGET_X
 from tendond.schemas.record import ReferencePoint
 
 Array = NDArray[np.float64]
@@ -28,9 +29,6 @@ REACHED = 1e-3
 
 PAST_TARGET = 0.5
 """Bend beyond the target from which on the laws' inverse of b_c points the wrong way [rad]."""
-
-PAPER_ACROSS = 0.34
-"""Target where the configuration names none: the paper's x [m]."""
 
 FOLLOW_RATE = 0.4
 """Fraction per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
@@ -178,7 +176,7 @@ def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, floa
             return wanted, arc
         return _unreachable(section, f"position = {list(section.position)}", wanted, at)
     if name == "across":
-        value = PAPER_ACROSS if section.across is None else section.across
+        value = TARGET_X if section.across is None else section.across
         found = curve.where_across(value)
         values, asked, unit = curve.spline(curve.arc)[:, 0], f"across = {value}", "m"
     else:

@@ -15,11 +15,12 @@ from tendond.offline.identification.fitting.statistics import statistics
 from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import DEFAULT, chosen
-from tendond.offline.identification.proof.rigs import NOISE, USED, ProofTask, record, truth
+from tendond.offline.identification.proof.rigs import USED, ProofTask, record, truth
 from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.results.result import Identification
 from tendond.offline.identification.simulation.simulate import Simulation
+from tendond.schemas.assumed_rig import POSE_NOISE
 
 Array = NDArray[np.float64]
 
@@ -83,12 +84,12 @@ def redraw(task: ProofTask) -> ProofOutcome:
     random = np.random.default_rng([task.seed, 7])
     simulations = []
     for recording in recordings:
-        position = recording.position + NOISE * random.standard_normal(recording.position.shape)
-        simulations.append(Simulation(replace(recording, position=position, noise=NOISE), "measured"))
+        position = recording.position + POSE_NOISE * random.standard_normal(recording.position.shape)
+        simulations.append(Simulation(replace(recording, position=position, noise=POSE_NOISE), "measured"))
     noisy = FitProblem(simulations, problem.parameters, problem.start, None, 1, lambda what, done, total: None)
     nothing = EvaluationCache(None, {})
-    whole = refine(noisy, np.zeros(len(noisy.parameters)), jacobian, nothing, "linear", NOISE).coordinates
-    result = refine(noisy.finer(), whole, jacobian, nothing, "linear", NOISE)
+    whole = refine(noisy, np.zeros(len(noisy.parameters)), jacobian, nothing, "linear", POSE_NOISE).coordinates
+    result = refine(noisy.finer(), whole, jacobian, nothing, "linear", POSE_NOISE)
     deviations = statistics(result).deviations
     return ProofOutcome(
         task=task,

@@ -18,13 +18,21 @@ from tendond.model.rod.tip_body import ball_inertia
 from tendond.offline.identification.excitation.dry_run import dry_run
 from tendond.offline.identification.excitation.plan import propose
 from tendond.offline.identification.recordings.weights import WEIGHT_NOTE
+from tendond.schemas.assumed_rig import (
+    BACKLASH,
+    POSE_DELAY,
+    POSE_NOISE,
+    RESOLUTION,
+    SERVO_RATE,
+    TENDON_STIFFNESS,
+)
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.paper_robot import YOUNGS_MODULUS
 
 Array = NDArray[np.float64]
 
 
-LATENCY, NOISE, LAG, BACKLASH, WEIGHT = 0.01, 1e-4, 0.025, 6.5e-5, 0.05
+LAG, WEIGHT = 0.025, 0.05
 
 
 PERIOD, FINE_PERIOD = 0.0005, 0.0001
@@ -33,9 +41,9 @@ affect: where the torque goes off, half a step appears as delay and drag (0.2 ms
 
 
 CONTROLLER: dict[str, Any] = {
-    "rod": {"tendon_stiffness": 2e4},
+    "rod": {"tendon_stiffness": TENDON_STIFFNESS},
     "limits": {
-        "tension_max": 60.0, "displacement_min": -0.08, "displacement_max": 0.08, "displacement_rate": 0.085,
+        "tension_max": 60.0, "displacement_min": -0.08, "displacement_max": 0.08, "displacement_rate": SERVO_RATE,
         "slack": 0.001,
     },
 }  # fmt: skip
@@ -81,7 +89,7 @@ class ProofTask:
     plant: str
     seed: int
     folder: str
-    noise: float = NOISE
+    noise: float = POSE_NOISE
 
 
 def truth(plant: str) -> dict[str, float]:
@@ -93,7 +101,7 @@ def truth(plant: str) -> dict[str, float]:
         "C": BUILT["drag"][0],
         "tendon_stiffness": BUILT["tendon_stiffness"],
         "tip_mass": TIP_MASS[plant],
-        "delay": LATENCY,
+        "delay": POSE_DELAY,
         "lag": LAG,
         "backlash": BACKLASH,
         "spool": 1.0,
@@ -107,7 +115,7 @@ def unknowns() -> list[tuple[str, list[str]]]:
     return [("E off by 15 %", bare), (shown, [plant for plant in FACTORS if plant not in bare])]
 
 
-def rig(plant: str, seed: int, weight: float, noise: float = NOISE) -> RigConfig:
+def rig(plant: str, seed: int, weight: float, noise: float = POSE_NOISE) -> RigConfig:
     """Return the configuration of controller and simulated plant."""
     rod = {
         **BUILT, "youngs_modulus": YOUNGS_MODULUS * FACTORS[plant], "space": "rk4", "nodes": 15, "alpha": 0.0,
@@ -119,8 +127,8 @@ def rig(plant: str, seed: int, weight: float, noise: float = NOISE) -> RigConfig
         "drive": "displacement",
         "weight": {"mass": weight},
         "seed": seed,
-        "servo": {"lag": LAG, "backlash": BACKLASH, "resolution": 2.3e-5},
-        "mocap": {"period": 0.01, "noise": noise, "latency": LATENCY},
+        "servo": {"lag": LAG, "backlash": BACKLASH, "resolution": RESOLUTION},
+        "mocap": {"period": 0.01, "noise": noise, "latency": POSE_DELAY},
     }
     return check_config({**CONTROLLER, "rig": {"name": f"proof-{plant}"}, "simulator": simulator}, "proof")
 

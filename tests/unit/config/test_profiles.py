@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.offline.bench.profiles import HEADING, LAWS, TICK, ProfileRow, profile_config, run_profile
+from tendond.offline.bench.profiles import HEADING, LAWS, ProfileRow, profile_config, run_profile
+from tendond.schemas.assumed_rig import RESOLUTION
 from tendond.schemas.config.presets import PROFILES
 
 DOCS = Path(__file__).parents[3] / "docs" / "simulator.md"
@@ -40,7 +41,7 @@ def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_writte
     assert smooth.jerks_mm < 0.2 * chattering.jerks_mm
     if profile == "rig":  # on the nasty one, noise and a lag of which the controller knows nothing turn the servos
         assert smooth.variation < 1.2 * 43.0  # what holds the target, once up
-        assert smooth.jerks_mm < 0.6 * TICK * 1e3
+        assert smooth.jerks_mm < 0.6 * RESOLUTION * 1e3
         assert smooth.reversals < 1.0 < chattering.reversals
 
 

@@ -6,8 +6,9 @@ from collections import Counter
 import pytest
 
 from tendond.daemon.control.actuation import lag_share
-from tendond.offline.robustness.plants import SERVO_RATE, rig_of
+from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import AXES, DIRECTIONS, FEEDBACKS, IMPACTS, POINT_SETS, Point, points_of
+from tendond.schemas.assumed_rig import SERVO_RATE
 from tendond.schemas.config.rig import RigConfig
 
 LAWS = ("backstepping", "sliding_mode")

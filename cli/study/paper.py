@@ -31,6 +31,10 @@ def run_paper(out: Path, processes: int | None = None) -> None:
         from tendond.offline.paper.draw import draw_all, figures
     except ModuleNotFoundError as error:
         raise DaemonError(f"the figures need {error.name}: pip install 'tendond[plot]'") from error
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unusable(out, error) from error
     announce_compilation(say)
     warm_up()  # or every process of the pool would compile
     scenarios = paper_scenarios()
@@ -43,7 +47,6 @@ def run_paper(out: Path, processes: int | None = None) -> None:
         TextColumn("{task.fields[newest]}"),
     )
     try:
-        out.mkdir(parents=True, exist_ok=True)
         with (
             process_pool(processes) as pool,
             Progress(*columns, console=console, disable=not console.is_terminal) as progress,
@@ -57,10 +60,14 @@ def run_paper(out: Path, processes: int | None = None) -> None:
     except BrokenProcessPool as error:
         raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
     except OSError as error:
-        raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+        raise _unusable(out, error) from error
     for scenario in SCENARIOS:
         console.print(_table(runs, scenario))
     console.print(f"page     {out / 'README.md'}\nresults  {out / 'results.json'}", highlight=False)
+
+
+def _unusable(out: Path, error: OSError) -> DaemonError:
+    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out")
 
 
 def _table(runs: Runs, scenario: str) -> Table:

@@ -117,7 +117,13 @@ def run_scenario(scenario: Scenario) -> PaperRun:
 
 
 def run_all(scenarios: Sequence[Scenario], pool: Executor, done: Callable[[str], None]) -> Runs:
-    """Run them in `pool`; `done` hears each one's name when it is done."""
+    """Run scenarios in a pool.
+
+    Args:
+        scenarios: the scenarios.
+        pool: the pool.
+        done: called with the name of each finished run.
+    """
     futures = {pool.submit(run_scenario, scenario): scenario for scenario in scenarios}
     for future in as_completed(futures):
         future.result()
@@ -127,7 +133,7 @@ def run_all(scenarios: Sequence[Scenario], pool: Executor, done: Callable[[str],
 
 @contextmanager
 def process_pool(processes: int | None = None) -> Iterator[ProcessPoolExecutor]:
-    """A pool whose processes start afresh: a fork would copy the threads of a progress bar, locks and all."""
+    """Open a pool of spawned processes: a fork would copy the threads of a progress bar with their locks."""
     # Ctrl-C is for the parent alone, which then ends them.
     with ProcessPoolExecutor(
         processes, multiprocessing.get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
@@ -146,7 +152,7 @@ def _term(one: Watched, name: str) -> float | tuple[float, ...]:
 
 
 def _curve(config: RigConfig) -> StaticCurve:
-    """Tips of the resting rod that the controller knows."""
+    """Compute the controller's curve of resting tips."""
     return _curve_of(
         config.rod.model_dump_json(),
         config.loop.period,

@@ -55,7 +55,7 @@ RUN = (
     "normal",
     "normal_edge",
     "normal_edge_exchanged",
-    *(f"edge_near {name}" for name in EDGE_NEIGHBOURS),
+    *(f"edge_near {name}" for name in list(EDGE_NEIGHBOURS)[:2]),
     "disturbance",
     "weight_50g",
     "rig_normal",
@@ -113,12 +113,12 @@ def test_both_laws_run_under_the_same_condition() -> None:
 
 
 def test_a_pool_of_processes_gives_the_same_runs(runs: Runs) -> None:
-    names = ("rig_normal", "normal_edge")
-    seen: list[str] = []
+    names = ("rig_normal",)
+    done: list[str] = []
     with process_pool(2) as pool:
-        found = run_all([one for key, one in SCENARIOS.items() if key[0] in names], pool, seen.append)
+        found = run_all([one for key, one in SCENARIOS.items() if key[0] in names], pool, done.append)
     assert list(found) == [key for key in SCENARIOS if key[0] in names]
-    assert len(seen) == len(found)
+    assert len(done) == len(found)
     for key, run in found.items():
         assert np.array_equal(run.tip, runs[key].tip)
         assert run.metrics == runs[key].metrics

@@ -13,21 +13,21 @@ def _profiles() -> list[str]:
 
 
 def laws() -> list[str]:
-    """Names of the control laws, for the shell's completion."""
+    """Return the names of the control laws, for the shell's completion."""
     from tendond.daemon.control.laws import LAWS
 
     return list(LAWS)
 
 
 def faults() -> list[str]:
-    """Names of the simulator's faults, for the shell's completion."""
+    """Return the names of the simulator's faults, for the shell's completion."""
     from tendond.schemas.faults import Fault
 
     return list(Fault)
 
 
 def scenarios() -> list[str]:
-    """Names of the demo's scenarios, for the shell's completion."""
+    """Return the names of the demo's scenarios, for the shell's completion."""
     from tendond.offline.demo.scenarios import SCENARIOS
 
     return list(SCENARIOS)

@@ -40,7 +40,7 @@ def run_fit(
     loss: str,
     jobs: int | None,
 ) -> None:
-    """Identify, and leave the results in `out`; see `tendond identify fit --help`.
+    """Identify, and write the results to `out`; see `tendond identify fit --help`.
 
     Raises:
         TendondError: invalid logs or options, a fit without result, a folder that cannot be written.

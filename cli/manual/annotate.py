@@ -23,12 +23,12 @@ WIDTH = 116
 
 
 def annotated() -> str:
-    """The text of the file."""
+    """Write the text of the example."""
     return HEADING + "".join(f"{line}\n" for table in tables(RigConfig) for line in _section(table))
 
 
 def _section(table: Table) -> Iterator[str]:
-    """A heading and its keys; each table of a law's parameters after [control]."""
+    """Yield a heading and its keys; the tables of the laws' parameters after [control]."""
     name = table.name.removesuffix("[]")
     each = name != table.name
     off = each or name.partition(".")[0] in OPTIONAL

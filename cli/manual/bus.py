@@ -29,7 +29,7 @@ EXAMPLES: dict[type[Schema], Schema] = {
 
 
 def keys_page() -> str:
-    """Markdown: every key."""
+    """Write the page of all keys, in Markdown."""
     rows: dict[str, list[tuple[str, ...]]] = {"published": [], "request": [], "token": []}
     for topic in TOPICS:
         links = [_link(kind) for kind in (topic.message, topic.reply)]
@@ -62,7 +62,7 @@ Queries with a reply.
 
 
 def messages_page() -> str:
-    """Markdown: every message, its fields, an example."""
+    """Write the page of all messages with fields and an example, in Markdown."""
     kinds: list[type[Schema]] = []
     for topic in TOPICS:
         kinds += [kind for kind in (topic.message, topic.reply) if kind is not None and kind not in kinds]
@@ -92,7 +92,7 @@ repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the recei
 
 
 def log_page() -> str:
-    """Markdown: the channels of a log, and the record of a cycle field by field."""
+    """Write the page of a log's channels and of the fields of the cycle's record, in Markdown."""
     channels = table(
         ("topic", "schema", "of"),
         [
@@ -121,7 +121,7 @@ In Python `tendond.offline.logs.load` gives the fields of `cycle` as arrays, by 
 
 
 def _fields(kind: type[Schema], *, units: bool = False) -> str:
-    """The fields of a message: its own, then what all messages have."""
+    """Return the fields of a message: its own, then those of all messages."""
     schema = schema_of(kind)
     said = attributes(kind, schema["properties"])
     if issubclass(kind, Message):

@@ -78,7 +78,7 @@ def _section(command: Any, name: str, level: int) -> str:
 
 
 def _names(text: str) -> str:
-    """`--config`, `-c` FILE, of '-c, --config <path>'."""
+    """Format '-c, --config <path>' as `--config`, `-c` FILE."""
     names, _, kind = text.partition(" <")
     shown = ", ".join(code(name) for name in re.split(r",\s+|\s+/\s+", names))
     return f"{shown} {kind.rstrip('>')}" if kind else shown

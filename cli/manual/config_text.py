@@ -15,7 +15,7 @@ OPTIONAL = {name for name, field in RigConfig.model_fields.items() if field.defa
 
 
 def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = True) -> str:
-    """The configuration as TOML that reads as itself.
+    """Write the configuration as TOML that reads as the same configuration.
 
     Args:
         config: the rig's configuration.
@@ -48,7 +48,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
 
 
 def tables_at(data: Values, name: str, *, each: bool) -> list[Values]:
-    """The tables of a name in a configuration: none, one, or each of a list."""
+    """Return the tables of a name in a configuration: none, one, or each of a list."""
     found: Any = data
     for part in name.split("."):
         found = found[part]
@@ -73,7 +73,7 @@ def comment_of(key: Key) -> str:
 
 
 def to_toml(value: Any) -> str:
-    """A value as TOML writes it."""
+    """Write a value as TOML."""
     if isinstance(value, str | bool | int):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, float):

@@ -20,7 +20,7 @@ Units are SI. Keys without a default are optional.
 
 
 def configuration_page() -> str:
-    """Markdown: a section for each table of the file."""
+    """Write the page of all keys, a section per table, in Markdown."""
     parts = [_HEAD]
     for one in tables(RigConfig):
         name = one.name.removesuffix("[]")

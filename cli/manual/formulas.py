@@ -10,6 +10,6 @@ _INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL
 
 
 def with_mathml(page: str) -> str:
-    """A page's HTML with what pymdownx.arithmatex has marked as LaTeX turned into MathML."""
+    """Turn the LaTeX that pymdownx.arithmatex has marked in a page's HTML into MathML."""
     page = _BLOCK.sub(lambda match: convert(html.unescape(match[1].strip()), display="block"), page)
     return _INLINE.sub(lambda match: convert(html.unescape(match[1].strip())), page)

@@ -64,7 +64,7 @@ def with_links(text: str, repository: Path, folder: str, page: str, note: Callab
 
 
 def source_page(repository: Path, path: str) -> tuple[str, str]:
-    """A file as a page, or of a folder its README and what is in it; and the folder from which its links count."""
+    """Make a page of a file, or of a folder its README and contents; return the folder of its links, too."""
     place = repository / path
     head = f"---\nsearch:\n  exclude: true\n---\n\n# `{path}`\n\n"
     if place.is_file():

@@ -8,7 +8,7 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*): (.*)$")
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; bars and line ends in cells are taken care of."""
+    """Write a table; bars and line ends in cells are escaped."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
 
@@ -28,7 +28,7 @@ def escaped(text: str) -> str:
 
 
 def summary(thing: object) -> str:
-    """A docstring up to its lists of arguments and attributes, in one paragraph."""
+    """Return a docstring up to its lists of arguments and attributes, in one paragraph."""
     text = inspect.getdoc(thing) or ""
     return " ".join(re.split(r"\n(?:Args|Attributes|Raises|Returns):", text)[0].split())
 

@@ -26,7 +26,7 @@ FORMAT = re.sub(r"@font-face \{\{.*?\}\}\n", "", CONSOLE_SVG_FORMAT, flags=re.DO
 
 
 def watch_picture(log: Path) -> str:
-    """An SVG of the live view, a moment after the log's run has begun to track.
+    """Draw the live view as SVG, a moment after the log's run has begun to track.
 
     Raises:
         LogError: the log cannot be used.

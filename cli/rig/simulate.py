@@ -24,7 +24,7 @@ def run_wired(config_file: Path | None) -> None:
     """Run the wired rig until a signal comes; see `tendond simulate --help`.
 
     Raises:
-        TendondError: as `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
+        TendondError: see `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
     """
     config = load_config(config_file)
     servo = present(config.servo, "servo", config_file)

@@ -35,7 +35,7 @@ class Quantiles:
         return Quantiles(median, p99, p999)
 
     def over(self, other: "Quantiles") -> "Quantiles":
-        """The ratios."""
+        """Return the ratios of two sets of quantiles."""
         return Quantiles(self.median / other.median, self.p99 / other.p99, self.p999 / other.p999)
 
     def as_json(self) -> dict[str, float]:

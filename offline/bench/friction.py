@@ -58,7 +58,7 @@ class FrictionLoop:
 
 
 def pull_and_release(coefficient: float, stiffness: float = TENDON_STIFFNESS) -> FrictionLoop:
-    """The loop of tendons of `stiffness` [N/m], rubbing with that coefficient [-].
+    """Pull and release a tendon of `stiffness` [N/m] with a friction coefficient [-].
 
     Raises:
         ConvergenceError: the plant has no solution.
@@ -100,7 +100,7 @@ def run_rig(law: str, coefficient: float) -> ProfileRow:
 
 
 def table() -> str:
-    """Markdown: some coefficients, both laws."""
+    """Run some coefficients with both laws, and write the Markdown table."""
     lines = [HEADING]
     for coefficient in COEFFICIENTS:
         loop = pull_and_release(coefficient)

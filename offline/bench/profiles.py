@@ -85,7 +85,7 @@ def reversals(displacement: Array) -> int:
 
 
 def profile_config(profile: str, law: str, *, sampled: bool | None = None) -> RigConfig:
-    """A profile's configuration with a law; `sampled` instead of its own `control.sampled`."""
+    """Return a profile's configuration with a law; `sampled` instead of its own `control.sampled`."""
     config = parse_config(PROFILES[profile], f"profile '{profile}'")
     changes = {"law": law} if sampled is None else {"law": law, "sampled": sampled}
     return config.model_copy(update={"control": config.control.model_copy(update=changes)})
@@ -130,7 +130,7 @@ def run_profile(profile: str, law: str, config: RigConfig | None = None) -> Prof
 
 
 def table() -> str:
-    """Markdown: every profile, both laws, and on `rig` also as they are written: with `control.sampled` false."""
+    """Write the Markdown table: every profile with both laws, and `rig` with the laws as written, too."""
     rows = [run_profile(profile, law) for profile in PROFILES for law in LAWS]
     for law in LAWS:
         row = run_profile("rig", law, profile_config("rig", law, sampled=False))

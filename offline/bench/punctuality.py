@@ -85,7 +85,7 @@ def measure(seconds: float, progress: Callable[[str], None]) -> list[Punctuality
 
 @contextmanager
 def _process(*arguments: str) -> "Iterator[subprocess.Popen[str]]":
-    """A process of ours, ended with the block."""
+    """Run a process for the length of a block."""
     process = subprocess.Popen(
         [sys.executable, "-m", *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
@@ -229,7 +229,7 @@ class _RoundTrips:
 
 
 def _recorder(folder: Path) -> Quantiles:
-    """Time that handing a cycle to the recorder takes the loop, a hundred times a second, right after the cycle."""
+    """Time handing a cycle to the recorder, a hundred times a second, right after the cycle."""
     config = RigConfig()
     setup = CycleSetup.from_config(config)
     inputs = [record.inputs for record in closed_loop(config, 500, {5: ControlAction.ARM})]

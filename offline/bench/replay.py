@@ -76,7 +76,7 @@ def bench_replay(seconds: float, watch: Callable[[str], None] = lambda name: Non
 
 
 def markdown(rows: list[ReplayRow]) -> str:
-    """The table, with each row's time relative to the first's."""
+    """Return the table, with each row's time relative to the first's."""
     lines = ["| | us a cycle | times real time | to the step |", "| --- | --- | --- | --- |"]
     for row in rows:
         lines.append(f"| {row.name} | {row.cycle_us:.0f} | {row.speed:.0f} | {row.cycle_us / rows[0].cycle_us:.2f} |")

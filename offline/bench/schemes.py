@@ -81,7 +81,7 @@ class SchemeRow:
 
 
 def compare_schemes(progress: Callable[[str], None] = lambda name: None) -> list[SchemeRow]:
-    """Every rung of the ladder, timed in turn so that all of them see the same machine."""
+    """Time every scheme in turn, so that all of them run under the same conditions."""
     progress("converged solution")
     static, dynamic = _tips(Rod(RodParameters(), RK6, FINE_NODES, tolerance=1e-9))
     rods = [(scheme, nodes, Rod(RodParameters(), scheme, nodes)) for scheme, ladder in LADDER for nodes in ladder]
@@ -114,7 +114,7 @@ def compare_schemes(progress: Callable[[str], None] = lambda name: None) -> list
 
 
 def _tips(rod: Rod) -> tuple[Array, Array]:
-    """Tips of every static case, and along a step from rest to 43 N and on to three tendons."""
+    """Compute the tips of every static case, and along a step from rest to 43 N and on to three tendons."""
     static = [rod.tip(rod.solve_static(**case)).position for case in STATIC_CASES.values()]
     state = rod.solve_static()
     dynamic = []
@@ -125,7 +125,7 @@ def _tips(rod: Rod) -> tuple[Array, Array]:
 
 
 def _times(rod: Rod) -> Array:
-    """Times of steps in a smooth motion [s]."""
+    """Time the steps of a smooth motion [s]."""
     state = rod.solve_static(tensions(0))
     times = np.zeros(TIMED_STEPS)
     for k in range(TIMED_STEPS):
@@ -137,7 +137,7 @@ def _times(rod: Rod) -> Array:
 
 
 def markdown(rows: list[SchemeRow]) -> str:
-    """The table as Markdown."""
+    """Return the table as Markdown."""
     euler = next(row.median_us for row in rows if row.scheme == EULER.name)
     lines = [
         "| scheme | nodes | evaluations | static error mm | dynamic error mm | step us | to euler 200 |",

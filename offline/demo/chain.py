@@ -164,7 +164,7 @@ class _Demo:
         return any(process.poll() is not None for process in self._processes.values())
 
     def _watch(self) -> None:
-        """Both must be alive."""
+        """Check that both processes are alive."""
         for name, process in self._processes.items():
             if process.poll() is not None:
                 raise DaemonError(f"the {name} exited with {process.returncode}; see its messages above")

@@ -44,7 +44,7 @@ class Arrays:
     units: dict[str, str]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """An array by its name."""
+        """Return an array by its name."""
         try:
             return self.arrays[name]
         except KeyError:

@@ -58,7 +58,7 @@ class Damage:
 
 
 def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapRecord | Damage]:
-    """Schemas, channels, messages, attachments, metadata and footer in the order of the file; damage where it is met.
+    """Yield schemas, channels, messages, attachments, metadata and footer in the file's order, and damage between them.
 
     Args:
         path: the file.

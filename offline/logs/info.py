@@ -16,7 +16,7 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 
 
 def info(path: Path) -> dict[str, Any]:
-    """The contents and health of a log, damaged or not; JSON types.
+    """Summarise the contents and health of a log, damaged or not, in JSON types.
 
     Keys: files, bytes, complete, damage (texts), metadata, calibration (of the servos; null without), started (UTC),
     duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), left_out (of the log on
@@ -86,5 +86,5 @@ def info(path: Path) -> dict[str, Any]:
 
 
 def _duration(run: Run, ticks: list[int]) -> float:
-    """Nominal: of the cycles, deadlines that were skipped left out [s]."""
+    """Compute the nominal duration of the cycles, without missed deadlines [s]."""
     return round((ticks[-1] - ticks[0] + 1) * run.config.loop.period, 6)

@@ -108,12 +108,12 @@ class Metrics:
 
 
 def tracking(log: LogFile) -> Tracking:
-    """The first stretch of a log's cycles in mode 'tracking'; raises LogError as `tracking_of`."""
+    """Select the first tracking stretch of a log's cycles; raises LogError, see `tracking_of`."""
     return tracking_of(log.records, log.config, str(log.path))
 
 
 def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) -> Tracking:
-    """The first stretch of cycles in mode 'tracking'.
+    """Select the first stretch of cycles that track.
 
     Args:
         records: records of consecutive cycles.
@@ -151,7 +151,7 @@ def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) 
 
 
 def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None = None) -> Metrics:
-    """The metrics of a run; see `Metrics` for their definitions.
+    """Compute the metrics of a run; see `Metrics` for their definitions.
 
     Args:
         run: the samples; not empty.

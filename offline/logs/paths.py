@@ -81,12 +81,12 @@ class TipPath:
 
     @cached_property
     def arcs(self) -> Array:
-        """Distance travelled by the tip from the first shape to each [m], shape (shapes,)."""
+        """Compute the distance travelled by the tip from the first shape to each [m], shape (shapes,)."""
         tips = np.array([shape.points[-1] for shape in self.shapes]).reshape(-1, 3)
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])[: len(tips)]
 
     def chosen(self, count: int) -> list[int]:
-        """Indices of up to so many shapes, with the first and the last, equally spaced in that distance."""
+        """Select the indices of up to so many shapes, with the first and the last, equally spaced in that distance."""
         last = len(self.shapes) - 1
         if last < count:
             return list(range(last + 1))

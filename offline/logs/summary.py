@@ -42,7 +42,7 @@ def summary(log: LogFile) -> dict[str, Any]:
     `cycle_ms_*` are from wake-up to command [ms], None without timings (a run in lockstep has none).
 
     Raises:
-        LogError: as `tracking`.
+        LogError: see `tracking`.
     """
     run = tracking(log)
     work_ms = np.array([timing.work_us for timing in log.timings]) / 1000.0

@@ -17,7 +17,7 @@ def tick_of(data: bytes) -> int | None:
 
 
 def left_out_before(data: bytes) -> tuple[int, int] | None:
-    """First and last of the cycles left out on purpose before a state; none without, or of another version."""
+    """Read the first and last cycle left out on purpose before a state; none without, or of another version."""
     try:
         snapshot = StateSnapshot.model_validate_json(data)
     except ValidationError:
@@ -26,7 +26,7 @@ def left_out_before(data: bytes) -> tuple[int, int] | None:
 
 
 def ranges(ticks: list[int]) -> list[tuple[int, int]]:
-    """First and last of each stretch that is missing between ticks in ascending order."""
+    """List the first and last tick of each gap between ticks in ascending order."""
     return [(a + 1, b - 1) for a, b in pairwise(ticks) if b > a + 1]
 
 

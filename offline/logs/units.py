@@ -39,7 +39,7 @@ def unit_of(path: str) -> str:
 
 
 def components(path: str, count: int) -> list[str]:
-    """Names of the numbers in a field: of a vector x, y, z, of an orientation w, x, y, z, else counted from 0."""
+    """Name the numbers of a field: x, y, z of a vector, w, x, y, z of an orientation, else counted from 0."""
     name = path.rsplit(".", 1)[-1]
     if name == "orientation":
         return ["w", "x", "y", "z"]

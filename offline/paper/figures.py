@@ -50,7 +50,7 @@ def name_of(law: str) -> str:
 
 
 def both_laws(scenario: str, title: str, runs: Runs, path: Path) -> Path:
-    """x, z, displacement and error of both laws in one scenario."""
+    """Draw x, z, displacement and error of both laws in one scenario."""
     lines = [
         Line(runs[scenario, "sliding_mode"], COLOURS["sliding_mode"], name_of("sliding_mode")),
         Line(runs[scenario, "backstepping"], COLOURS["backstepping"], name_of("backstepping"), "--"),
@@ -59,7 +59,7 @@ def both_laws(scenario: str, title: str, runs: Runs, path: Path) -> Path:
 
 
 def loaded(normal: str, scenarios: Named, law: str, title: str, runs: Runs, path: Path) -> Path:
-    """x, z, displacement and error of one law, with loads beside without; `scenarios` are names and labels."""
+    """Draw x, z, displacement and error of one law with and without loads; `scenarios` are names and labels."""
     shades = [COLOURS[law]] if len(scenarios) == 1 else [LIGHT[law], COLOURS[law]]
     lines = [Line(runs[normal, law], REFERENCE, "no load", "-", 1.2)]
     lines += [Line(runs[name, law], shade, label) for (name, label), shade in zip(scenarios, shades, strict=True)]
@@ -68,7 +68,7 @@ def loaded(normal: str, scenarios: Named, law: str, title: str, runs: Runs, path
 
 
 def four_panels(lines: Sequence[Line], title: str, path: Path, shown: int, mark: int | None = None) -> Path:
-    """The paper's panels (a) to (d): x, z, displacement, error against iteration; `mark` is an iteration."""
+    """Draw the paper's panels (a) to (d): x, z, displacement, error by iteration; `mark` is an iteration."""
     with style():
         figure = Figure(FOUR, layout="constrained")
         for axes, draw in zip(figure.subplots(2, 2).flat, (_x, _z, _displacement, _error), strict=True):
@@ -109,7 +109,7 @@ def experiment_curves(scenarios: Named, title: str, runs: Runs, path: Path) -> P
 
 
 def force_found(scenarios: Named, title: str, runs: Runs, path: Path) -> Path:
-    """The force on the tip along x and what the observer makes of it, a panel per scenario."""
+    """Draw the force on the tip along x and the observer's estimate of it, a panel per scenario."""
     with style():
         figure = Figure((10.0, 3.6), layout="constrained")
         for axes, (name, label) in zip(figure.subplots(1, len(scenarios), sharey=True), scenarios, strict=True):

@@ -19,7 +19,7 @@ RIG_LOADS = (*(f"rig_weight_{grams}g" for grams in WEIGHTS_G), "rig_impacts")
 
 
 def page(runs: Runs) -> str:
-    """Markdown, for a folder in which the figures are."""
+    """Write the page in Markdown, for the folder of the figures."""
     parts = [
         "# The paper reproduced",
         f"{SOURCE}: its simulations and the scenarios of its experiment, run by tendond {__version__} (`tendond study "

@@ -134,12 +134,12 @@ class Scenario:
 
 
 def start_of(config: RigConfig) -> int:
-    """Tick of iteration 0."""
+    """Return the tick of iteration 0."""
     return ARMED + round(config.pretension.duration / config.loop.period)
 
 
 def edge_tables(edge: Mapping[str, float] = EDGE) -> Tables:
-    """The configuration of `EDGE`: what the controller believes, feels and may do."""
+    """Return the configuration of `EDGE`: model, feedback and limits of the controller."""
     plant = RodSection()
     return {
         "rod": {
@@ -155,7 +155,7 @@ def edge_tables(edge: Mapping[str, float] = EDGE) -> Tables:
 
 
 def paper_scenarios() -> list[Scenario]:
-    """All of them, both laws of a scenario in a row."""
+    """List all scenarios, each with both laws in a row."""
     edge = edge_tables()
     disturbance = _impacts([(DISTURBED_AT, DISTURBANCE_CYCLES, DISTURBANCE, 1.0)])
     listed: list[tuple[str, str, tuple[Tables, ...], int]] = [

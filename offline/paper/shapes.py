@@ -34,7 +34,7 @@ ARROW = 15.0
 
 
 def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:
-    """The rod every five iterations, a panel per law."""
+    """Draw the rod every five iterations, a panel per law."""
     with style():
         figure = Figure((10.0, 4.1), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -58,7 +58,7 @@ def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:
 
 
 def snapshots(scenarios: Named, law: str, runs: Runs, path: Path) -> Path:
-    """The rod at some iterations, a row per scenario, with hanging weights and impacts."""
+    """Draw the rod at some iterations, a row per scenario, with hanging weights and impacts."""
     with style():
         columns = len(SNAPSHOTS)
         figure = Figure((1.75 * columns, 2.15 * len(scenarios) + 0.5), layout="constrained")

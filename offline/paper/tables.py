@@ -96,7 +96,7 @@ def bounds() -> list[PaperBound]:
 
 
 def comparison(paper: Mapping[str, Published], runs: Mapping[str, PaperRun]) -> list[list[str]]:
-    """Lines of a table: criterion, then the paper's, ours and the difference for each law."""
+    """Return the lines of a table: criterion, then the paper's value, ours and the difference for each law."""
     lines = []
     for one in CRITERIA:
         line = [f"{one.label} [{one.unit}]"]
@@ -114,12 +114,12 @@ COMPARISON_HEAD = [
 
 
 def compared(paper: Mapping[str, Published], runs: Runs, scenario: str) -> str:
-    """The Markdown table of a scenario beside a table of the paper."""
+    """Write the Markdown table of a scenario beside a table of the paper."""
     return markdown(COMPARISON_HEAD, comparison(paper, {law: runs[scenario, law] for law in LAWS}))
 
 
 def overview(runs: Runs, scenarios: Sequence[str], paper: Mapping[str, Published] | None = None) -> str:
-    """A Markdown table with a line for each scenario and law; the paper's two lines first where it has any."""
+    """Write a Markdown table with a line per scenario and law; the paper's two lines first where it has any."""
     head = [
         "",
         "law",
@@ -152,13 +152,13 @@ def overview(runs: Runs, scenarios: Sequence[str], paper: Mapping[str, Published
 
 
 def markdown(head: Sequence[str], lines: Sequence[Sequence[str]], *, numbers: bool = True) -> str:
-    """A table, without a line end at its end; `numbers` in all columns but the first, or words."""
+    """Write a table, without a final line end; all columns but the first are `numbers`, or words."""
     ruler = ["---", *["---:" if numbers else "---"] * (len(head) - 1)]
     return "\n".join("| " + " | ".join(line) + " |" for line in (head, ruler, *lines))
 
 
 def results(runs: Runs, scenario: str, experiment: str) -> dict[str, Any]:
-    """Ours, in the form of the paper's results: these keys and no others."""
+    """Return our results in the form of the paper's: these keys and no others."""
     backstepping = runs[scenario, "backstepping"]
     run, rig = backstepping.scenario.title, runs[experiment, "backstepping"].scenario.title
     return {
@@ -172,7 +172,7 @@ def results(runs: Runs, scenario: str, experiment: str) -> dict[str, Any]:
 
 
 def write_tables(runs: Runs, folder: Path, simulation: str, edge: str, experiment: str) -> None:
-    """The CSV and JSON files of the page."""
+    """Write the CSV and JSON files of the page."""
     for name, paper, scenarios in (
         ("simulation", SIMULATION, (simulation, edge)),
         ("experiment", EXPERIMENT, (experiment, f"{experiment}_direct")),

@@ -29,10 +29,10 @@ class Compared:
 
 
 def compared(logs: Sequence[LogFile]) -> list[Compared]:
-    """Each log's first stretch that tracks.
+    """Select each log's first tracking stretch.
 
     Raises:
-        LogError: as `tracking`.
+        LogError: see `tracking`.
     """
     found = []
     for name, log in zip(_names(logs), logs, strict=True):
@@ -46,13 +46,13 @@ def compared(logs: Sequence[LogFile]) -> list[Compared]:
 
 
 def _names(logs: Sequence[LogFile]) -> list[str]:
-    """The files' names; with their folders where these are not enough."""
+    """Return the names of the files, with their folders where needed."""
     stems = [as_text(log.path.stem) for log in logs]
     return stems if len(set(stems)) == len(stems) else [as_text(str(log.path)) for log in logs]
 
 
 def write_table(runs: Sequence[Compared], path: Path) -> None:
-    """CSV: a line per metric, a column per run; the unit ends a metric's name."""
+    """Write a CSV file: a line per metric, a column per run; the unit ends a metric's name."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(["metric", *(run.name for run in runs)])
@@ -61,7 +61,7 @@ def write_table(runs: Sequence[Compared], path: Path) -> None:
 
 
 def overlay(runs: Sequence[Compared]) -> Figure:
-    """The paper's four panels with a curve for each run, over time."""
+    """Draw the paper's four panels with a curve for each run, over time."""
     with style():
         figure = Figure((12.8, 8.0), layout="constrained")
         bend, along, displacement, error = figure.subplots(2, 2).flat

@@ -32,7 +32,7 @@ def draw(log: LogFile, folder: Path, suffix: str = "png", published: Published |
     """Draw the tracking part of a log into `folder`, which is made: PNG files (or SVG), the overview last.
 
     Raises:
-        LogError: as `tracking`.
+        LogError: see `tracking`.
     """
     run = _PlottedRun(log, published)
     folder.mkdir(parents=True, exist_ok=True)
@@ -47,13 +47,13 @@ def draw(log: LogFile, folder: Path, suffix: str = "png", published: Published |
 
 
 def overview(log: LogFile, published: Published | None = None) -> Figure:
-    """The four panels in one figure; raises LogError as `tracking`."""
+    """Draw the four panels in one figure; raises LogError, see `tracking`."""
     with style():
         return _overview(_PlottedRun(log, published), log)
 
 
 def shapes_figure(log: LogFile) -> Figure:
-    """The rod's shapes; raises LogError as `tracking`."""
+    """Draw the rod's shapes; raises LogError, see `tracking`."""
     with style():
         figure = Figure(SHAPES_SIZE, layout="constrained")
         _PlottedRun(log).shapes(figure.subplots())
@@ -121,7 +121,7 @@ class _PlottedRun:
         self._line(axes, self._tip[:, 2], "tip z [mm]", "z of the tip")
 
     def displacement(self, axes: Axes) -> None:
-        """Displacement of the agonist, as commanded."""
+        """Draw the commanded displacement of the agonist."""
         final = self._displacement[-1]
         if self._paper is not None and self._paper.final_displacement_mm is not None:
             value = self._paper.final_displacement_mm
@@ -129,7 +129,7 @@ class _PlottedRun:
         self._line(axes, self._displacement, "displacement [mm]", f"Tendon displacement, {final:.1f} mm at the end")
 
     def error(self, axes: Axes) -> None:
-        """Distance of the tip from its reference."""
+        """Draw the distance of the tip from its reference."""
         distance = np.linalg.norm(self._reference - self._tip, axis=1)
         axes.set_ylim(0.0, 1.05 * float(distance.max()))
         self._line(axes, distance, "|reference - tip| [mm]", f"Position error, {distance[-1]:.2f} mm at the end")

@@ -59,7 +59,7 @@ def write_report(file: Path, out: Path, published_for: Callable[[LogFile], Publi
         published_for: finds a paper's figures of a run, to be drawn next to its own.
 
     Raises:
-        LogError: as `load`.
+        LogError: see `load`.
         OSError: the page cannot be written.
     """
     out.write_text(page(load(file), info(file), published_for), encoding="utf-8")

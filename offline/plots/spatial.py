@@ -88,13 +88,13 @@ def _colour(part: float) -> Any:
 
 
 def _smooth(path: Array) -> Array:
-    """A log has few points of a tendon."""
+    """Interpolate a tendon's few points in a log."""
     at = np.arange(len(path))
     return np.asarray(CubicSpline(at, path)(np.linspace(0, at[-1], 5 * len(path)))) if len(path) > 3 else path
 
 
 def _limits(run: TipPath) -> tuple[Array, Array]:
-    """Lower and upper corner of all that is drawn, with a margin [mm], shapes (3,)."""
+    """Return lower and upper corner of all that is drawn, with a margin [mm], shapes (3,)."""
     points = 1e3 * run.points
     low, high = points.min(axis=0), points.max(axis=0)
     width = MIN_WIDTH * float((high - low).max())

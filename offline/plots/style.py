@@ -17,7 +17,7 @@ ARROW_POINTS = 40.0
 
 
 def level(axes: Axes, value: float, text: str, colour: str = REFERENCE, *, below: bool = False) -> None:
-    """A light line across, with its meaning written on it at the right."""
+    """Draw a light horizontal line with a label at the right."""
     axes.axhline(value, color=colour, lw=0.8)
     axes.annotate(
         text,

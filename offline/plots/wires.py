@@ -40,7 +40,7 @@ class WireTraces:
 
 
 def wires(log: LogFile) -> list[WireTraces]:
-    """Each tendon of a run with servos that reported.
+    """Measure each tendon of a run with servos that reported.
 
     Returns:
         One for each tendon; none where no servo reported anything, or the rig was never armed.
@@ -80,7 +80,7 @@ def wires(log: LogFile) -> list[WireTraces]:
 
 
 def _lag(commanded: Array, reported: Array) -> tuple[int, float]:
-    """Cycles by which one follows the other best, and the largest difference that is left."""
+    """Find the lag of one curve behind the other [cycles], and the largest remaining difference."""
     errors = [
         float(np.sqrt(np.mean((reported[LAGS:] - commanded[LAGS - lag : len(commanded) - lag]) ** 2)))
         for lag in range(LAGS)

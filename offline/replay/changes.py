@@ -13,7 +13,7 @@ from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 
 
 def version_changes(run: Run) -> list[str]:
-    """A line each: name, in the log, here."""
+    """List the differing versions, one line each: name, in the log, here."""
     here = run_metadata(run.config)
     names = {"revision": "revision of tendond", "cpu": "processor"}
     return [
@@ -37,7 +37,7 @@ def parameter_changes(run: Run) -> list[str]:
 
 
 def with_changes(config: RigConfig, law: str | None, changes: list[str]) -> RigConfig:
-    """The configuration with another law and other values.
+    """Return the configuration with another law and other values.
 
     Args:
         config: the log's configuration.

@@ -32,7 +32,7 @@ class Difference:
 
 
 def compare(logged: str | bytes, replayed: str | bytes, tolerance: float | None = None) -> tuple[Field, ...]:
-    """The fields that differ between two JSON texts.
+    """List the fields that differ between two JSON texts.
 
     Args:
         logged, replayed: the texts.

@@ -109,7 +109,7 @@ def rerun(
 
 
 def recorded_setup(config: RigConfig, source: str) -> CycleSetup:
-    """The setup of the configuration in a log, whose file is `source`.
+    """Return the setup of the configuration in a log, whose file is `source`.
 
     Raises:
         LogError: this version of tendond cannot use it.
@@ -200,14 +200,14 @@ def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, re
 
 
 def _with_present_names(setup: CycleSetup, text: str) -> str:
-    """A state's text as this version writes it, where an older one has written it; else as it is."""
+    """Return a state's text as this version writes it, where an older one has written it; else as it is."""
     with suppress(ValueError):
         return encode_state(decode_state(CycleState, text, setup))
     return text
 
 
 def _present_record(data: bytes) -> bytes:
-    """A record as this version writes it, where version 1 has written it; else as it is."""
+    """Return a record as this version writes it, where version 1 has written it; else as it is."""
     if not data.startswith(b'{"version":1,'):
         return data
     record = CycleRecord.model_validate_json(data).model_copy(update={"version": RECORD_VERSION})
@@ -228,7 +228,7 @@ def inputs_of(data: bytes) -> CycleInputs:
 
 
 def state_before(setup: CycleSetup, segment: Segment) -> CycleState:
-    """The state with which a segment begins.
+    """Return the state with which a segment begins.
 
     Raises:
         LogError: it is of another version.

@@ -48,7 +48,7 @@ class Gaps:
 
 
 def segments(run: Run, gaps: Gaps, first: int = 0, last: int | None = None) -> Iterator[Segment]:
-    """The log between two ticks, in pieces that each begin with a state.
+    """Yield the log between two ticks, in pieces that each begin with a state.
 
     Args:
         run: the log.

@@ -52,7 +52,7 @@ class Chunk:
 
 
 def chunks_of(config: RigConfig, seed: int, points: Sequence[tuple[int, Point]]) -> list[Chunk]:
-    """Points in chunks of `CHUNK_POINTS`, in their order."""
+    """Split points into chunks of `CHUNK_POINTS`, in their order."""
     text = config.model_dump_json()
     return [
         Chunk(text, seed, tuple(points[start : start + CHUNK_POINTS])) for start in range(0, len(points), CHUNK_POINTS)
@@ -60,7 +60,7 @@ def chunks_of(config: RigConfig, seed: int, points: Sequence[tuple[int, Point]])
 
 
 def run_chunk(chunk: Chunk) -> Done:
-    """The results of a chunk."""
+    """Run a chunk, and return its results."""
     base = _config(chunk.config)
     return [(index, evaluate(base, point, chunk.seed)) for index, point in chunk.points]
 
@@ -154,7 +154,7 @@ def on_cluster(chunks: Sequence[Chunk], address: str) -> Generator[Done, None, N
 
 
 def _check_workers(client: Any, address: str) -> None:
-    """Every worker has this tendond, and its kernels warm."""
+    """Check that every worker has this version of tendond, and warm up its kernels."""
     ours = source_hash(SOURCES)
     try:
         theirs = client.run(_greet)

@@ -51,14 +51,14 @@ class Match:
 
 
 def as_built() -> RigConfig:
-    """The controller that knows its rod up to the factor of Young's modulus, as in `tendond study robustness`."""
+    """Return a controller that knows its rod up to Young's modulus, as in `tendond study robustness`."""
     return check_config(
         {"rod": BUILT, "limits": CONTROLLER["limits"] | {"displacement_rate": 5.0, "slack": 0.0}}, "proof"
     )
 
 
 def matches(values: dict[str, dict[str, float]]) -> list[Match]:
-    """Every point with the model as it was, and with what was identified of each plant, by its name."""
+    """Pair every point's run by the original model with the one by the identified model of its plant."""
     return [
         Match(plant, feedback, case, believed)
         for plant in FACTORS
@@ -79,7 +79,7 @@ def play(match: Match) -> PointResult:
 
 
 def table(played: Sequence[tuple[Match, PointResult]]) -> list[dict[str, Any]]:
-    """A row for each point, with both models' measures."""
+    """Return a row for each point, with both models' measures."""
     rows: dict[tuple[str, str, int], dict[str, Any]] = {}
     for match, result in played:
         row = rows.setdefault(

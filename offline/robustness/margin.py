@@ -104,7 +104,7 @@ def at_rate(config: RigConfig, rate: float, delay: int) -> RigConfig:
 
 
 def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
-    """The gains that the margin admits, by rate and delay."""
+    """Yield the gains that the margin admits, by rate and delay."""
     rod = rod_from_section(config.rod, config.loop.period).parameters
     for rate, delay in product(RATES, range(4)):
         changed = at_rate(config, rate, delay)
@@ -160,7 +160,7 @@ def stiffness_rows(config: RigConfig) -> Iterator[StiffnessRow]:
 
 
 def loop_cases(config: RigConfig, *, short: bool = False) -> list[LoopRow]:
-    """The runs, without their results; `short`: the corners of one rate."""
+    """List the runs without their results; `short`: the corners of one rate."""
     largest = unknown_tip_mass(config, rod_from_section(config.rod, config.loop.period).parameters)
     masses = (0.0, largest) if short else (0.0, 0.2 * largest, 0.5 * largest, largest)
     stiffnesses = (0.85, 1.15) if short else (0.85, 1.0, 1.15)
@@ -219,7 +219,7 @@ def _with(case: LoopRow, settling: float | None, ripple: float | None, reason: s
 
 
 def loop_rows(config: RigConfig, cases: Sequence[LoopRow], processes: int) -> Iterator[LoopRow]:
-    """The cases with their results, in their order, as they come."""
+    """Run the cases, and yield their results in order."""
     if processes == 1:
         yield from (run_loop(config, case) for case in cases)
         return

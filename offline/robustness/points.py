@@ -100,7 +100,7 @@ SAMPLE_SIZE = 50
 
 
 def nominal_and_axes(law: str, feedback: str) -> list[Point]:
-    """The model itself, one axis at a time, and delay and lag together without anything else."""
+    """Return the nominal point, one axis at a time, and delay and lag together without anything else."""
     start = Point("axes", law, feedback)
     points = [start]
     for name, values in AXES.items():
@@ -114,7 +114,7 @@ def nominal_and_axes(law: str, feedback: str) -> list[Point]:
 
 
 def misconfigured(law: str, feedback: str) -> list[Point]:
-    """The controller's delay off by a cycle, or its lag by 0.1, over all delays and lags that allow it."""
+    """Return delays wrong by a cycle, or lags wrong by 0.1, over all delays and lags that allow it."""
     points = []
     for delay, lag, configured in itertools.product((0, 2, 4), (0.0, 0.5, 0.8), CONFIGURED[1:]):
         if (delay == 0 and configured == "delay-1") or (lag == 0.0 and configured == "lag-0.1"):
@@ -124,13 +124,13 @@ def misconfigured(law: str, feedback: str) -> list[Point]:
 
 
 def corners(law: str, feedback: str) -> list[Point]:
-    """The extremes of all axes together; one of the largest impacts each."""
+    """Return the extremes of all axes together, with one of the largest impacts each."""
     extremes = {name: (values[0], values[-1]) for name, values in AXES.items()}
     return _factorial("corners", law, feedback, extremes, [one for one in IMPACTS if one[0] == IMPACTS[-1][0]])
 
 
 def grid(law: str, feedback: str) -> list[Point]:
-    """The full factorial of all axes; one impact each."""
+    """Return the full factorial of all axes, with one impact each."""
     return _factorial("grid", law, feedback, AXES, IMPACTS)
 
 
@@ -173,7 +173,7 @@ POINT_SETS = ("default", "axes", "corners", "grid", "sample")
 def points_of(
     name: str, laws: Sequence[str], feedbacks: Sequence[str] | None = None, *, count: int = SAMPLE_SIZE, seed: int = 0
 ) -> list[Point]:
-    """A set of points, without repetition, in an order that depends on the arguments alone.
+    """Return a set of points, without repetition, in an order that depends on the arguments alone.
 
     Args:
         name: one of `POINT_SETS`.
@@ -213,7 +213,7 @@ def _factorial(
     axes: Mapping[str, tuple[int | float | str, ...]],
     impacts: Sequence[tuple[float, str, float]],
 ) -> list[Point]:
-    """Every combination, each with one impact: all impacts equally often, in a fixed random order.
+    """Return every combination with one impact: all impacts equally often, in a fixed random order.
 
     In a regular order an impact would always meet the same value of some axis.
     """

@@ -126,7 +126,7 @@ def _misconfigured(parts: dict[tuple[str, str], Rows]) -> str:
 
 
 def _missed(law: str, feedback: str, rows: Rows) -> str:
-    """Points that miss the goal, grouped by what they miss and where: drive, delay, lag, load."""
+    """Group the points that miss the goal by what they miss and where: drive, delay, lag, load."""
     found: dict[tuple[str, str], Rows] = {}
     for point, result in rows:
         if not result.meets:

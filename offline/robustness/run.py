@@ -60,7 +60,7 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
 
 
 def csv_text(rows: Rows) -> str:
-    """A heading, and a line for each point; cells of what there is not are empty."""
+    """Write a heading and a line for each point; cells without a value are empty."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow((*POINT_COLUMNS, *RESULT_COLUMNS))

@@ -57,7 +57,7 @@ def summary(rows: Rows, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def misses(result: PointResult) -> tuple[str, ...]:
-    """The parts of the goal that a point misses; 'fault' alone where it ended in one."""
+    """List the parts of the goal that a point misses; only 'fault' where it ended in one."""
     if result.mode != "tracking":
         return ("fault",)
     return tuple(name for name in PARTS if not getattr(result, name))
@@ -74,7 +74,7 @@ def counts(rows: Rows) -> dict[str, int]:
 
 
 def worst(rows: Rows, measure: str) -> tuple[Point, PointResult] | None:
-    """The point that is worst in a measure; none where no point has it."""
+    """Find the worst point in a measure; none where no point has it."""
     if measure == "impact_settling_iterations":
         rows = [(point, result) for point, result in rows if point.impact_n and result.mode]
     if measure in NEEDED:

@@ -57,7 +57,7 @@ class TrialOutcome:
     approach_time: float
 
     def as_json(self) -> dict[str, Any]:
-        """The numbers, without what is per cycle."""
+        """Return the numbers, without those per cycle."""
         return {
             name: list(value) if isinstance(value, tuple) else value
             for name, value in vars(self).items()
@@ -128,7 +128,7 @@ def outcome_of(
 
 
 def planar_task(base: RigConfig, laws: Sequence[str]) -> dict[str, Mapping[str, float | None]]:
-    """The configuration's own reference in the plane, by law: settling, path lengths, rate of the tensions.
+    """Run the configuration's own planar reference by law: settling, path lengths, rate of the tensions.
 
     The rate is the root mean square of all tendons' commanded changes [N/s].
     """

@@ -50,7 +50,7 @@ def around(count: int, radius: float = 0.02) -> list[tuple[float, float]]:
 
 
 def trials() -> list[Trial]:
-    """All of them, each on both plants."""
+    """List all trials, each on both plants."""
     found = []
     for unlike in (False, True):
         for radius in (0.1, 0.25, 0.32):

@@ -39,7 +39,7 @@ class Mistake:
 
 
 def all_mistakes(config: RigConfig) -> list[Mistake]:
-    """Every mistake of the study, for a rig."""
+    """List every mistake of the study, for a rig."""
     count = len(config.rod.tendon_positions)
     return [*_frames(), *_bases(config.rod.length), *_scales(), *_quaternions(), *_others(config), *_old(config),
             *_tendons(count)]  # fmt: skip
@@ -166,7 +166,7 @@ def _old(config: RigConfig) -> Iterator[Mistake]:
 
 
 def _tendons(count: int) -> Iterator[Mistake]:
-    """Every order and sign of the tendons; spools that are larger or smaller than configured."""
+    """Yield every order and sign of the tendons, and spools that are larger or smaller than configured."""
     for order in itertools.permutations(range(count)) if count <= 4 else _transpositions(count):
         for signs in itertools.product((1.0, -1.0), repeat=count):
             moved, reversed_ = order != tuple(range(count)), min(signs) < 0.0
@@ -186,7 +186,7 @@ def _tendons(count: int) -> Iterator[Mistake]:
 
 
 def _transpositions(count: int) -> Iterator[tuple[int, ...]]:
-    """Every swap of two, and a rotation by one, of many tendons; and none."""
+    """Yield the identity, every swap of two, and a rotation by one."""
     yield tuple(range(count))
     for i, j in itertools.combinations(range(count), 2):
         order = list(range(count))

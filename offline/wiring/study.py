@@ -147,7 +147,7 @@ def _mistakes(chain: str) -> list[Mistake]:
 
 @cache
 def _config(chain: str, law: str) -> RigConfig:
-    """The rig of a chain, with a law; poses have noise, as real ones."""
+    """Return the configuration of a chain with a law; its poses have realistic noise."""
     config = parse_config(CHAINS[chain], chain)
     control = config.control.model_copy(update={"law": law})
     mocap = config.simulator.mocap.model_copy(update={"noise": 1e-4, "rotation_noise": 2e-3})
@@ -157,7 +157,7 @@ def _config(chain: str, law: str) -> RigConfig:
 
 
 def right_rig(job: Job) -> tuple[RigConfig, Wires, str]:
-    """A rig that nothing is wrong with: stiffness, weight, noise, delay, friction, base within what is borne."""
+    """Draw a correct rig: stiffness, weight, noise, delay, friction and base within tolerance."""
     random = np.random.default_rng([11, job.setup])
     config, section = _config(job.chain, job.law), _config(job.chain, job.law).simulator
     stiffness, weight, noise = random.uniform(0.8, 1.2), random.uniform(0.0, 0.05), random.uniform(0.0, 3e-4)
@@ -188,11 +188,11 @@ def right_rig(job: Job) -> tuple[RigConfig, Wires, str]:
 
 
 def _direction(random: np.random.Generator) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """All alike, shape (3,)."""
+    """Draw a uniformly distributed direction, shape (3,)."""
     vector = random.standard_normal(3)
     return np.asarray(vector / np.linalg.norm(vector))
 
 
 def laws() -> tuple[str, ...]:
-    """Names of all laws."""
+    """Return the names of all laws."""
     return tuple(LAWS)

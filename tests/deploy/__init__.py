@@ -1,1 +1,1 @@
-"""What is installed on a rig, from the source distribution on."""
+"""The installation on a rig, from the source distribution on."""

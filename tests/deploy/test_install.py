@@ -21,7 +21,7 @@ from tests.rig.tracker import free_port
 ROOT = Path(__file__).parents[2]
 SERVICES = ("tendond-controller@bench.service", "tendond-vicon@bench.service", "tendond-servo@bench.service")
 EXPOSURE_MAX = 2.0
-"""Of a service, by `systemd-analyze security`: from 0 (sealed off) to 10."""
+"""Maximum exposure of a service by `systemd-analyze security`, from 0 (sealed off) to 10."""
 
 UDEV_TOKEN = re.compile(r'[A-Z_]+(\{[\w/]+\})?(==|!=|=|\+=|:=)"[^"]*"')
 
@@ -56,7 +56,7 @@ class Installation:
         return self.run("install", *options)
 
     def tendond(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
-        """What is installed, run in a folder with a trap in it: code that lies around must not be run."""
+        """Run the installed program in a folder with a trap in it: code in the current folder must not be run."""
         trap = self.root / "trap"
         (trap / "tendond").mkdir(parents=True, exist_ok=True)
         (trap / "tendond" / "__init__.py").write_text("raise SystemExit('the code in the current folder was run')\n")

@@ -97,7 +97,7 @@ class EquilibriumPath:
     displacement: Array
 
     def samples(self, displacement: Array, sample: float) -> tuple[tuple[float, float, float], ...]:
-        """A reference through the tips that rest at these displacements [m], one every `sample` [s]."""
+        """Return a reference through the tips that rest at these displacements [m], one every `sample` [s]."""
         points = self.curve.spline(np.interp(displacement, self.displacement, self.arc))
         return tuple((round(k * sample, 6), round(float(x), 7), round(float(z), 7)) for k, (x, z) in enumerate(points))
 
@@ -177,7 +177,7 @@ def propose(config: RigConfig, kinds: tuple[str, ...] = KINDS, reach: float = 1.
 
 
 def _motions(kinds: tuple[str, ...], low: float, span: float, rate: float) -> Iterator[tuple[str, Array, float]]:
-    """Each part in words, its displacements every `SAMPLE` [m], and how long it sways afterwards [s]."""
+    """Yield each part: words, displacements every `SAMPLE` [m], and how long it sways afterwards [s]."""
     for kind in KINDS:
         if kind not in kinds:
             continue
@@ -205,14 +205,14 @@ def _motions(kinds: tuple[str, ...], low: float, span: float, rate: float) -> It
 
 
 def _ramp(start: float, end: float, rate: float) -> Array:
-    """A minimum-jerk motion, whose speed peaks at 15/8 of its mean [m], every `SAMPLE`."""
+    """Return a minimum-jerk motion, whose speed peaks at 15/8 of its mean [m], every `SAMPLE`."""
     steps = max(2, math.ceil(1.875 * abs(end - start) / rate / SAMPLE))
     t = np.arange(steps) / steps
     return np.asarray(start + (end - start) * (10.0 * t**3 - 15.0 * t**4 + 6.0 * t**5))
 
 
 def _chirp(middle: float, amplitude: float, rate: float, seconds: float = 7.0) -> Array:
-    """Sweeps from 0.3 to 2.5 Hz, its amplitude bounded so that the speed stays below `rate` [m/s]; ends at rest."""
+    """Return sweeps from 0.3 to 2.5 Hz whose amplitude keeps the speed below `rate` [m/s]; they end at rest."""
     t = np.arange(0.0, seconds, SAMPLE)
     low, high = 0.3, 2.5
     growth = math.log(high / low) / seconds

@@ -108,7 +108,7 @@ def _first_rest(
     still: float,
     end: int,
 ) -> int | None:
-    """First cycle of the first rest."""
+    """Find the first cycle of the first rest."""
     width = max(2, round(REST_SECONDS / max(times[1] - times[0], 1e-9))) if len(times) > 1 else 2
     for first in range(0, end - width, max(1, width // 4)):
         part = slice(first, first + width)
@@ -123,7 +123,7 @@ def _first_rest(
 
 
 def _ages(arrays: Arrays, name: str) -> Array | None:
-    """Age of each cycle's message when the cycle began [s], by the stamps of publisher and recorder; NaN without one.
+    """Compute each message's age when its cycle began [s], by both sides' stamps; NaN without one.
 
     Up to a constant: the two clocks' zeros differ.
     """
@@ -151,7 +151,7 @@ def _jitter(arrays: Arrays, rows: NDArray[np.intp]) -> Array:
 
 
 def _reports(arrays: Arrays, times: Array, part: slice) -> tuple[Array, Array, Array]:
-    """Times, displacements and tensions of the servos' reports in a part of the log.
+    """Return times, displacements and tensions of the servos' reports in a part of the log.
 
     A report is as old as its stamp says where tips and tendons are stamped by one clock, and new otherwise.
     """

@@ -15,7 +15,7 @@ from tendond.cli.app import app, main
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: exit status, standard output, standard error."""
+    """Result of a command: exit status, standard output, standard error."""
 
     status: int
     out: str

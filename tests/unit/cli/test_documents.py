@@ -1,4 +1,4 @@
-"""What the documents say to type exists: commands, options, configurations, links of the README."""
+"""Commands, options, configurations and links in the documents exist."""
 
 import re
 import shlex

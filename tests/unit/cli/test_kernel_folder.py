@@ -1,4 +1,4 @@
-"""Kernels have a folder that can be written to, or a temporary one, or the user is told in a line."""
+"""Kernels have a writable folder, or a temporary one, or there is a message in one line."""
 
 import os
 import shutil
@@ -29,7 +29,7 @@ def test_a_folder_that_can_be_written_to_or_made_is_told_from_one_that_cannot(tm
 
 @pytest.fixture
 def nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """No folder of numba's can be written to; temporary folders are below the one that is returned."""
+    """Make all of numba's folders read-only; temporary folders are below the one that is returned."""
     monkeypatch.setattr(kernel_folder, "is_writable", lambda folder: False)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "given"))  # and back again afterwards
@@ -71,7 +71,7 @@ def test_a_folder_that_somebody_else_may_write_to_is_not_trusted(nowhere: Path) 
 
 
 def test_numba_looks_where_kernels_are_put(tmp_path: Path) -> None:
-    """Its name for a folder of sources is its own affair: asked of it."""
+    """numba's name for a folder of sources is undocumented, so it is read from numba."""
     from numba.core.caching import _CacheLocator
 
     assert _CacheLocator.get_suitable_cache_subpath(str(tmp_path / "rod.py")) == numbas_name(tmp_path)

@@ -22,7 +22,7 @@ SIXTEEN = parse_config(
 
 
 def status(mode: Mode = Mode.TRACKING, reason: str = "armed by the operator", tendons: int = 4) -> Status:
-    """Of a controller that tracks."""
+    """Status of a controller that tracks."""
     health = LoopHealth(cycles=1234, missed_ticks=2, cycle_ms_median=0.51, cycle_ms_p99=0.99, log_dropped=0)
     return Status(
         seq=7, stamp_ns=0, rig="paper", mode=mode, reason=reason, tick=1234, law="backstepping", feedback="observer",

@@ -30,11 +30,11 @@ STEP = 0.00125
 
 def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """Displacements [m] and whether they are armed: rest, ramps between levels, let go; shapes (k, 4) and (k,)."""
-    course = [np.zeros(40)]
+    pieces = [np.zeros(40)]
     for start, end in zip([0.0, *levels], levels, strict=False):
-        course += [np.linspace(start, end, max(2, round(abs(end - start) / RATE / PERIOD))), np.full(25, end)]
-    course.append(np.full(60, 0.0))
-    pulled = np.concatenate(course)
+        pieces += [np.linspace(start, end, max(2, round(abs(end - start) / RATE / PERIOD))), np.full(25, end)]
+    pieces.append(np.full(60, 0.0))
+    pulled = np.concatenate(pieces)
     armed = np.ones(len(pulled), dtype=bool)
     armed[:40] = armed[-60:] = False
     command = np.column_stack([pulled, np.full_like(pulled, -0.002), -pulled - 0.002, np.full_like(pulled, -0.002)])
@@ -51,10 +51,10 @@ def recording(
     config: RigConfig = CONFIG,
     reports: bool = True,
 ) -> Recording:
-    """What a rig with these parameters would leave behind."""
+    """Simulate the recording of a rig with these parameters."""
     command, armed = commands(list(levels))
     times = np.asarray(PERIOD * np.arange(len(command)), dtype=np.float64)
-    seen = times.copy()
+    pose_times = times.copy()
     bare = Recording(
         path=Path(f"made-{seed}-{weight:g}.mcap"),
         config=config,
@@ -66,8 +66,8 @@ def recording(
         report_times=times,
         reported=command,
         pulled=np.zeros_like(command),
-        pose_times=seen,
-        position=np.zeros((len(seen), 3)),
+        pose_times=pose_times,
+        position=np.zeros((len(pose_times), 3)),
         noise=noise,
         cycles=len(times),
         hidden=0,

@@ -43,7 +43,7 @@ def weighted() -> Recording:
 
 @pytest.fixture(scope="module")
 def tool() -> Recording:
-    """Of a rig with 30 g on its tip that its configuration does not know of."""
+    """A recording of a rig with 30 g on its tip that are not in its configuration."""
     return recording(TOOL)
 
 
@@ -181,7 +181,7 @@ def test_the_servos_load_fixes_the_scale(free: Recording) -> None:
 
 
 def test_what_the_data_cannot_tell_is_named_and_left_at_the_configurations_value(weighted: Recording) -> None:
-    # Slow motion with a weight: the drag, a hundredth of the noise, is not seen.
+    # Slow motion with a weight: the drag, a hundredth of the noise, is not identifiable.
     blind = replace(weighted, config=with_values(CONFIG, {"C": 1e-4}))
     result = identify([blind], [], Options(("E", "C", "delay")))
     found = {one.parameter.name: one for one in result.parameters}

@@ -1,4 +1,4 @@
-"""From a plan to a parameter file: logs of the real controller on the simulator, short ones, and the commands."""
+"""Identification from plan to parameter file, with short logs of the real controller on the simulator."""
 
 import json
 import tomllib

@@ -1,4 +1,4 @@
-"""Standard errors against linear problems whose answers are known, with white and with coloured errors."""
+"""Standard errors against linear problems with known solutions, with white and with coloured errors."""
 
 import numpy as np
 import pytest

@@ -12,7 +12,7 @@ from tendond.cli.app import main
 
 @dataclass(frozen=True)
 class Said:
-    """What a command has printed, and its exit status."""
+    """Output and exit status of a command."""
 
     returncode: int
     stdout: str

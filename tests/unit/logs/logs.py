@@ -71,14 +71,14 @@ def write_parts(path: Path, folder: Path, at: tuple[int, ...]) -> list[Path]:
     parts = []
     for number, (first, after) in enumerate(pairwise(bounds)):
         parts.append(folder / (f"one-{number:03d}.mcap" if number else "one.mcap"))
-        seen = [first == 0]
+        kept = [first == 0]
 
         def within(
-            topic: str, data: bytes, first: int = first, after: int = after, seen: list[bool] = seen
+            topic: str, data: bytes, first: int = first, after: int = after, kept: list[bool] = kept
         ) -> bytes | None:
             if topic in (CYCLE.topic, STATE.topic):
-                seen[0] = first <= json.loads(data)["tick"] < after
-            return data if seen[0] else None
+                kept[0] = first <= json.loads(data)["tick"] < after
+            return data if kept[0] else None
 
         rewritten(path, parts[-1], within, metadata={"part": str(number)})
     return parts

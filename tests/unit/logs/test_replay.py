@@ -71,7 +71,7 @@ def test_a_log_replays_from_any_tick(recorded: Path, first: int, last: int | Non
 
 
 def test_replaying_from_a_tick_starts_from_the_last_state_before_it(recorded: Path, tmp_path: Path) -> None:
-    """What stands in the log before that state is not needed: not even to be right."""
+    """Records before that state are not needed, and may be wrong."""
 
     def spoil(topic: str, data: bytes) -> bytes | None:
         if topic == CYCLE.topic and json.loads(data)["tick"] < 100:

@@ -1,4 +1,4 @@
-"""What a log says: the paper's metrics, and reading whole, cut and foreign files."""
+"""The paper's metrics, and reading whole, cut and foreign logs."""
 
 import json
 from collections.abc import Sequence
@@ -31,15 +31,15 @@ def of_x(x: Sequence[float], target: float = 0.1, axis: int = 0) -> Metrics:
     tip[:, axis] = x
     goal = [0.5, 0.5, 0.5]
     goal[axis] = target
-    wound = np.outer(np.linspace(0.0, 0.02, len(x)), [1.0, -1.0])
+    displacement = np.outer(np.linspace(0.0, 0.02, len(x)), [1.0, -1.0])
     return metrics(
         Tracking(
             ticks=np.arange(len(x)),
             time=np.linspace(0.0, 0.01 * (len(x) - 1), len(x)),
             tip=tip,
             reference=np.tile(goal, (len(x), 1)),
-            displacement=wound,
-            tension=1000.0 * np.abs(wound),
+            displacement=displacement,
+            tension=1000.0 * np.abs(displacement),
             target=(goal[0], goal[1], goal[2]),
             axes=(axis, 2),
             agonist=0,

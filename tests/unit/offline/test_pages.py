@@ -27,7 +27,7 @@ browser = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt insta
 
 LOOK = """<script>
 addEventListener("load", async () => {
-  const seen = [];
+  const images = [];
   for (const image of document.images) {
     await image.decode();
     const canvas = document.createElement("canvas");
@@ -38,16 +38,16 @@ addEventListener("load", async () => {
     const colours = new Set();
     for (let i = 0; i < data.length; i += 4)
       if (data[i + 3]) colours.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
-    seen.push(`${image.alt}:${Math.round(image.getBoundingClientRect().width)}:${colours.size}`);
+    images.push(`${image.alt}:${Math.round(image.getBoundingClientRect().width)}:${colours.size}`);
   }
-  document.body.setAttribute("data-seen", seen.join(";"));
+  document.body.setAttribute("data-images", images.join(";"));
 });
 </script>"""
 """Draws every figure of a page onto a canvas and notes its width on the page and its number of colours."""
 
 
 def browse(folder: Path, *arguments: str) -> str:
-    """Chromium's answer, without a network: every name is unknown to it."""
+    """Run Chromium without a network: it can resolve no name."""
     assert CHROMIUM is not None
     options = (
         *("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", f"--user-data-dir={folder / 'profile'}"),
@@ -58,7 +58,7 @@ def browse(folder: Path, *arguments: str) -> str:
 
 
 def fetched(page: str) -> list[str]:
-    """What a page would ask a network for."""
+    """List what a page would request from a network."""
     tags = re.findall(r"<(?:script|link|img|iframe|object|source)\b[^>]*?\b(?:src|href|data)=[\"']?([^\"'\s>]+)", page)
     return [address for address in tags if not address.startswith("data:")] + re.findall(r"@import|url\(http", page)
 
@@ -95,13 +95,13 @@ def test_the_figures_of_a_report_are_pictures_with_curves(report: Path) -> None:
 def test_a_browser_draws_every_figure_of_a_report(report: Path, tmp_path: Path) -> None:
     looking = tmp_path / "looking.html"
     looking.write_text(report.read_text(encoding="utf-8").replace("</body>", LOOK + "</body>"), encoding="utf-8")
-    found = re.search(r'data-seen="([^"]*)"', browse(tmp_path, "--dump-dom", looking.as_uri()))
+    found = re.search(r'data-images="([^"]*)"', browse(tmp_path, "--dump-dom", looking.as_uri()))
     assert found is not None
-    seen = {
+    images = {
         name: (int(width), int(colours)) for name, width, colours in (one.split(":") for one in found[1].split(";"))
     }
-    assert set(seen) == {"Tracking", "Rod shapes", "In space", "Modes and events"}
-    assert all(width > 300 and colours > 20 for width, colours in seen.values()), seen
+    assert set(images) == {"Tracking", "Rod shapes", "In space", "Modes and events"}
+    assert all(width > 300 and colours > 20 for width, colours in images.values()), images
 
 
 @browser

@@ -1,4 +1,4 @@
-"""Which plants the closed loop is run on, and what they come to as configurations."""
+"""Plants that the closed loop is run on, and their configurations."""
 
 import itertools
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Runs of real points: what they measure, what is kept when one is interrupted, and what is written of them."""
+"""Runs of real points: measures, resuming an interrupted run, and reports."""
 
 import json
 import sys
@@ -28,12 +28,12 @@ NOMINAL = Point("axes", "backstepping", "force")
 SETTINGS = Settings("sample", 3, 1, ("backstepping",), None, BASE)
 
 
-def quiet(done: int, total: int, missed: int) -> None:
+def no_progress(done: int, total: int, missed: int) -> None:
     pass
 
 
 def here(chunks: Sequence[Chunk]) -> Generator[Done, None, None]:
-    """In this process, one after the other."""
+    """Run chunks in this process, one after the other."""
     yield from map(run_chunk, chunks)
 
 
@@ -69,7 +69,7 @@ def test_an_impact_is_seen_after_the_tip_had_settled() -> None:
     assert hit.impact_settling_iterations is None or hit.impact_settling_iterations > 0
 
 
-def test_the_rate_limits_cost_is_counted_and_bounded_by_the_tendons_way() -> None:
+def test_the_rate_limits_cost_is_counted_and_bounded_by_the_tendons_travel() -> None:
     result = evaluate(BASE, replace(NOMINAL, drive="displacement"), 0)
     assert 20 < result.rate_cost_iterations < 0.08 / 0.085 / 0.01
 
@@ -92,7 +92,7 @@ def test_a_plant_that_has_no_solution_is_a_result_and_not_the_end_of_the_run() -
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Rows, bytes]:
     """Rows and CSV of a run that nothing interrupted."""
     folder = tmp_path_factory.mktemp("whole")
-    return run(SETTINGS, folder, here, quiet), (folder / "results.csv").read_bytes()
+    return run(SETTINGS, folder, here, no_progress), (folder / "results.csv").read_bytes()
 
 
 def test_an_interrupted_run_goes_on_with_what_is_left(tmp_path: Path, whole: tuple[Rows, bytes]) -> None:
@@ -101,7 +101,7 @@ def test_an_interrupted_run_goes_on_with_what_is_left(tmp_path: Path, whole: tup
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(SETTINGS, tmp_path, broken_off, quiet)
+        run(SETTINGS, tmp_path, broken_off, no_progress)
     assert not (tmp_path / "results.csv").exists()
     with (tmp_path / NAME).open("ab") as results:
         results.write(b'{"point": "backstepping/for')  # killed while it wrote
@@ -111,43 +111,43 @@ def test_an_interrupted_run_goes_on_with_what_is_left(tmp_path: Path, whole: tup
         ran.extend(index for chunk in chunks for index, _ in chunk.points)
         yield from here(chunks)
 
-    run(SETTINGS, tmp_path, counted, quiet)
+    run(SETTINGS, tmp_path, counted, no_progress)
     assert ran == [2]
     assert (tmp_path / "results.csv").read_bytes() == whole[1]
     assert all(json.loads(line) for line in (tmp_path / NAME).read_text().splitlines())
 
 
 def test_results_that_come_in_another_order_are_the_same_file(tmp_path: Path, whole: tuple[Rows, bytes]) -> None:
-    run(SETTINGS, tmp_path, lambda chunks: here(chunks[::-1]), quiet)
+    run(SETTINGS, tmp_path, lambda chunks: here(chunks[::-1]), no_progress)
     assert (tmp_path / "results.csv").read_bytes() == whole[1]
 
 
 def test_a_folder_with_results_of_other_settings_is_refused_until_told_to_start_anew(tmp_path: Path) -> None:
     none = replace(SETTINGS, count=1)
-    run(none, tmp_path, here, quiet)
+    run(none, tmp_path, here, no_progress)
     other = replace(none, seed=2)
     with pytest.raises(UsageError, match=r"other settings \(seed: 1, now 2\); choose another folder"):
-        run(other, tmp_path, here, quiet)
+        run(other, tmp_path, here, no_progress)
     gained = BASE.model_copy(update={"observer": BASE.observer.model_copy(update={"integral": 7.0})})
     with pytest.raises(UsageError, match=r"config\.observer\.integral: 5\.0, now 7\.0"):
-        run(replace(none, config=gained), tmp_path, here, quiet)
-    assert len(run(other, tmp_path, here, quiet, fresh=True)) == 1
+        run(replace(none, config=gained), tmp_path, here, no_progress)
+    assert len(run(other, tmp_path, here, no_progress, fresh=True)) == 1
 
 
 def test_a_folder_that_another_run_writes_to_is_refused(tmp_path: Path) -> None:
     def second(chunks: Sequence[Chunk]) -> Generator[Done, None, None]:
         with pytest.raises(UsageError, match="another run writes its results there"):
-            run(one, tmp_path, here, quiet)
+            run(one, tmp_path, here, no_progress)
         yield from here(chunks)
 
     one = replace(SETTINGS, count=1)
-    assert len(run(one, tmp_path, second, quiet)) == 1
+    assert len(run(one, tmp_path, second, no_progress)) == 1
 
 
 def test_a_foreign_results_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / NAME).write_text("not json\n")
     with pytest.raises(UsageError, match="is not a results file of this program; start again with --fresh"):
-        run(SETTINGS, tmp_path, here, quiet)
+        run(SETTINGS, tmp_path, here, no_progress)
 
 
 def test_never_settling_is_worse_than_any_number_and_is_named(whole: tuple[Rows, bytes]) -> None:

@@ -53,7 +53,7 @@ def test_the_file_passes_the_mcap_librarys_own_checks() -> None:
 
 
 def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ever(tmp_path: Path) -> None:
-    """In space: a push out of the plane, seen in the log that lockstep writes."""
+    """A log in space: lockstep writes a push out of the plane."""
     impact = {"time": 0.6, "duration": 0.05, "force": (0.0, 2.0, 0.0)}
     tables = {"simulator": {"impacts": [impact]}, "log": {"shape_period": 2}, "commissioning": {"probe": False}}
     config = check_config(tables, "test")
@@ -129,14 +129,14 @@ def test_the_example_runs() -> None:
 
 
 DRAWN = {"foxglove.PoseInFrame", "foxglove.SceneUpdate", "foxglove.FrameTransforms"}
-"""By the 3D panel."""
+"""Topics of the 3D panel."""
 
 PLOTTED = {"Plot": {"number", "integer", "boolean"}, "StateTransitions": {"string", "number", "integer", "boolean"}}
 """JSON types that a panel takes."""
 
 
 def test_each_path_of_the_foxglove_layout_is_in_a_real_log_with_a_type_that_its_panel_takes() -> None:
-    """By the schemas that stand in the file, and by its messages, where it has any on that topic."""
+    """Look a path up in the file's schemas, and in its messages where it has any on that topic."""
     with NORMAL.open("rb") as stream:
         reader = make_reader(stream)
         summary = reader.get_summary()
@@ -173,7 +173,7 @@ def test_each_path_of_the_foxglove_layout_is_in_a_real_log_with_a_type_that_its_
 
 
 class FoxgloveClient:
-    """As much of a WebSocket as a test needs: the upgrade, text and binary frames, no fragments."""
+    """WebSocket client with the parts that a test needs: the upgrade, text and binary frames, no fragments."""
 
     def __init__(self, port: int) -> None:
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=30.0)
@@ -213,7 +213,7 @@ class FoxgloveClient:
                 return {channel["topic"]: channel for channel in message["channels"]}
 
     def subscribe(self, channel: int) -> None:
-        """To one of them, as subscription 7."""
+        """Subscribe to a channel, as subscription 7."""
         text = json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": channel}]}).encode()
         mask = os.urandom(4)
         masked = bytes(byte ^ mask[i % 4] for i, byte in enumerate(text))

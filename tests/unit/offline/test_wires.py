@@ -1,4 +1,4 @@
-"""What the log of a run on wires shows of the wires: lag, error, load and pace."""
+"""Tendons in the log of a run with servos: lag, error, load and speed."""
 
 import math
 from typing import Any
@@ -17,7 +17,7 @@ PEAK = 0.06
 
 
 class Record:
-    """As much of a cycle's record as is looked at."""
+    """The parts of a cycle's record that are read."""
 
     def __init__(self, number: int) -> None:
         def place(cycle: int) -> float:

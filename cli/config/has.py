@@ -1,4 +1,4 @@
-"""`tendond config has`: a module of its own, since units run it at each start and it needs no model."""
+"""`tendond config has`: a separate module without the model, since units run it at each start."""
 
 from pathlib import Path
 

@@ -160,7 +160,7 @@ def wake_up(rig: Rig) -> CheckResult:
 
 
 def find_controller(rig: Rig) -> int | None:
-    """Find the process that runs this configuration; none if there is none."""
+    """Find the process that runs this configuration, if any."""
     wanted = None if rig.config_file is None else rig.config_file.resolve()
     for folder in sorted(rig.machine.proc.glob("[0-9]*"), key=lambda path: int(path.name)):
         words = (rig.machine.read(folder / "cmdline") or "").split("\0")

@@ -82,7 +82,7 @@ def results_of(rig: Rig) -> Iterator[tuple[str, CheckResult]]:
     for name, check in CHECKS.items():
         try:
             result = check(rig)
-        except (OSError, ValueError) as error:  # an unforeseen machine: the other checks go on
+        except (OSError, ValueError) as error:  # an unexpected machine: the other checks continue
             result = failed(f"check failed: {type(error).__name__}: {error}", "check it by hand")
         if result is not None:
             yield name, result

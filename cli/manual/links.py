@@ -1,4 +1,4 @@
-"""Links out of the documentation: what a page names of the repository becomes a page of its own in the site."""
+"""Links out of the documentation: a file of the repository that a page links to becomes a page of the site."""
 
 import posixpath
 import re

@@ -71,25 +71,25 @@ class BusSnapshot:
 
     @property
     def status(self) -> Status | None:
-        """Newest message of its kind; none if there is none."""
+        """Newest message of its kind; none before the first."""
         message = self.status_stream.message
         return message if isinstance(message, Status) else None
 
     @property
     def pose(self) -> TipPose | None:
-        """Newest message of its kind; none if there is none."""
+        """Newest message of its kind; none before the first."""
         message = self.pose_stream.message
         return message if isinstance(message, TipPose) else None
 
     @property
     def command(self) -> TendonCommand | None:
-        """Newest message of its kind; none if there is none."""
+        """Newest message of its kind; none before the first."""
         message = self.command_stream.message
         return message if isinstance(message, TendonCommand) else None
 
     @property
     def tendons(self) -> TendonState | None:
-        """Newest state of the servos or the simulator; none if there is none."""
+        """Newest state of the servos or the simulator; none before the first."""
         message = self.tendons_stream.message
         return message if isinstance(message, TendonState) else None
 

@@ -69,12 +69,12 @@ def outcome_from_log(path: Path) -> TrialOutcome:
     """Measure the first tracking stretch in the log of a simulated run.
 
     Raises:
-        DaemonError: there is none, or no truth of a simulator.
+        DaemonError: there is no such stretch, or no truth of a simulator.
     """
     run = load(path)
     mode = [str(value) for value in run["mode"]]
     if Mode.TRACKING.value not in mode or "truth.position" not in run.names:
-        raise DaemonError(f"{path}: holds no tracking of a simulated rod")
+        raise DaemonError(f"{path}: contains no tracking of a simulated rod")
     first = mode.index(Mode.TRACKING.value)
     count = next((i for i, value in enumerate(mode[first:]) if value != Mode.TRACKING.value), len(mode) - first)
     part = slice(first, first + count)

@@ -45,7 +45,7 @@ class Damage:
     Attributes:
         offset: position in the file [bytes]. size: length [bytes].
         what: description in a few words.
-        cut: it is the end of a file that was not finished; nothing is wrong with what stands before.
+        cut: true for the missing end of an unfinished file, which is intact before it.
     """
 
     offset: int

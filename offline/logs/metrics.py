@@ -75,7 +75,7 @@ class Metrics:
         settling_iterations: first iteration from which on |x - target| stays within 5 % of the target; none if the last
             sample is outside.
         overshoot_percent: overshoot of x over the target, relative to the target [%]; 0 without one.
-        rise_iterations: first iteration with 90 % of the target; none if there is none.
+        rise_iterations: first iteration with 90 % of the target; none if it is not reached.
         steady_state_error_mm: |target - mean of the last 20 samples| [mm].
         final_tip_m: last sample [m].
         final_displacement_m: last command of the agonist [m].
@@ -121,11 +121,11 @@ def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) 
         source: their origin, for messages.
 
     Raises:
-        LogError: there is none, or the target's bending component is zero, which the metrics are relative to.
+        LogError: no cycle tracks, or the target's bending component, to which the metrics are relative, is zero.
     """
     start = next((i for i, record in enumerate(records) if record.mode is Mode.TRACKING), None)
     if start is None:
-        raise LogError(f"{source}: holds no cycle in mode 'tracking'; arm the controller while it records")
+        raise LogError(f"{source}: contains no cycle in mode 'tracking'; arm the controller while it records")
     end = next((i for i, record in enumerate(records[start:], start) if record.mode is not Mode.TRACKING), None)
     part = records[start:end]
     axes = PLANES[config.control.plane]

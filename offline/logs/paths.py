@@ -104,7 +104,7 @@ class TipPath:
 
     @property
     def view(self) -> tuple[float, float]:
-        """Elevation and azimuth of whoever looks [deg]: at the plane of a run that has one, else from a corner."""
+        """Elevation and azimuth of the view [deg]: onto the plane of a run that has one, else from a corner."""
         points = self.points
         _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
         across = axes[2]

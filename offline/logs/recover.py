@@ -41,7 +41,7 @@ def recover(path: Path, out: Path) -> Recovered:
 
     Raises:
         LogError: it is not an MCAP file, or nothing in it is whole.
-        UsageError: the new file is there already, or cannot be written.
+        UsageError: the new file exists already, or cannot be written.
     """
     found = Recovered()
     ticks: list[int] = []
@@ -88,7 +88,7 @@ def recover(path: Path, out: Path) -> Recovered:
                             left_out.append(stretch)
             writer.finish()
     except FileExistsError as error:
-        raise UsageError(f"{out}: is there already; choose another file with --out") from error
+        raise UsageError(f"{out}: exists already; choose another file with --out") from error
     except LogError:
         out.unlink(missing_ok=True)
         raise

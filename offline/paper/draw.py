@@ -66,7 +66,7 @@ def figures() -> dict[str, tuple[Draw, tuple[str, ...]]]:
 
 
 def draw_all(runs: Runs, folder: Path, pool: Executor, done: Callable[[str], None]) -> list[Path]:
-    """Draw them into `folder`, which exists, in `pool`; `done` hears each one's name when it is there."""
+    """Draw the figures into the existing `folder`, in `pool`; `done` is called with the name of each finished one."""
     futures = {}
     for name, (draw, scenarios) in figures().items():
         needed = {key: run for key, run in runs.items() if key[0] in scenarios}

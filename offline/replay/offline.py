@@ -15,7 +15,7 @@ EPOCH_NS = 1_000_000_000
 """Log time of the first cycle [ns]."""
 
 QUEUE = 10_000_000
-"""Entries that may wait for the disk: here nobody waits for a command, and none must be lost."""
+"""Entries that may be queued for the disk: there is no real time here, and no entry may be lost."""
 
 
 class OfflineRunLog(RunLog):

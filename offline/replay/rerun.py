@@ -179,7 +179,7 @@ def run_segment(setup: CycleSetup, segment: Segment, tolerance: float | None, re
     for i, data in enumerate(segment.cycles):
         try:
             state, _, record = step(setup, state, inputs_of(data))
-        except Exception as error:  # another version's cycle may stumble over this log: that is a finding
+        except Exception as error:  # another version's cycle may fail on this log: that is a finding
             failure = Field("(all)", "a record", f"{type(error).__name__}: {error}")
             return compared + 1, differing + 1, found or Difference(segment.first + i, (failure,))
         if i < segment.skip:
@@ -218,7 +218,7 @@ def inputs_of(data: bytes) -> CycleInputs:
     """Parse the inputs of a record; the rest is neither parsed nor validated.
 
     Raises:
-        ValidationError: there are none that could be used.
+        ValidationError: the record has no valid inputs.
     """
     start, end = data.find(BEFORE_INPUTS), data.find(AFTER_INPUTS)
     if start >= 0 and end >= 0:

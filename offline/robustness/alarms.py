@@ -23,7 +23,7 @@ TRUE, FALSE = "true", "false"
 
 
 def unwatched(config: RigConfig) -> RigConfig:
-    """Return the same rig, whose loop nobody watches: it may swing, stand at a limit, or stay off its reference."""
+    """Return the same rig without those faults: it may swing, stay at a limit, or stay off its reference."""
     return config.model_copy(
         update={
             "faults": config.faults.model_copy(update=dict.fromkeys(WATCHES, OFF)),

@@ -96,7 +96,7 @@ def spread(work: Callable[[Task], Outcome], tasks: Sequence[Task], jobs: int) ->
         for future in as_completed(futures):
             yield future.result()
     except BrokenProcessPool:
-        raise ExecutorError("a worker process was killed; run the same command again to go on") from None
+        raise ExecutorError("a worker process was killed; run the same command again to resume") from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
@@ -146,7 +146,7 @@ def on_cluster(chunks: Sequence[Chunk], address: str) -> Generator[Done, None, N
             yield future.result()
     except (OSError, TimeoutError, CancelledError, distributed.KilledWorker) as error:
         raise ExecutorError(
-            f"--cluster {address}: lost ({_first_line(error)}); run the same command again to go on"
+            f"--cluster {address}: lost ({_first_line(error)}); run the same command again to resume"
         ) from None
     finally:
         client.cancel(futures)

@@ -17,7 +17,7 @@ TRACKING_CYCLES = 600
 
 
 IMPACT_CYCLES = 100
-"""Cycles that a run goes on for after the beginning of an impact."""
+"""Cycles of a run after the beginning of an impact."""
 
 
 SLACK = 0.002

@@ -86,7 +86,7 @@ class ResultsFile:
         if differences:
             raise UsageError(
                 f"{self.path.parent}: holds results of other settings ({'; '.join(differences[:4])}); "
-                "choose another folder with --out, or start anew with --fresh"
+                "choose another folder with --out, or discard them with --fresh"
             )
 
 

@@ -30,7 +30,7 @@ class Mistake:
 
     Attributes:
         group: row of the table. name: within it.
-        wires: made anew for each run: some keep a history.
+        wires: created for each run, since some keep a history.
     """
 
     group: str

@@ -1,4 +1,4 @@
-"""The study's outcomes as rows of a table, one a kind of mistake: for people, for programs, for the documents."""
+"""The study's outcomes as rows of a table, one per kind of mistake: as text, JSON and Markdown."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class WiringRow:
 
     @property
     def holds(self) -> bool:
-        """True if every run was as it should be."""
+        """True if every wrong rig was noticed in time, and no correct one."""
         return self.missed == 0
 
 

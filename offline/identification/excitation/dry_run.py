@@ -16,7 +16,7 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 
 QUEUE = 10_000_000
-"""Entries that may wait for the disk: there is no clock here, and none must be lost."""
+"""Entries that may be queued for the disk: there is no real time here, and no entry may be lost."""
 
 EPOCH_NS = 1_000_000_000
 

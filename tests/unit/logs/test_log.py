@@ -69,7 +69,7 @@ def test_the_command_says_what_was_lost(tmp_path: Path) -> None:
     assert (tmp_path / "damaged-recovered.mcap").exists()
     again = run_command("log", "recover", str(spoiled))
     assert again.returncode == 2
-    assert "is there already; choose another file" in again.stderr
+    assert "exists already; choose another file" in again.stderr
 
 
 def test_what_is_whole_is_recovered_without_loss(tmp_path: Path) -> None:

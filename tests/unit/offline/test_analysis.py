@@ -261,7 +261,7 @@ def test_a_log_of_another_version_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_log_in_which_nothing_tracks_has_no_metrics(tmp_path: Path) -> None:
-    fails(write_log(tmp_path / "a.mcap", run()[:10]), "holds no cycle in mode 'tracking'; arm")
+    fails(write_log(tmp_path / "a.mcap", run()[:10]), "contains no cycle in mode 'tracking'; arm")
 
 
 def test_a_target_of_zero_has_no_metrics(tmp_path: Path) -> None:

@@ -145,10 +145,10 @@ def test_a_run_that_never_tracks_is_plotted_and_reported_too(tmp_path: Path) -> 
     path = write_log(tmp_path / "idle.mcap", [cycle_record(tick, mode=Mode.IDLE) for tick in range(20)])
     result = run_command("plot", str(path))
     assert result.returncode == 0, result.stderr
-    assert "holds no cycle in mode 'tracking'" in result.stderr
+    assert "contains no cycle in mode 'tracking'" in result.stderr
     assert {file.name for file in (tmp_path / "idle-plots").iterdir()} == {"space.png", "timeline.png", "timing.png"}
     page = write_report(path, tmp_path / "idle.html").read_text(encoding="utf-8")
-    assert "holds no cycle in mode" in page
+    assert "contains no cycle in mode" in page
     assert 'alt="Loop timing"' in page
 
 

@@ -28,10 +28,10 @@ def account(runs: Runs, topic: str) -> str:
 def _edge(runs: Runs) -> list[str]:
     halves = {law: (tpl(runs["normal_edge", law], 100), runs["normal_edge", law].metrics.tpl_mm) for law in LAWS}
     count = len(runs["normal_edge", SLIDE].tip)
-    near = {law: [run.metrics for (name, one), run in runs.items() if one == law and name.startswith("edge_near")]
+    neighbours = {law: [run.metrics for (name, one), run in runs.items() if one == law and name.startswith("edge_near")]
             for law in LAWS}  # fmt: skip
-    spread = {law: (min(m.tpl_mm for m in near[law]), max(m.tpl_mm for m in near[law])) for law in LAWS}
-    settled = sorted(m.settling_iterations if m.settling_iterations is not None else count for m in near[SLIDE])
+    spread = {law: (min(m.tpl_mm for m in neighbours[law]), max(m.tpl_mm for m in neighbours[law])) for law in LAWS}
+    settled = sorted(m.settling_iterations if m.settling_iterations is not None else count for m in neighbours[SLIDE])
     return [
         "One condition for both laws: the velocity is taken from differences of the measured tip "
         '(`control.feedback = "direct"`), an antagonist pair pulls (`control.antagonist = 2`, up to '

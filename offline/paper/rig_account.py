@@ -56,10 +56,11 @@ def rig_paragraphs(runs: Runs) -> list[str]:
 def rig_load_paragraphs(runs: Runs) -> list[str]:
     start = WINDOW
     name = "rig_impacts"
-    far = {law: deviation(runs[name, law], start) for law in LAWS}
+    deflection = {law: deviation(runs[name, law], start) for law in LAWS}
     rms = {law: float(np.sqrt(np.mean(np.sum((off(runs[name, law])[start:]) ** 2, axis=1)))) * 1e3 for law in LAWS}
     return [
-        f"The impacts move the tip by up to {far[BACK]:.0f} mm (backstepping) and {far[SLIDE]:.0f} mm (sliding mode), "
+        f"The impacts move the tip by up to {deflection[BACK]:.0f} mm (backstepping) and "
+        f"{deflection[SLIDE]:.0f} mm (sliding mode), "
         f"{rms[BACK]:.1f} and {rms[SLIDE]:.1f} mm RMS from iteration {start} on: sliding mode deviates "
         f"{rms[SLIDE] / rms[BACK]:.2f} times as much. In the paper it also deviates more. A weight on a string keeps "
         "swinging "

@@ -74,7 +74,7 @@ def write_page(log: LogFile, path: Path) -> Path:
             figure.add_vrect(x0=start, x1=end, fillcolor=BANDS[mode], opacity=0.45, line_width=0, layer="below")
     figure.update_xaxes(title_text="time [s]", row=6, col=1)
     figure.update_layout(height=1500, title=f"{log.name}: {log.config.control.law}", template="plotly_white")
-    parts = [figure.to_html(full_html=False, include_plotlyjs=True, div_id="course")]
+    parts = [figure.to_html(full_html=False, include_plotlyjs=True, div_id="timeline")]
     if log.shapes:
         parts.append(_space(log, go).to_html(full_html=False, include_plotlyjs=False, auto_play=False, div_id="space"))
     head = f"<head><meta charset='utf-8'><title>{escape(log.name)}</title></head>"

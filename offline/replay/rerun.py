@@ -97,7 +97,7 @@ def rerun(
         outcome.differing += differing
         outcome.first = outcome.first or difference
     outcome.seconds = time.perf_counter() - started
-    outcome.complete = run.complete or last is not None  # that far
+    outcome.complete = run.complete or last is not None  # up to `last`
     if not outcome.compared:
         if first == 0 and last is None and not outcome.gaps.passed_over:
             raise no_cycles(path)

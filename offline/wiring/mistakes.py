@@ -45,7 +45,7 @@ def all_mistakes(config: RigConfig) -> list[Mistake]:
             *_tendons(count)]  # fmt: skip
 
 
-def seen_as(change: Change) -> Callable[[], Wires]:
+def with_poses(change: Change) -> Callable[[], Wires]:
     """Wires on which each pose is changed."""
 
     def pose(_: int, pose: TipPose | None) -> TipPose | None:
@@ -62,8 +62,8 @@ def _frames() -> Iterator[Mistake]:
     """Axes swapped, mirrored, turned; once with the orientation turned as well, once with it left alone."""
 
     def both(group: str, name: str, matrix: Array) -> Iterator[Mistake]:
-        yield Mistake(group, name, seen_as(lambda p, r: (matrix @ p, matrix @ r @ matrix.T)))
-        yield Mistake(group, f"{name}, orientation as it was", seen_as(lambda p, r: (matrix @ p, r)))
+        yield Mistake(group, name, with_poses(lambda p, r: (matrix @ p, matrix @ r @ matrix.T)))
+        yield Mistake(group, f"{name}, orientation as it was", with_poses(lambda p, r: (matrix @ p, r)))
 
     for order in itertools.permutations(range(3)):
         if order != (0, 1, 2):
@@ -76,7 +76,7 @@ def _frames() -> Iterator[Mistake]:
     for axis, angle in itertools.product(range(3), (10.0, -10.0, 90.0, -90.0, 180.0)):
         turn = turn_by(math.radians(angle) * np.eye(3)[axis])
         group = f"frame rotated by {abs(angle):.0f} degrees"
-        yield Mistake(group, f"{angle:.0f} about {AXES[axis]}", seen_as(lambda p, r, t=turn: (t @ p, t @ r)))  # type: ignore[misc]
+        yield Mistake(group, f"{angle:.0f} about {AXES[axis]}", with_poses(lambda p, r, t=turn: (t @ p, t @ r)))  # type: ignore[misc]
 
 
 def _bases(length: float) -> Iterator[Mistake]:
@@ -84,13 +84,13 @@ def _bases(length: float) -> Iterator[Mistake]:
         offset = part * length * np.eye(3)[axis]
         name = f"{part * length * 1e3:+.0f} mm along {AXES[axis]}"
         group = f"base off by {abs(part) * 100:.0f} % of the length"
-        yield Mistake(group, name, seen_as(lambda p, r, o=offset: (p + o, r)))  # type: ignore[misc]
+        yield Mistake(group, name, with_poses(lambda p, r, o=offset: (p + o, r)))  # type: ignore[misc]
 
 
 def _scales() -> Iterator[Mistake]:
     for scale in (0.9, 1.1, 0.01, 1000.0):
         group = "lengths 0.9 or 1.1 of the true" if scale in (0.9, 1.1) else "lengths in another unit"
-        yield Mistake(group, f"times {scale:g}", seen_as(lambda p, r, s=scale: (s * p, r)))  # type: ignore[misc]
+        yield Mistake(group, f"times {scale:g}", with_poses(lambda p, r, s=scale: (s * p, r)))  # type: ignore[misc]
 
 
 def _quaternions() -> Iterator[Mistake]:

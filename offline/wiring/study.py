@@ -13,7 +13,7 @@ from tendond.daemon.control.commissioning.rests import turn_by
 from tendond.daemon.control.laws import LAWS
 from tendond.drivers.simulator.lockstep import Wires, watched_loop
 from tendond.model.errors import ConvergenceError
-from tendond.offline.wiring.mistakes import Mistake, all_mistakes, seen_as
+from tendond.offline.wiring.mistakes import Mistake, all_mistakes, with_poses
 from tendond.schemas.config.presets import RIG
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import ControlAction, Mode
@@ -183,7 +183,7 @@ def right_rig(job: Job) -> tuple[RigConfig, Wires, str]:
         f"{friction:.2f}, base {math.degrees(float(np.linalg.norm(tilt))):.1f} degrees and "
         f"{float(np.linalg.norm(offset)) * 1e3:.1f} mm off"
     )
-    wires = seen_as(lambda p, r: (turn @ p + offset, turn @ r))()
+    wires = with_poses(lambda p, r: (turn @ p + offset, turn @ r))()
     return config.model_copy(update={"simulator": simulator}), wires, text
 
 

@@ -230,7 +230,7 @@ def test_installed_again_it_keeps_the_configuration_and_removed_it_leaves_config
     assert result.returncode == 0
     unknown = r"install: REFUSED: tendond: \S*arm/rig\.toml:\d+: rod\.lenght: unknown key; did you mean 'length'\?"
     assert re.search(unknown, result.stdout), result.stdout
-    assert "change it, then check again with tendond config check FILE" in result.stdout
+    assert "change them, then check again with tendond config check FILE" in result.stdout
     assert re.search(r"install: note: \S*bench/rig\.toml: OK", result.stdout)
     assert file.read_text().endswith("# mine\n")
     assert installed.tendond("--version").returncode == 0

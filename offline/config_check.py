@@ -110,7 +110,8 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
         hub_settings(config)
     except ConfigError as error:
         yield str(error)
-    if gains := lowered(config, rod_from_section(config.rod, config.loop.period).parameters):
+    rod = rod_from_section(config.rod, config.loop.period).parameters
+    if not law_objections(config.control) and (gains := lowered(config, rod)):  # they depend on the laws
         yield gains
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:

@@ -162,6 +162,9 @@ class LoopHealth(Schema):
             before the deadline.
         log_dropped: log entries that did not fit the recorder's queue.
         log_error: error that ended the log; empty without one.
+        phase_locked: the deadlines follow the phase of the poses.
+        pose_wait_ms_median: time from the arrival of a pose to its cycle [ms], over the last seconds; none while
+            unknown.
         log_days_left: days until the disk is full or the oldest logs are removed, at the recent rate; none while
             unknown.
     """
@@ -173,6 +176,16 @@ class LoopHealth(Schema):
     log_dropped: int
     log_error: str = ""
     log_days_left: float | None = None
+    phase_locked: bool = False
+    pose_wait_ms_median: float | None = None
+
+    @property
+    def phase_in_words(self) -> str:
+        """Phase of the loop against the poses, for people."""
+        if not self.phase_locked:
+            return "free: the poses keep no phase to follow"
+        waits = "" if self.pose_wait_ms_median is None else f", a pose waits {self.pose_wait_ms_median:.2f} ms"
+        return f"locked to the poses{waits}"
 
 
 class Status(Message):

@@ -152,11 +152,13 @@ class LoopTiming(Schema):
 
     Attributes:
         tick: index of the cycle.
-        lateness_us: wake-up after the deadline [us].
+        lateness_us: wake-up after the deadline [us]; negative where the expected pose was there before it.
         work_us: time from wake-up to the command handed to Zenoh [us].
         missed_ticks: skipped before it.
         ahead: the command had been worked out shortly before the deadline; nothing else came in until then.
         speculation_us: time taken before the deadline to work it out, or by a trial of it [us].
+        pose_wait_us: from the arrival of the newest pose to the wake-up [us]; none without one, or if it was not seen.
+        phase_locked: the deadline follows the phase of the poses.
     """
 
     tick: int
@@ -165,3 +167,5 @@ class LoopTiming(Schema):
     missed_ticks: int
     ahead: bool = False
     speculation_us: Annotated[float, Field(validation_alias=AliasChoices("speculation_us", "rehearsal_us"))] = 0.0
+    pose_wait_us: float | None = None
+    phase_locked: bool = False

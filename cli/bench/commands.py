@@ -61,6 +61,21 @@ def bench_loop(
     run_bench_loop(seconds, as_json=json)
 
 
+@bench.command("latency")
+def bench_latency(json: Json = False) -> None:
+    """Benchmark the time from a pose to its command, against an echo.
+
+    In lockstep, at any phase of the fixed-rate loop, and with a camera at the loop's rate, phase locked and free.
+    Real processes on a real bus; takes about a minute.
+
+    Example: tendond bench latency --json
+    """
+    exit_on_signals(130)
+    from tendond.cli.bench.loop import run_bench_latency
+
+    run_bench_latency(as_json=json)
+
+
 @bench.command("schemes")
 def bench_schemes() -> None:
     """Compare space schemes, as a Markdown table.

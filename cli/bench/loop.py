@@ -9,7 +9,9 @@ from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.bench.bare import Quantiles
-from tendond.offline.bench.punctuality import PunctualityRow, measure
+from tendond.offline.bench.latency import measure_latency
+from tendond.offline.bench.punctuality import measure
+from tendond.offline.bench.rigs import PunctualityRow
 
 
 def run_bench_loop(seconds: float, *, as_json: bool) -> None:
@@ -22,6 +24,23 @@ def run_bench_loop(seconds: float, *, as_json: bool) -> None:
     warm_up()
     with Console(stderr=True).status("") as status:
         rows = measure(seconds, status.update)
+    _show(rows, as_json=as_json)
+
+
+def run_bench_latency(*, as_json: bool) -> None:
+    """Measure and print the table; see `tendond bench latency --help`.
+
+    Raises:
+        TendondError: a process could not be started.
+    """
+    announce_compilation(say)
+    warm_up()
+    with Console(stderr=True).status("") as status:
+        rows = measure_latency(status.update)
+    _show(rows, as_json=as_json)
+
+
+def _show(rows: list[PunctualityRow], *, as_json: bool) -> None:
     if not as_json:
         _print(Console(), rows)
         return

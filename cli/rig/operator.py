@@ -102,6 +102,7 @@ def _table(status: Status) -> Table:
         "tension": " ".join(f"{value:.2f}" for value in status.tension) + " N",
         "displacement": _millimetres(status.displacement),
         "cycles": f"{status.loop.cycles}, {status.loop.missed_ticks} deadlines missed",
+        "phase": status.loop.phase_in_words,
         "wake-up to command": f"median {status.loop.cycle_ms_median:.2f} ms, p99 {status.loop.cycle_ms_p99:.2f} ms",
         "rejected": ", ".join(f"{count} {reason}" for reason, count in status.rejected.items()) or "nothing",
         **({"refused": status.refused} if status.refused else {}),

@@ -14,6 +14,7 @@ from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Clock, Lockstep, Pacer
+from tendond.daemon.runtime.phase import PhaseLock
 from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.realtime import be_prompt, become_punctual
 from tendond.drivers.dynamixel.calibration import load_calibration
@@ -64,7 +65,9 @@ def run_controller(
             be_prompt()
             pacer: Pacer = Lockstep(hub, config.loop.period, stopped)
         else:
-            pacer = Clock(hub, config.loop.period, loop.speculate if config.loop.speculate else None, run_log.rest_from)
+            period, speculate = config.loop.period, loop.speculate if config.loop.speculate else None
+            phase = PhaseLock(period) if config.loop.phase_lock else None
+            pacer = Clock(hub, period, speculate, run_log.rest_from, phase)
         if not lockstep and (missing := become_punctual(config.loop)):
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.selection.reference.notes:

@@ -174,6 +174,7 @@ def _health(status: Status) -> list[Text]:
     log = loop.log_error or f"{loop.log_dropped} entries dropped{days}"
     return [
         _row("cycle", Text(f"{loop.cycle_ms_median:.2f} ms, p99 {loop.cycle_ms_p99:.2f} ms")),
+        _row("phase", Text(loop.phase_in_words)),
         _row("cycles", Text(f"{loop.cycles}, {loop.missed_ticks} missed", style=WARN if loop.missed_ticks else "")),
         _row("rejected", Text(rejected or "nothing", style=WARN if rejected else "")),
         *([_row("refused", Text(status.refused, style=BAD))] if status.refused else []),

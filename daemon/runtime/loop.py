@@ -146,7 +146,7 @@ class Loop:
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
             # The command is out: all else can wait.
-            self._health.add(work_us, wake.missed_ticks)
+            self._health.add(work_us, wake.missed_ticks, wake.pose_wait, phase_locked=wake.locked)
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
@@ -158,6 +158,8 @@ class Loop:
                 missed_ticks=wake.missed_ticks,
                 ahead=ahead,
                 speculation_us=wake.speculation * 1e6,
+                pose_wait_us=None if wake.pose_wait is None else wake.pose_wait * 1e6,
+                phase_locked=wake.locked,
             )
             self._run_log.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
             self._run_log.state(self._state)

@@ -23,6 +23,9 @@ class LoopSection(Schema):
     speculate: bool = Field(
         True, description="compute each cycle shortly before its deadline, and again if a message arrives after that"
     )
+    phase_lock: bool = Field(
+        True, description="move the phase of the loop, not its rate, to that of the poses: each is used as it arrives"
+    )
     lock_memory: bool = Field(True, description="lock the process in memory, where permitted")
 
 

@@ -57,6 +57,15 @@ def test_real_time_arm_track_stop_and_end(tmp_path: Path) -> None:
     assert [record.tick for record in records] == list(range(len(records)))
 
 
+def test_the_loop_finds_the_phase_of_a_cameras_poses_and_says_so(tmp_path: Path) -> None:
+    with rig(tmp_path, PAPER) as one:
+        one.controller()
+        one.start("simulate")
+        with one.session() as session:
+            status = one.until(session, lambda s: s.loop.phase_locked and s.loop.pose_wait_ms_median is not None)
+    assert status.loop.phase_in_words.startswith("locked to the poses, a pose waits ")
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_while_tracking_releases_the_tendons_and_exits_with_0_or_130(tmp_path: Path, number: int) -> None:
     with rig(tmp_path) as one:

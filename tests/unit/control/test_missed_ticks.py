@@ -64,6 +64,8 @@ class Watch:
 class Silence:
     """A hub to which nothing comes."""
 
+    last_command = None
+
     def receive(self, arrivals: Arrivals, repeating: bool = False) -> Arrivals:
         return arrivals
 

@@ -9,7 +9,7 @@ from tendond.schemas.keys import control_key
 from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Status
 from tendond.schemas.wire import encode
 
-ANSWER_SECONDS = 2.0
+REPLY_SECONDS = 2.0
 PLAN_SECONDS = 90.0
 """Timeout of a new reference, which has to be planned [s]."""
 
@@ -35,20 +35,20 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
     """
     wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
     if wanted.action is ControlAction.STOP:
-        found = _replies(session, rig, wanted, ANSWER_SECONDS)
+        found = _replies(session, rig, wanted, REPLY_SECONDS)
         done = all(reply.done for reply in found)
         message = "; ".join(dict.fromkeys(reply.message for reply in found))
         if len(found) > 1:
             message = f"{len(found)} controllers answer: {message}"
         return ControlReply(done=done, message=message, status=found[0].status)
     question = ControlRequest(action=ControlAction.STATUS)
-    found = _replies(session, rig, question, ANSWER_SECONDS)
+    found = _replies(session, rig, question, REPLY_SECONDS)
     if len(found) > 1:
         names = " and ".join(f"'{reply.status.source}'" for reply in found if reply.status is not None)
         raise BusError(f"{len(found)} controllers of rig '{rig}' answer: {names}; stop all but one")
     if wanted.action is ControlAction.STATUS:
         return found[0]
-    patience = PLAN_SECONDS if wanted.action is ControlAction.REFERENCE else ANSWER_SECONDS
+    patience = PLAN_SECONDS if wanted.action is ControlAction.REFERENCE else REPLY_SECONDS
     return _replies(session, rig, _addressed(wanted, found[0].status, patience), patience)[0]
 
 

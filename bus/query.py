@@ -44,7 +44,7 @@ def replies(
     return found
 
 
-def answer_next(queryable: Queryable, reply_to: Callable[[bytes | None], ControlReply]) -> None:
+def reply_to_next(queryable: Queryable, reply_to: Callable[[bytes | None], ControlReply]) -> None:
     """Answer the next query, if there is one; never waits.
 
     Args:

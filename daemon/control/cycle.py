@@ -36,7 +36,7 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
 def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
     """Run one cycle up to its command, phase by phase; arguments as in `step`."""
     admission = admit(setup, state, inputs)
-    state, answer = advance_mode(setup, admission.state, inputs, admission.fresh)
+    state, reply = advance_mode(setup, admission.state, inputs, admission.fresh)
     state, measured = estimate(setup, state, admission.fresh)
     state, reference = refer(setup, state, admission.fresh)
     wanted = decide(setup, state, measured, reference)
@@ -48,7 +48,7 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         command=command_of(state),
         inputs=inputs,
         rejected=admission.rejected,
-        answer=answer,
+        reply=reply,
         reference=reference,
         situation=wanted.situation,
         decision=wanted.decision,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.phases.modes import Answer
+from tendond.daemon.control.phases.modes import Reply
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
 from tendond.daemon.control.tasks.task import Situation
@@ -32,7 +32,7 @@ class Response:
         state: state after the cycle; its `tick` is that of the next one.
         command: command to publish.
         inputs: inputs of the cycle; rejected: those that it did not use.
-        answer: answer to the operator.
+        reply: reply to the operator.
         reference: point of the reference.
         situation, decision: input and output of the law; none where none ran.
         limited: limits that the command met.
@@ -43,7 +43,7 @@ class Response:
     command: TendonCommand
     inputs: CycleInputs
     rejected: tuple[str, ...]
-    answer: Answer
+    reply: Reply
     reference: ReferencePoint
     situation: Situation | None
     decision: Decision | None
@@ -62,8 +62,8 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
         time=tick * setup.config.loop.period,
         mode=state.mode,
         reason=state.reason,
-        reply=response.answer.text,
-        accepted=response.answer.accepted,
+        reply=response.reply.text,
+        accepted=response.reply.accepted,
         inputs=response.inputs,
         rejected=response.rejected,
         pose_age=state.pose_age,

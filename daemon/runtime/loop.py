@@ -150,7 +150,7 @@ class Loop:
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
-            self._request_queue.answer(record, lambda record=record: self._status(record))  # type: ignore[misc]
+            self._request_queue.reply(record, lambda record=record: self._status(record))  # type: ignore[misc]
             timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,

@@ -76,16 +76,16 @@ class RequestQueue:
             question.refuse(f"not done: {type(error).__name__}: {error}")
         self._asked = []
 
-    def answer(self, record: CycleRecord, status: Callable[[], Status]) -> None:
+    def reply(self, record: CycleRecord, status: Callable[[], Status]) -> None:
         """Answer what the cycle has carried out or refused, and the questions of the status."""
         questions = self._requests.questions
         if not (self._asked or questions):
             return
         now = status()
         for question in self._asked:
-            question.answer(ControlReply(done=record.accepted, message=record.reply, status=now))
+            question.reply(ControlReply(done=record.accepted, message=record.reply, status=now))
         for question in questions:
-            question.answer(ControlReply(done=True, message=record.mode.value, status=now))
+            question.reply(ControlReply(done=True, message=record.mode.value, status=now))
         self._asked = []
 
     def _refusal(self, request: ControlRequest) -> str:

@@ -59,13 +59,13 @@ class Question:
     query: zenoh.Query
     after: float
 
-    def answer(self, reply: ControlReply) -> None:
+    def reply(self, reply: ControlReply) -> None:
         """Send the answer; an operator who has gone away meanwhile is not missed."""
-        answer(self.query, reply)
+        send_reply(self.query, reply)
 
     def refuse(self, reason: str) -> None:
         """Answer that it is not done, and why."""
-        self.answer(ControlReply(done=False, message=reason))
+        self.reply(ControlReply(done=False, message=reason))
 
 
 class Requests:
@@ -164,16 +164,16 @@ class Requests:
             try:
                 request = decode(ControlRequest, payload)
             except UnreadableError as error:
-                answer(query, ControlReply(done=False, message=f"the request is {error.reason} ({error.detail})"))
+                send_reply(query, ControlReply(done=False, message=f"the request is {error.reason} ({error.detail})"))
                 continue
             if request.action is action:
                 found.append(Question(request, query, after))
             else:
-                answer(query, ControlReply(done=False, message="the request does not fit its key"))
+                send_reply(query, ControlReply(done=False, message="the request does not fit its key"))
         return found
 
 
-def answer(query: zenoh.Query, reply: ControlReply) -> None:
+def send_reply(query: zenoh.Query, reply: ControlReply) -> None:
     """Answer a query; an operator who has gone away meanwhile is not missed."""
     with suppress(zenoh.ZError):
         query.reply(query.key_expr, encode(reply), encoding=ENCODING)

@@ -10,7 +10,7 @@ import zenoh
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
-from tendond.bus.query import Queryable, answer_next, replies
+from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.bus.subscription import Subscription
 from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
@@ -25,7 +25,7 @@ from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, Tendon
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0
-ANSWER_SECONDS = 5.0
+REPLY_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
 SLOW_SECONDS = 0.012
@@ -129,7 +129,7 @@ class ServoProcess:
             if now - before <= self._section.watchdog:  # a lost port or a fault needs a person, not a restart
                 self._supervisor.alive()
             before = now
-            self._answer(resets, driver)
+            self._reset(resets, driver)
             if (report := self._report(driver)) != reported:
                 reported = report
                 self._say(f"fault: {reported}" if reported else "fault cleared")
@@ -176,14 +176,14 @@ class ServoProcess:
             **asdict(driver.health),
         )
 
-    def _answer(self, resets: Queryable, driver: ServoDriver) -> None:
+    def _reset(self, resets: Queryable, driver: ServoDriver) -> None:
         def reply_to(payload: bytes | None) -> ControlReply:
             try:
                 return ControlReply(done=True, message=driver.reset(time.monotonic(), reboot=payload == REBOOT))
             except ServoError as error:
                 return ControlReply(done=False, message=f"not reset: {error}")
 
-        answer_next(resets, reply_to)
+        reply_to_next(resets, reply_to)
 
 
 class ReadLossLog:
@@ -231,6 +231,6 @@ def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = Fal
     """
     with open_client(config.bus.endpoint, timeout) as session:
         payload = REBOOT if reboot else None
-        for reply in replies(session, key(config.rig.name, SERVO_RESET), payload, ANSWER_SECONDS, "servo driver"):
+        for reply in replies(session, key(config.rig.name, SERVO_RESET), payload, REPLY_SECONDS, "servo driver"):
             return reply
     raise BusError(f"no servo driver of rig '{config.rig.name}' answers: start it with 'tendond servo'")

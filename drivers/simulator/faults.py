@@ -6,14 +6,14 @@ from collections.abc import Callable
 import zenoh
 
 from tendond.bus.client import BusError, open_client
-from tendond.bus.query import Queryable, answer_next, replies
+from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
 from tendond.schemas.messages import ControlReply
 from tendond.schemas.wire import UnreadableError, decode, encode
 
-ANSWER_SECONDS = 2.0
+REPLY_SECONDS = 2.0
 ROUNDING = 1e-9
 """[s] Of simulated time."""
 
@@ -99,7 +99,7 @@ def listen(session: zenoh.Session, rig: str) -> Queryable:
     return session.declare_queryable(key(rig, SIMULATOR_INJECT), zenoh.handlers.RingChannel(8))
 
 
-def answer(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -> None:
+def handle_faults(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -> None:
     """Cause the fault of the next request, if there is one; never waits."""
 
     def reply_to(payload: bytes | None) -> ControlReply:
@@ -108,7 +108,7 @@ def answer(requests: Queryable, cause: Callable[[FaultRequest], ControlReply]) -
         except UnreadableError as error:
             return ControlReply(done=False, message=f"the request is {error.reason}")
 
-    answer_next(requests, reply_to)
+    reply_to_next(requests, reply_to)
 
 
 def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0) -> ControlReply:
@@ -119,6 +119,6 @@ def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0
     """
     with open_client(config.bus.endpoint, timeout) as session:
         expression = key(config.rig.name, SIMULATOR_INJECT)
-        for reply in replies(session, expression, encode(request), ANSWER_SECONDS, "simulator"):
+        for reply in replies(session, expression, encode(request), REPLY_SECONDS, "simulator"):
             return reply
     raise BusError(f"no simulator answers as '{config.rig.name}': start it with 'tendond simulate'")

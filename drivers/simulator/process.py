@@ -10,7 +10,7 @@ from tendond.bus.client import StoppedError, open_client
 from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
 from tendond.bus.subscription import Subscription
-from tendond.drivers.simulator.faults import answer, listen
+from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
@@ -85,9 +85,9 @@ class Simulator:
             period = self._config.simulator.period
             deadline, silent = time.monotonic(), 0.0
             while not self._stopped() and (cycles is None or self._plant.seq < cycles):
-                answer(faults, self._cause_in_lockstep if lockstep else self._plant.faults.cause)
+                handle_faults(faults, self._cause_in_lockstep if lockstep else self._plant.faults.cause)
                 if lockstep:
-                    self._plant.step(self._answer(commands, publishers))
+                    self._plant.step(self._next_command(commands, publishers))
                 else:
                     cut = self._plant.faults.now(Fault.SILENCE) is not None
                     observation = self._plant.observe(time.monotonic_ns())
@@ -139,8 +139,10 @@ class Simulator:
         self.unreadable = self._misfits + commands.unreadable.total()
         return received
 
-    def _answer(self, commands: Subscription[TendonCommand], publishers: list[zenoh.Publisher]) -> TendonCommand | None:
-        """Publish a pose and wait for the command that answers it; none when the process is to end.
+    def _next_command(
+        self, commands: Subscription[TendonCommand], publishers: list[zenoh.Publisher]
+    ) -> TendonCommand | None:
+        """Publish a pose and wait for the command that replies to it; none when the process is to end.
 
         Stamps are simulated time, so that a run repeats to the last byte.
         """

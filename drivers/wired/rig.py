@@ -15,7 +15,7 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
-from tendond.drivers.simulator.faults import answer, listen
+from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, ObjectReading, build
@@ -129,7 +129,7 @@ class WiredRig:
             deadline = time.monotonic()
             while not self._stopped():
                 self._step(truths, tracker)
-                answer(faults, lambda request: cause(self.bus, self._plant.faults, request))
+                handle_faults(faults, lambda request: cause(self.bus, self._plant.faults, request))
                 deadline = max(deadline + period, time.monotonic() - period)
                 time.sleep(max(0.0, deadline - time.monotonic()))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tests.conformance import manual
-from tests.conformance.host import Answer, Host
+from tests.conformance.host import Host, Status
 
 PATIENCE_SECONDS = 5.0
 
@@ -41,7 +41,7 @@ class Bench:
         row = ROWS[name]
         return self.host.write(identifier, row.address, row.size, value)
 
-    def whisper(self, name: str, value: int, identifier: int = 1) -> list[Answer]:
+    def whisper(self, name: str, value: int, identifier: int = 1) -> list[Status]:
         """As `put`, where no answer may come."""
         row = ROWS[name]
         return list(self.host.quietly(identifier, row.address, row.size, value))

@@ -36,7 +36,7 @@ def packet(identifier: int, instruction: int, parameters: bytes = b"") -> bytes:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Status:
     """A status packet: `error` without the alert bit, and that; `data` without stuffing; `after` the question [s]."""
 
     id: int
@@ -73,7 +73,7 @@ class Host:
         settings[-2:] = [rate, rate]
         fcntl.ioctl(self._file, TCSETS2, struct.pack("4I20B2I", *settings))
 
-    def send(self, data: bytes) -> list[Answer]:
+    def send(self, data: bytes) -> list[Status]:
         """Write bytes, and take what comes until the line is silent."""
         began = time.monotonic()
         os.write(self._file, data)
@@ -83,11 +83,11 @@ class Host:
             arrivals.append(time.monotonic() - began)
         return _answers(heard, arrivals[0] if arrivals else 0.0)
 
-    def ask(self, identifier: int, instruction: int, parameters: bytes = b"") -> list[Answer]:
+    def ask(self, identifier: int, instruction: int, parameters: bytes = b"") -> list[Status]:
         """Send an instruction; every answer."""
         return self.send(packet(identifier, instruction, parameters))
 
-    def read(self, identifier: int, address: int, size: int) -> Answer:
+    def read(self, identifier: int, address: int, size: int) -> Status:
         """The answer to a read."""
         (answer,) = self.ask(identifier, 0x02, struct.pack("<HH", address, size))
         return answer
@@ -101,7 +101,7 @@ class Host:
         (answer,) = self.ask(identifier, 0x03, write_parameters(address, size, value))
         return answer.error
 
-    def quietly(self, identifier: int, address: int, size: int, value: int) -> Sequence[Answer]:
+    def quietly(self, identifier: int, address: int, size: int, value: int) -> Sequence[Status]:
         """A write that may not be answered."""
         return self.ask(identifier, 0x03, write_parameters(address, size, value))
 
@@ -111,7 +111,7 @@ def write_parameters(address: int, size: int, value: int) -> bytes:
     return struct.pack("<H", address) + value.to_bytes(size, "little", signed=value < 0)
 
 
-def _answers(heard: bytes, after: float) -> list[Answer]:
+def _answers(heard: bytes, after: float) -> list[Status]:
     """Status packets in what was heard; anything else is an error of the test."""
     found = []
     while heard:
@@ -122,5 +122,5 @@ def _answers(heard: bytes, after: float) -> list[Answer]:
         assert whole[7] == 0x55, whole.hex(" ")
         stuffed = whole[4] != 0xFE  # an answer of several servos is not
         body = whole[8:-2].replace(HEADER + b"\xfd", HEADER) if stuffed else whole[8:-2]
-        found.append(Answer(whole[4], body[0] & 0x7F, bool(body[0] & 0x80), body[1:], after))
+        found.append(Status(whole[4], body[0] & 0x7F, bool(body[0] & 0x80), body[1:], after))
     return found

@@ -10,7 +10,7 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.serial.bus import ServoBus
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
-from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, calibration, hang_springs
+from tests.rig.servos import BAUDRATE, REPLY_SECONDS, calibration, hang_springs
 
 PATIENCE_SECONDS = 20.0
 SLACK = (0.0, 0.0, 0.0, 0.0)
@@ -20,7 +20,7 @@ PULLED = (0.015, 0.0, 0.01, 0.0)
 def section(**changes: object) -> ServoSection:
     """Short times, so that the tests are short; generous where a busy machine could be late."""
     fields = {
-        "answer_timeout": ANSWER_SECONDS,
+        "answer_timeout": REPLY_SECONDS,
         "fault_hold": 0.1,
         "release_rate": 0.2,
         "release_time": 1.5,

@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 
 BAUDRATE = 1_000_000
-ANSWER_SECONDS = 0.5
+REPLY_SECONDS = 0.5
 """Generous: the emulator is a thread of a busy machine, which may stand still for a while. Only silence costs it."""
 
 SHORT_SECONDS = 0.1

@@ -33,8 +33,8 @@ ARMED, PROBING = "armed by the operator", "probing the tendons"
 
 
 @dataclass(frozen=True)
-class Answer:
-    """Answer to an operator's request: whether it was carried out, and what was done or why not."""
+class Reply:
+    """Reply to an operator's request: whether it was carried out, and what was done or why not."""
 
     accepted: bool
     text: str
@@ -55,7 +55,7 @@ def is_taut(state: CycleState) -> bool:
     return pulls(state) or state.release_pending
 
 
-def advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fresh: bool) -> tuple[CycleState, Answer]:
+def advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fresh: bool) -> tuple[CycleState, Reply]:
     """Watch the inputs, carry out the operator's request, then change the mode for faults and by itself.
 
     Args:
@@ -68,10 +68,10 @@ def advance_mode(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fres
     state = watch_reports(setup, watch_pose_age(setup, state, inputs, fresh))
     if state.mode is Mode.STARTING:
         state = enter(state, Mode.IDLE, "started")
-    answer = Answer(False, "")
+    reply = Reply(False, "")
     if inputs.request is not None:
-        state, answer = handle_request(setup, state, inputs)
-    return change_mode(setup, state), answer
+        state, reply = handle_request(setup, state, inputs)
+    return change_mode(setup, state), reply
 
 
 def watch_rest(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:
@@ -96,41 +96,41 @@ def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
 
 
-def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Reply]:
     """Carry out a request, or say why not."""
     action = inputs.request
     if action in (ControlAction.LAW, ControlAction.REFERENCE):
-        return _choose(setup, state, inputs)
+        return _select(setup, state, inputs)
     if action in (ControlAction.ARM, ControlAction.PROBE):
         refusal = _arming_refused(setup, state)
         if refusal:
             done = "armed" if action is ControlAction.ARM else "probed"
-            return state, Answer(False, f"not {done}: {refusal}")
+            return state, Reply(False, f"not {done}: {refusal}")
         return _arm(setup, state, probe_only=action is ControlAction.PROBE)
     if action is ControlAction.STOP:
         if state.mode in ACTIVE:
-            return enter(state, Mode.RELEASING, "asked to stop"), Answer(True, "stopped: releasing the tendons")
+            return enter(state, Mode.RELEASING, "asked to stop"), Reply(True, "stopped: releasing the tendons")
         if state.mode is Mode.FAULT:
-            return state, Answer(True, "in fault: the tendons are released already")
-        return state, Answer(True, f"nothing to stop: {state.mode.value}")
+            return state, Reply(True, "in fault: the tendons are released already")
+        return state, Reply(True, f"nothing to stop: {state.mode.value}")
     if action is ControlAction.RESET:
         if state.mode is not Mode.FAULT:
-            return state, Answer(False, f"nothing to reset: {state.mode.value}")
+            return state, Reply(False, f"nothing to reset: {state.mode.value}")
         if is_taut(state):
-            return state, Answer(False, "not reset: the tendons are still being released")
+            return state, Reply(False, "not reset: the tendons are still being released")
         if state.bad_cycles.solver_failures:
             state = _with_model_at_rest(setup, state)
         state = changed(state, bad_cycles=BadCycles(), commissioned=False)
-        return enter(state, Mode.IDLE, "reset by the operator"), Answer(True, "reset")
-    return state, Answer(True, state.mode.value)
+        return enter(state, Mode.IDLE, "reset by the operator"), Reply(True, "reset")
+    return state, Reply(True, state.mode.value)
 
 
-def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[CycleState, Answer]:
+def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[CycleState, Reply]:
     """Pretension, after the probe of the tendons where one is due, or asked for by itself."""
     state = changed(state, bad_cycles=BadCycles())
     due = setup.config.commissioning.probe and not state.commissioned
     if not (due or probe_only):
-        return enter(state, Mode.PRETENSION, ARMED), Answer(True, "armed")
+        return enter(state, Mode.PRETENSION, ARMED), Reply(True, "armed")
     report = state.tendon_state
     held = (
         None
@@ -142,7 +142,7 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
         Mode.PROBE,
         PROBING if probe_only else ARMED,
     )
-    return state, Answer(True, PROBING if probe_only else f"armed: {PROBING}")
+    return state, Reply(True, PROBING if probe_only else f"armed: {PROBING}")
 
 
 def _end_probe(state: CycleState, probe: Probe) -> CycleState:
@@ -156,11 +156,11 @@ def _end_probe(state: CycleState, probe: Probe) -> CycleState:
     return enter(state, Mode.RELEASING, f"probed: every tendon moves the tip as the model says (times {gains})")
 
 
-def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Answer]:
+def _select(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Reply]:
     """Select another law or reference, validated as the configuration's; only while nothing moves."""
     if state.mode is not Mode.IDLE:
         remedy = "reset" if state.mode is Mode.FAULT else "stop"
-        return state, Answer(False, f"not changed: {state.mode.value}; {remedy} first")
+        return state, Reply(False, f"not changed: {state.mode.value}; {remedy} first")
     try:
         if inputs.law is not None:
             selection = state.selection.with_law(setup.config, setup.rod, inputs.law)
@@ -171,10 +171,10 @@ def _choose(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
             done = f"reference: {inputs.reference.kind}, to ({x:.4f}, {y:.4f}, {z:.4f}) m"
             done = "; ".join([done, *selection.reference.notes])
         else:
-            return state, Answer(False, "not changed: the request does not say to what")
+            return state, Reply(False, "not changed: the request does not say to what")
     except (DaemonError, ModelError) as error:
-        return state, Answer(False, "not changed: " + "; ".join(str(error).splitlines()))
-    return changed(state, selection=selection), Answer(True, done)
+        return state, Reply(False, "not changed: " + "; ".join(str(error).splitlines()))
+    return changed(state, selection=selection), Reply(True, done)
 
 
 def _arming_refused(setup: CycleSetup, state: CycleState) -> str:

@@ -11,7 +11,7 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.protocol import Packet, Receiver, crc16, packet, stuff, unstuff
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, RefusedError, ServoBus
-from tests.rig.servos import ANSWER_SECONDS, BAUDRATE, SHORT_SECONDS, emulated
+from tests.rig.servos import BAUDRATE, REPLY_SECONDS, SHORT_SECONDS, emulated
 
 pytestmark = pytest.mark.rig
 
@@ -26,7 +26,7 @@ def servos(tmp_path: Path) -> Iterator[EmulatedBus]:
 
 @pytest.fixture
 def bus(servos: EmulatedBus, tmp_path: Path) -> Iterator[ServoBus]:
-    with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, ANSWER_SECONDS) as one:
+    with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, REPLY_SECONDS) as one:
         yield one
 
 
@@ -140,12 +140,12 @@ def test_an_unplugged_port_is_named_closed_and_can_be_opened_again(servos: Emula
 
 def test_a_port_that_another_process_uses_is_refused(bus: ServoBus) -> None:
     with pytest.raises(PortLostError, match="another process has it open"):
-        ServoBus(bus.port, BAUDRATE, ANSWER_SECONDS)
+        ServoBus(bus.port, BAUDRATE, REPLY_SECONDS)
 
 
 def test_a_port_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(PortLostError, match=r"nowhere: cannot be opened: .*No such file") as caught:
-        ServoBus(str(tmp_path / "nowhere"), BAUDRATE, ANSWER_SECONDS)
+        ServoBus(str(tmp_path / "nowhere"), BAUDRATE, REPLY_SECONDS)
     assert "\n" not in str(caught.value)
 
 
@@ -202,7 +202,7 @@ def test_a_register_is_not_read_from_an_answer_to_another_question(servos: Emula
         with pytest.raises(NoAnswerError, match=r"answers came late, by up to \d+ ms: is the adapter's latency timer"):
             impatient.read(1, table.PROFILE_VELOCITY)
         servos.late = 0.0
-        impatient.set_answer_timeout(ANSWER_SECONDS)
+        impatient.set_answer_timeout(REPLY_SECONDS)
         assert impatient.read(1, table.PRESENT_POSITION) == 2048
         assert impatient.read(1, table.PROFILE_VELOCITY) == 77
 

@@ -73,10 +73,10 @@ def gets(hub: Hub, session: zenoh.Session, action: ControlAction) -> bool:
     while thread.is_alive():
         hub.requests.receive(time.monotonic())
         for question in hub.requests.questions:
-            question.answer(ControlReply(done=True, message="yes"))
+            question.reply(ControlReply(done=True, message="yes"))
         if (other := hub.requests.next(time.monotonic())) is not None:
             assert other.request.action is action
-            other.answer(ControlReply(done=True, message="yes"))
+            other.reply(ControlReply(done=True, message="yes"))
         time.sleep(0.005)
     thread.join()
     return bool(replies)

@@ -9,7 +9,7 @@ import pytest
 import zenoh
 
 from tendond.bus.client import BusError, open_client
-from tendond.bus.query import answer_next, replies
+from tendond.bus.query import replies, reply_to_next
 from tendond.bus.subscription import Subscription
 from tendond.schemas.messages import ControlReply, TipPose
 from tendond.schemas.wire import encode
@@ -82,7 +82,7 @@ def test_a_request_is_answered_and_a_foreign_answer_is_refused(sessions: tuple[z
         replies(client, "paper/servo/reset", b"reboot", 2.0, "servo driver")
     session_queryable.undeclare()
     queries = hub.declare_queryable("paper/servo/reset", zenoh.handlers.RingChannel(8))
-    answer_next(queries, lambda payload: ControlReply(done=True, message=""))  # nothing waits: returns at once
+    reply_to_next(queries, lambda payload: ControlReply(done=True, message=""))  # nothing waits: returns at once
     pending = client.get("paper/servo/reset", timeout=5.0)
 
     def reply_to(payload: bytes | None) -> ControlReply:
@@ -91,7 +91,7 @@ def test_a_request_is_answered_and_a_foreign_answer_is_refused(sessions: tuple[z
 
     deadline = time.monotonic() + 5.0
     while not asked and time.monotonic() < deadline:
-        answer_next(queries, reply_to)
+        reply_to_next(queries, reply_to)
         time.sleep(0.01)
     assert asked == [None]
     assert [json.loads(reply.ok.payload.to_bytes())["message"] for reply in pending if reply.ok] == ["reset"]

@@ -86,10 +86,10 @@ def test_a_start_is_idle_and_a_request_is_answered_in_its_cycle(bench: MakeBench
     one = bench()
     first = one.go(one.state(Mode.STARTING, tick=3))
     assert (first.state.mode, first.state.reason, first.state.mode_since) == (Mode.IDLE, "started", 3)
-    assert (first.answer.accepted, first.answer.text) == (False, "")
+    assert (first.reply.accepted, first.reply.text) == (False, "")
     pulling = one.state(tick=5, tension_command=PULLING, tension_estimate=PULLING)
     asked = one.go(pulling, request=ControlAction.STOP)
-    assert (asked.answer.accepted, asked.state.mode, asked.state.reason) == (True, Mode.RELEASING, "asked to stop")
+    assert (asked.reply.accepted, asked.state.mode, asked.state.reason) == (True, Mode.RELEASING, "asked to stop")
     _, command, record = step(one.setup, pulling, CycleInputs(request=ControlAction.STOP))
     assert (record.accepted, record.mode, record.command) == (True, Mode.RELEASING, command)
     assert record.tick == 5

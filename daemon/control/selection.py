@@ -166,7 +166,7 @@ def _plan(config: RigConfig, rod: Rod, law: Law, section: ReferenceSection, curv
 
 
 def tip_objection(config: RigConfig, law: Law) -> str:
-    """Why a law must not be used with the body on the model's tip, which makes it unstable; empty if it may."""
+    """Say that the body on the model's tip makes a law unstable; empty if it does not."""
     mass, mass_max = config.rod.tip_mass, law.task_space.tip_mass_max(config)
     if mass <= mass_max:
         return ""

@@ -252,7 +252,7 @@ class RunLog:
         self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.WARNING, text))
 
     def crash(self, trace: str) -> None:
-        """Why the controller ends before its time."""
+        """Log the reason for which the controller ends before its time."""
         now = self._now()
         self._recorder.put(LOG, now, foxglove.log_line(now, foxglove.LogLevel.FATAL, trace))
 

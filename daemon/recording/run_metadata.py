@@ -14,7 +14,7 @@ LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
 
 
 def run_metadata(config: RigConfig) -> dict[str, str]:
-    """Whose log this is, and of which code: revision and versions."""
+    """Return the rig and the code of a log: revision and versions."""
     versions = {}
     for name in LIBRARIES:
         try:

@@ -143,7 +143,7 @@ class Requests:
         return None
 
     def too_late(self, question: Question, now: float) -> str:
-        """Why a request must not be carried out any more, in words; empty if it may be."""
+        """Say why a request must not be carried out any more; empty if it may be."""
         request, waited = question.request, now - question.after
         if request.controller and request.controller != self._source:
             return f"not done: it was meant for the controller '{request.controller}', which is gone"

@@ -15,7 +15,7 @@ from tendond.schemas.wire import UnreadableError, decode, encode
 
 REPLY_SECONDS = 2.0
 ROUNDING = 1e-9
-"""[s] Of simulated time."""
+"""Rounding of simulated time [s]."""
 
 OVERLOAD = "Overload Error (bit 5)"
 """Text of the servo driver for an overload."""

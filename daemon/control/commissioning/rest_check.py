@@ -8,7 +8,7 @@ from tendond.daemon.control.commissioning.rests import RestFamily, rotation_matr
 
 
 def rest_objection(rests: RestFamily, watch: RestWatch) -> str:
-    """Why the measured rest is not one of a right rig, and what it looks like; empty if it is one.
+    """Say that the measured rest is not one of a right rig, and the likely mistake; empty if it is one.
 
     Args:
         rests: rests of right rigs. watch: watch of the tip while no tendon pulls.

@@ -165,7 +165,7 @@ def describe_refusals(state: CycleState) -> str:
 
 
 def _late(setup: CycleSetup, state: CycleState, tendons: TendonState) -> str | None:
-    """Why a tendon state cannot be used, if so; a driver that has started anew counts from zero again."""
+    """Return the reason against a tendon state, if any; a driver that has started anew counts from zero again."""
     if state.tendon_state is None or state.tendon_age > setup.thresholds.tendon_timeout:
         return None
     return None if tendons.seq > state.tendon_state.seq else "tendons out of order"
@@ -182,7 +182,7 @@ def _with_count_checked(setup: CycleSetup, tendons: TendonState) -> TendonState:
 
 
 def _objection(setup: CycleSetup, state: CycleState, pose: TipPose) -> str | None:
-    """Why a pose cannot be used, if so."""
+    """Return the reason against a pose, if there is one."""
     if not pose.valid:
         return OCCLUDED
     if math.hypot(*pose.position) > REACH * setup.rod.parameters.length:

@@ -38,7 +38,7 @@ def watch_pose_age(setup: CycleSetup, state: CycleState, inputs: CycleInputs, fr
 
 
 def pose_age_objection(setup: CycleSetup, state: CycleState, run: int) -> str:
-    """Why the poses are too old to be used, in words; empty while they have not been for `run` cycles."""
+    """Say that the poses are too old to be used; empty while they have not been for `run` cycles."""
     bounds = setup.tracking_bounds
     if state.stamp_age.too_old < run:
         return ""

@@ -9,6 +9,8 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.trajectory import simulate_trajectory
+from tendond.model.strain import Robot, Section, StrainRod, Tendon
+from tendond.model.strain.analysis.summary import summarise
 from tendond.model.tendons.allocation import Allocation
 
 
@@ -42,6 +44,14 @@ def warm_up() -> None:
     allocation.tensions(allocation.nearest(np.zeros(2)))
 
 
+def warm_up_general() -> None:
+    """Run the kernels of the general rod once, which `tendond config check` looks at the robot with."""
+    rod = StrainRod(Robot((Section.round(0.5, 1e-3, 200e9, 7850.0),), (Tendon(0.5, (0.02, 0.0)),)))
+    summarise(rod, 1.0, modes=1)
+    rod.energy(rod.step(rod.rest(), rod.loads()))
+
+
 if __name__ == "__main__":
     announce_compilation(lambda line: print(f"tendond: {line}", flush=True))
     warm_up()
+    warm_up_general()

@@ -110,9 +110,10 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
         hub_settings(config)
     except ConfigError as error:
         yield str(error)
-    rod = rod_from_section(config.rod, config.loop.period).parameters
-    if not law_objections(config.control) and (gains := lowered(config, rod)):  # they depend on the laws
-        yield gains
+    if not config.rod.refusal and not law_objections(config.control):  # the gains depend on the laws
+        rod = rod_from_section(config.rod, config.loop.period).parameters
+        if gains := lowered(config, rod):
+            yield gains
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (

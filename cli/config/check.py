@@ -2,9 +2,12 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 from tendond.cli.common import chosen_config, say
 from tendond.cli.manual.config_text import config_schema, config_toml
+from tendond.model.errors import ModelError
+from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.config_check import (
     control_of,
     law_objections,
@@ -13,7 +16,9 @@ from tendond.offline.config_check import (
     resolution_remarks,
     start_objections,
 )
-from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.offline.robot_check import RobotReport, robot_report
+from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
+from tendond.schemas.config.rod.presets import PRESETS
 from tendond.schemas.errors.explain import Objection, dotted, in_file
 
 INCOMPLETE = "cross-key checks run after these are fixed"
@@ -33,6 +38,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         SystemExit: with 2, there are errors, and JSON is wanted.
     """
     notes: list[str] = []
+    robot: RobotReport | None = None
     try:
         config, source = chosen_config(file, profile)
     except ConfigError as error:
@@ -45,25 +51,46 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         else:
             wrong = [Objection("", "", text)]
     else:
-        wrong = located([*law_objections(config.control), *(start_objections(config, say) if model else ())], file)
+        refused = [config.rod.refusal] if config.rod.refusal else start_objections(config, say) if model else ()
+        wrong = located([*law_objections(config.control), *refused], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
         if model and not wrong:
             notes += resolution_remarks(config)
+        if model:
+            robot, objection = _robot(config)
+            wrong += located([objection], file) if objection else []
+            notes += robot.notes if robot else ()
+            text = "\n".join(in_file(one, source) for one in wrong)
     if as_json:
         found = [
             {"line": one.line, "key": one.key or dotted(one.path), "value": one.value, "message": one.message}
             for one in wrong
         ]
-        print(json.dumps({"source": source, "ok": not wrong, "errors": found, "notes": notes}, indent=2))
+        data = {"source": source, "ok": not wrong, "errors": found, "notes": notes}
+        print(json.dumps(data | ({"robot": robot.data} if robot else {}), indent=2))
         if wrong:
             raise SystemExit(2)
         return
+    for line in robot.lines if wrong and robot else ():
+        print(line)
     if wrong:
         raise ConfigError("\n".join([text, *(f"note: {note}" for note in notes)]), wrong)
     print(f"{source}: OK; {_summary(config)}")
+    for line in robot.lines if robot else ():
+        print(line)
     for note in notes:
         print(f"note: {note}")
+
+
+def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:
+    """Figures of the robot, or why it has none."""
+    if config.rod.refusal:  # else `start_objections` has
+        announce_compilation(say)
+    try:
+        return robot_report(config), ""
+    except ModelError as error:
+        return None, f"rod: {error}"
 
 
 def _summary(config: RigConfig) -> str:
@@ -83,9 +110,34 @@ def run_show(file: Path | None, profile: str | None, *, changed: bool, comments:
     """
     config, _ = chosen_config(file, profile)
     if as_json:
-        print(json.dumps(config.model_dump(mode="json", exclude_defaults=changed), indent=2))
+        print(json.dumps(_changes(config) if changed else config.model_dump(mode="json"), indent=2))
     else:
         print(config_toml(config, changed=changed, comments=comments), end="")
+
+
+def run_preset(name: str, *, comments: bool, as_json: bool) -> None:
+    """Print the tables of a robot by name; see `tendond config show --help`.
+
+    Raises:
+        ConfigError: there is no such preset.
+    """
+    if name not in PRESETS:
+        raise ConfigError(f"unknown preset '{name}': choose one of {', '.join(PRESETS)}")
+    config = check_config({"rod": PRESETS[name]}, f"preset '{name}'")
+    if as_json:
+        print(json.dumps(_changes(config), indent=2))
+    else:
+        print(config_toml(config, changed=True, comments=comments), end="")
+
+
+def _changes(config: RigConfig) -> dict[str, Any]:
+    """Return what differs from the defaults; of [simulator.rod], what differs from [rod]."""
+    data: dict[str, Any] = config.model_dump(mode="json", exclude_defaults=True)
+    model, plant = (one.model_dump(mode="json") for one in (config.rod, config.simulator.rod))
+    own = {key: value for key, value in plant.items() if model.get(key) != value}
+    simulator = {key: value for key, value in data.pop("simulator", {}).items() if key != "rod"}
+    simulator |= {"rod": own} if own else {}
+    return data | ({"simulator": simulator} if simulator else {})
 
 
 def run_schema() -> None:

@@ -18,6 +18,12 @@ File = Annotated[
 ]
 
 
+def _presets() -> list[str]:
+    from tendond.schemas.config.rod.presets import PRESETS
+
+    return list(PRESETS)
+
+
 def _chosen(file: Path | None, option: Path | None) -> Path | None:
     if file is not None and option is not None:
         raise typer.BadParameter("give the file once", param_hint="--config")
@@ -72,6 +78,9 @@ def config_show(
     file: File = None,
     config: Config = None,
     profile: Profile = None,
+    preset: Annotated[
+        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=_presets)
+    ] = None,
     changed: Annotated[bool, typer.Option("--changed", help="Print only what differs from the defaults.")] = False,
     comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Print unit, range and meaning.")] = True,
     json: Json = False,
@@ -80,10 +89,14 @@ def config_show(
 
     As TOML, with the defaults filled in and a comment for each key.
 
-    Examples: tendond config show rig.toml --changed; tendond config show --profile rig > rig.toml
+    Examples: tendond config show rig.toml --changed; tendond config show --profile rig > rig.toml;
+    tendond config show --preset rao-2021 > arm.toml
     """
-    from tendond.cli.config.check import run_show
+    from tendond.cli.config.check import run_preset, run_show
 
+    if preset is not None:
+        run_preset(preset, comments=comments, as_json=json)
+        return
     run_show(_chosen(file, config), profile, changed=changed, comments=comments, as_json=json)
 
 

@@ -20,6 +20,8 @@ HEADING = """\
 # anything starts.
 """
 WIDTH = 116
+INHERITED = ("simulator.rod",)
+"""Tables whose keys have the values of another one where they are left out."""
 
 
 def annotated() -> str:
@@ -31,7 +33,7 @@ def _section(table: Table) -> Iterator[str]:
     """Yield a heading and its keys; the tables of the laws' parameters after [control]."""
     name = table.name.removesuffix("[]")
     each = name != table.name
-    off = each or name.partition(".")[0] in OPTIONAL
+    off = table.optional or name.partition(".")[0] in OPTIONAL or name in INHERITED
     yield from _heading(f"[[{name}]]" if each else f"[{name}]", table.meaning, off)
     laws = False
     for key in table.keys:

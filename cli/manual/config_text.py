@@ -29,10 +29,15 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
     for table in tables(RigConfig):
         name = table.name.removesuffix("[]")
         each = name != table.name
+        if changed and name.startswith("simulator.rod.") and data["simulator"]["rod"] == data["rod"]:
+            continue  # inherited with its tables
         for values in tables_at(data, name, each=each):
-            rows = [(key, values[key.name]) for key in table.keys]
+            rows = [(key, values[key.name]) for key in table.keys if key.name in values]
             if changed:
-                rows = [(key, value) for key, value in rows if key.required or value != key.default]
+                inherited = data["rod"] if name == "simulator.rod" else {}
+                rows = [
+                    (key, value) for key, value in rows if key.required or value != inherited.get(key.name, key.default)
+                ]
             plain = [(key, value) for key, value in rows if not isinstance(value, dict)]
             if plain or not changed or each or name in OPTIONAL:
                 header = f"[[{name}]]" if each else f"[{name}]"

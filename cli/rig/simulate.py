@@ -85,4 +85,5 @@ def _plant(config: RigConfig, source: str) -> Plant:
         Plant(config, rod).step(None)  # loads the kernels before the first pose
         return Plant(config, rod)
     except ModelError as error:
-        raise ConfigError(f"{source}: simulator.rod: {error}") from error
+        where = "simulator." if str(error).startswith("rod.") else "simulator.rod: "
+        raise ConfigError(f"{source}: {where}{error}") from error

@@ -18,6 +18,7 @@ from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import PlanCache, Selection
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.thresholds import Thresholds
+from tendond.model.errors import ParameterError
 from tendond.model.estimation.observer import ObserverState, start_observer
 from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.rod.parameters import RodParameters
@@ -50,11 +51,13 @@ def rod_from_section(section: RodSection, time_step: float) -> Rod:
     Args:
         section: [rod] or [simulator.rod].
         time_step: [s].
+
+    Raises:
+        ParameterError: a robot that this rod does not describe.
     """
-    fields = section.model_dump(exclude={"space", "nodes", "alpha", "tendon_stiffness"})
-    if section.tendon_stiffness is not None:
-        fields["tendon_stiffness"] = section.tendon_stiffness
-    return Rod(RodParameters(**fields), section.space, section.nodes, time_step, section.alpha)
+    if section.refusal:
+        raise ParameterError(section.refusal)
+    return Rod(RodParameters(**section.parameters()), section.space, section.nodes, time_step, section.alpha)
 
 
 @dataclass(frozen=True)

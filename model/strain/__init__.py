@@ -7,8 +7,8 @@ IEEE RA-L 5 (2020); D. C. Rucker, R. J. Webster, "Statics and dynamics of contin
 and external loading", IEEE T-RO 27 (2011).
 """
 
+from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
 from tendond.model.strain.rod import StrainRod, StrainState
-from tendond.model.strain.section import Section
 
 __all__ = ["Body", "Robot", "Section", "StrainRod", "StrainState", "Tendon"]

@@ -8,8 +8,8 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
+from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Robot, Tendon
-from tendond.model.strain.section import Section
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -97,7 +97,7 @@ def gauss(count: int) -> tuple[Array, Array]:
     return 0.5 * (points + 1.0), 0.5 * weights
 
 
-class _Modes:
+class ModeTable:
     """Which modes a robot has: component, order and section of each."""
 
     def __init__(self, robot: Robot) -> None:
@@ -125,13 +125,26 @@ class _Modes:
         return found
 
 
+def section_at(robot: Robot, s: float) -> tuple[int, float]:
+    """Return the section at an arc length of the backbone, and the arc length from that section's base [m].
+
+    A place between two sections belongs to the one before it.
+    """
+    begin = 0.0
+    for number, section in enumerate(robot.sections):
+        if s <= begin + section.length * (1.0 + NEAR) or number == len(robot.sections) - 1:
+            return number, min(max(s - begin, 0.0), section.length)
+        begin += section.length
+    raise AssertionError
+
+
 def lay_out(robot: Robot) -> Layout:
     """Return the arrays of a robot.
 
     Raises:
         ParameterError: a body or a tendon that cannot be placed.
     """
-    modes = _Modes(robot)
+    modes = ModeTable(robot)
     bodies = sorted(robot.bodies, key=lambda one: one.at)
     rows: dict[str, list[object]] = {name: [] for name in ("first", "last", "step", "at1", "at2", "strain1", "strain2")}
     points: list[tuple[int, Array, float, Array]] = []
@@ -268,7 +281,7 @@ MODULI = {
 """Stiffness and damping of each component of the strain: property of the section, and which of its values."""
 
 
-def _elasticity(robot: Robot, modes: _Modes) -> tuple[Array, Array]:
+def _elasticity(robot: Robot, modes: ModeTable) -> tuple[Array, Array]:
     """Stiffness and damping of the modes, shape (n, n): integrals of Phi' (stiffness, damping)(s) Phi.
 
     Diagonal in a uniform section; full in each component of one with tables.
@@ -295,7 +308,7 @@ def _slope(tendon: Tendon, s: float, step: float) -> tuple[float, float]:
     return (after[0] - before[0]) / (2.0 * step), (after[1] - before[1]) / (2.0 * step)
 
 
-def _tendons(robot: Robot, modes: _Modes) -> dict[str, Array]:
+def _tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
     """Quadrature of the tendons' paths."""
     count = len(robot.tendons)
     values: list[Array] = []

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.profile import Rows, Values, tabulated
-from tendond.model.strain.section import Section
+from tendond.model.strain.describe.profile import Rows, Values, tabulated
+from tendond.model.strain.describe.section import Section
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.statics import ITERATIONS, stiffness_of
 from tendond.model.strain.tendons import empty_paths, find_paths
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
 
 Array = NDArray[np.float64]
 
@@ -65,6 +68,23 @@ class StrainRod:
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
         self._tip_points = self._at_tip()
+
+    @staticmethod
+    def from_config(source: RigConfig | RodSection | str | Path, time_step: float | None = None) -> "StrainRod":
+        """Return the rod of a configuration.
+
+        Args:
+            source: a configuration, its [rod], a file's path, or the name of a preset.
+            time_step: of `step` [s]; left out: loop.period of a whole configuration, else 0.01.
+
+        Raises:
+            ConfigError: the file cannot be read or is invalid.
+            ParameterError: a robot that cannot be.
+        """
+        from tendond.model.strain.describe.configured import described
+
+        robot, period = described(source)
+        return StrainRod(robot, period if time_step is None else time_step)
 
     @property
     def modes(self) -> int:

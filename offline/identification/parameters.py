@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
+from tendond.model.errors import ParameterError
 from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig
@@ -145,7 +146,9 @@ def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParamet
     Raises:
         ParameterError: invalid values.
     """
-    fields = config.rod.model_dump(exclude={"space", "nodes", "alpha"})
+    if config.rod.refusal:
+        raise ParameterError(config.rod.refusal)
+    fields = config.rod.parameters()
     fields["tendon_stiffness"] = values["tendon_stiffness"]
     fields["youngs_modulus"], fields["density"] = values["E"], values["rho"]
     fields["bending_damping"] = _diagonal(config.rod.bending_damping, values["Bbt"])

@@ -147,6 +147,9 @@ def edge_tables(edge: Mapping[str, float] = EDGE) -> Tables:
             "density": edge["density"] * plant.density,
             "bending_damping": [edge["bending_damping"] * value for value in plant.bending_damping],
         },
+        "simulator": {
+            "rod": {name: getattr(plant, name) for name in ("youngs_modulus", "density", "bending_damping")},
+        },
         "control": {"feedback": "direct", "antagonist": 2},
         "limits": {"tension_max": edge["tension_max"]},
         "pretension": {"tension": edge["pretension"]},

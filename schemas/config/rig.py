@@ -23,6 +23,7 @@ from tendond.schemas.config.rates import with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import with_new_names
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.rod.inherit import over
 from tendond.schemas.config.servo import ServoSection, servo_objections
 from tendond.schemas.config.simulator import SimulatorSection
 from tendond.schemas.config.vicon import ViconSection
@@ -66,6 +67,21 @@ class RigConfig(Schema):
         """Return the configuration with derived rates in [limits] where none are given."""
         limits = with_own_rates(self.limits, self.rod, self.observer.lag, self.loop.period)
         return self if limits is self.limits else self.model_copy(update={"limits": limits})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _inherit(cls, data: Any) -> Any:
+        """Give [simulator.rod] the values of [rod] where it has none of its own."""
+        if not isinstance(data, Mapping) or not isinstance(simulator := data.get("simulator", {}), Mapping):
+            return data
+        own = simulator.get("rod", {})
+        try:
+            rod = RodSection.model_validate(data.get("rod", {}))
+        except ValidationError:
+            return data  # is said once, for [rod]
+        if not isinstance(own, Mapping) or own.get("preset", rod.preset) != rod.preset:
+            return data
+        return {**data, "simulator": {**simulator, "rod": over(rod.model_dump(), own)}}
 
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":

@@ -1,19 +1,36 @@
 """[rod]: geometry, material, damping and tendons of the robot."""
 
-from typing import Annotated, Literal
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from tendond.schemas import paper_robot
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import NotNegative, Positive
+from tendond.schemas.config.rod.bodies import RodBase, RodTip
+from tendond.schemas.config.rod.inherit import SHORT_FORM, over
+from tendond.schemas.config.rod.presets import PRESETS, PresetName
+from tendond.schemas.config.rod.section import BackboneSection
+from tendond.schemas.config.rod.short_form import NotShortError, short_form
+from tendond.schemas.config.rod.table import end_of
+from tendond.schemas.config.rod.tendon import RodTendon
 
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 
 
-class RodSection(Schema):
-    """[rod] and [simulator.rod]: parameters of the Cosserat rod; the defaults are the paper's robot."""
+HEADINGS = {"section": "[[rod.section]]", "tendon": "[[rod.tendon]]", "tip": "[rod.tip]"}
 
+
+class RodSection(Schema):
+    """[rod] and [simulator.rod]: the robot, one straight uniform section; the defaults are the paper's.
+
+    [[rod.section]], [[rod.tendon]], [rod.tip] and [rod.base] describe any other robot. [simulator.rod] has the values
+    of [rod] where it gives none.
+    """
+
+    preset: PresetName | None = Field(None, description="robot by name, whose values hold where no other are given")
     length: Annotated[float, Field(gt=0.0, le=10.0, description="length of the backbone [m]")] = paper_robot.LENGTH
     radius: Annotated[float, Field(gt=0.0, le=0.1, description="radius of the backbone [m]")] = paper_robot.RADIUS
     youngs_modulus: Annotated[float, Field(ge=1e6, le=1e12, description="Young's modulus of the backbone [Pa]")] = (
@@ -30,6 +47,15 @@ class RodSection(Schema):
     )
     bending_damping: Diagonal = Field(
         paper_robot.BENDING_DAMPING, description="damping of bending and torsion, diagonal of Bbt [N m^2 s]"
+    )
+    damping_ratio: Annotated[float, Field(ge=0.0, le=2.0)] | None = Field(
+        None, description="damping ratio of the first bending mode [-]; instead of bending_damping"
+    )
+    outer_radius: Positive | None = Field(
+        None, description="distance of the outermost fibre from the axis, for strain [m]; default: radius"
+    )
+    yield_strain: Annotated[float, Field(gt=0.0, le=10.0)] | None = Field(
+        None, description="strain that the backbone bears without a permanent bend [-]; default: by its modulus"
     )
     drag: Diagonal = Field(paper_robot.DRAG, description="drag of the air, diagonal of C [kg/m^2]")
     gravity: Vector3 = Field(
@@ -51,6 +77,15 @@ class RodSection(Schema):
     tendon_stiffness: Positive | None = Field(
         None, description="stiffness of a whole tendon [N/m]; default: inextensible"
     )
+    tendon_friction: Annotated[
+        float, Field(ge=0.0, le=2.0, description="coefficient of friction of the tendons on their guides [-]")
+    ] = 0.0
+    section: tuple[BackboneSection, ...] = Field(
+        (), max_length=16, description="sections from the base on; instead of length, radius and the like"
+    )
+    tendon: tuple[RodTendon, ...] = Field((), max_length=16, description="tendons; instead of tendon_positions")
+    tip: RodTip | None = None
+    base: RodBase | None = None
     space: Literal["euler", "rk4", "rk6"] = Field(
         "rk6", description="integration scheme along the rod; euler is the paper's"
     )
@@ -66,3 +101,94 @@ class RodSection(Schema):
         | None
     ) = None
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, description="parameter of the BDF-alpha scheme in time [-]")] = -0.2
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and isinstance(name := data.get("preset"), str) and name in PRESETS:
+            return over(PRESETS[name], data)
+        return data
+
+    @model_validator(mode="after")
+    def _one_description(self) -> "RodSection":
+        if wrong := [*self._twice(), *self._misplaced()]:
+            raise ValueError("\n".join(wrong))
+        try:
+            values = short_form(self) | {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None}
+        except NotShortError:
+            values = self._outline()
+        for name, value in values.items():
+            object.__setattr__(self, name, value)  # frozen for everyone else
+        return self
+
+    def _twice(self) -> Iterator[str]:
+        """Find what is described twice."""
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
+        for table, short in SHORT_FORM.items():
+            if getattr(self, table):
+                yield from (
+                    f"{name}: is described by {HEADINGS[table]} too: remove one of them"
+                    for name in short
+                    if name in given
+                )
+        if not self.section and {"damping_ratio", "bending_damping"} <= given:
+            yield "damping_ratio: is described by bending_damping too: remove one of them"
+        if self.base is not None and self.base.down is not None and "gravity" in given:
+            yield "gravity: its direction is described by base.down too: remove one of them"
+
+    def _misplaced(self) -> Iterator[str]:
+        """Find tendons that leave the backbone."""
+        length = self.backbone_length
+        for index, tendon in enumerate(self.tendon):
+            if tendon.end is not None and tendon.end > length * (1.0 + 1e-9):
+                yield f"tendon[{index}].end: {tendon.end:g} m lies beyond the backbone of {length:g} m"
+            if tendon.route is not None and end_of(tendon.route) > length * (1.0 + 1e-9):
+                yield f"tendon[{index}].route: its last row lies beyond the backbone of {length:g} m"
+
+    def _outline(self) -> dict[str, Any]:
+        """Length, tendons at the base and gravity, for checks of other tables."""
+        found: dict[str, Any] = {"length": self.backbone_length, "gravity": self.world_gravity}
+        if self.tendon:
+            found["tendon_positions"] = tuple(tendon.at_base for tendon in self.tendon)
+        return found
+
+    @model_serializer(mode="wrap")
+    def _without_outline(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the keys of the short form that a table replaces."""
+        data: dict[str, Any] = handler(self)
+        for table, short in SHORT_FORM.items():
+            if getattr(self, table):
+                data = {name: value for name, value in data.items() if name not in short}
+        if self.base is not None and self.base.down is not None:
+            data.pop("gravity", None)
+        return data
+
+    @property
+    def backbone_length(self) -> float:
+        """Length of the whole backbone [m]."""
+        return sum(section.length for section in self.section) if self.section else self.length
+
+    @property
+    def world_gravity(self) -> Vector3:
+        """Gravity in the world frame [m/s^2]; where the base says its direction, of the size of `gravity`."""
+        found = None if self.base is None else self.base.gravity(math.hypot(*self.gravity))
+        return self.gravity if found is None else found
+
+    @property
+    def refusal(self) -> str:
+        """Key and reason for which controller and simulator cannot run this robot yet; empty where they can."""
+        try:
+            short_form(self)
+        except NotShortError as error:
+            return (
+                f"{error}: controller and simulator run one straight, uniform section with tendons parallel to it so"
+                " far; tendond.model.strain computes this robot"
+            )
+        return ""
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the keys of the short form that are parameters of `model.rod.RodParameters`."""
+        names = ("gravity", *(name for short in SHORT_FORM.values() for name in short))
+        left_out = ("outer_radius", "tendon_friction")
+        found = {name: getattr(self, name) for name in names if name not in left_out}
+        return {name: value for name, value in found.items() if value is not None}

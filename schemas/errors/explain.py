@@ -74,11 +74,23 @@ def objections(error: ValidationError, model: Any) -> list[Objection]:
         elif item["type"] == "value_error":
             value = "" if isinstance(item["input"], dict) else _shown(item["input"])
             found += [
-                Objection(key, value, line, path) if path else objection_from(line) for line in message.splitlines()
+                _within(root, path, key, value, line) if path else objection_from(line) for line in message.splitlines()
             ]
         else:
             found.append(Objection(key, _shown(item["input"]), _allowed(root, path) or message, path))
     return found
+
+
+_INNER = re.compile(r"([a-z_]+(?:\[\d+])?(?:\.[a-z_]+(?:\[\d+])?)*): ")
+
+
+def _within(root: Node, path: Path, key: str, value: str, line: str) -> Objection:
+    """Build an objection of a table's validator; a key of the table at the line's beginning is its place."""
+    if not value and (match := _INNER.match(line)):
+        parts = tuple(int(part) if part.isdigit() else part for part in re.findall(r"[a-z_]+|\d+", match[1]))
+        if node_at(root, (*path, *parts)) is not None:
+            return Objection(dotted((*path, *parts)), "", line[match.end() :], (*path, *parts))
+    return Objection(key, value, line, path)
 
 
 def dotted(path: Path) -> str:

@@ -14,6 +14,9 @@ Node = dict[str, Any]
 Path = tuple[int | str, ...]
 """Keys and indices from the model down to a value."""
 
+WORDS = "x-words"
+"""Key of a JSON Schema's node that says its allowed values itself."""
+
 _BOUNDS = (("exclusiveMinimum", ">"), ("minimum", ">="), ("exclusiveMaximum", "<"), ("maximum", "<="))
 _UNIT = re.compile(r"^\[([^]]+)]|\[([^]]+)](?=;|$)")
 
@@ -52,11 +55,12 @@ class Key:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a model: its name with dots, what it is, and its keys in their order."""
+    """A table of a model: its name with dots, what it is, its keys in their order, and whether it may be left out."""
 
     name: str
     meaning: str
     keys: tuple[Key, ...]
+    optional: bool = False
 
 
 def tables(model: Any) -> list[Table]:
@@ -88,8 +92,10 @@ def _collect(root: Node, name: str, node: Node, found: list[Table]) -> None:
             _collect(root, f"{name}.{key}[]", below["items"], found)
         else:
             keys.append(_key(root, f"{name}.{key}", inner, required=key in table.get("required", ())))
-    meaning = re.sub(r"^\[\[?[^:]*]\]?(: )?", "", table.get("description", "")).rstrip(".")
-    found.insert(place, Table(name, meaning, tuple(keys)))
+    said = " ".join(table.get("description", "").partition("\n\n")[0].split())
+    meaning = re.sub(r"^\[\[?[^:]*]\]?(: )?", "", said).rstrip(".")
+    optional = node.get("default", 0) is None or name.endswith("[]")
+    found.insert(place, Table(name, meaning, tuple(keys), optional))
 
 
 def _key(root: Node, path: str, node: Node, *, required: bool) -> Key:
@@ -137,6 +143,9 @@ def node_at(root: Node, path: Path) -> Node | None:
 
 def in_words(root: Node, node: Node) -> str:
     """Describe the allowed values: 'a number > 0 and <= 10', 'one of "xz", "yz"', '3 numbers'."""
+    for branch in (node, *node.get("anyOf", ())):
+        if WORDS in branch:
+            return str(branch[WORDS])
     node = resolved(root, node)
     if "const" in node:
         return json.dumps(node["const"])

@@ -87,7 +87,7 @@ class Space:
 
     def tip_mass_max(self, config: RigConfig) -> float:
         """Largest rod.tip_mass that the loop of such a law bears [kg]."""
-        rod = RodParameters(**config.rod.model_dump(exclude={"space", "nodes", "alpha", "tendon_stiffness"}))
+        rod = RodParameters(**config.rod.parameters())
         mass = TIP_LOAD_MAX * rod.bending_stiffness / (EARTH * rod.length**2)
         rod_time = math.sqrt(rod.mass_per_length * rod.length**4 / rod.bending_stiffness)
         return mass * min(1.0, (rod_time / (PERIODS_MIN * config.loop.period)) ** 3)

@@ -67,7 +67,7 @@ def test_a_rig_name_must_fit_a_key(name: str) -> None:
 
 def test_a_name_may_be_as_long_as_its_source_can_carry() -> None:
     vicon = {"tip": "continuum_robot_tip_rigid_body"}
-    with pytest.raises(ConfigError, match=r"vicon: tip: .*24 bytes for a name, this has 30"):
+    with pytest.raises(ConfigError, match=r"vicon\.tip: .*24 bytes for a name, this has 30"):
         check_config({"vicon": vicon}, "test")
     found = check_config({"vicon": {"source": "datastream", **vicon}}, "test").vicon
     assert found is not None

@@ -117,11 +117,16 @@ def test_what_show_prints_reads_as_the_same_configuration(text: str, changed: bo
     assert parse_config(config_toml(config, changed=changed, comments=comments), "shown") == config
 
 
+OTHER = "[simulator.rod]\nlength = 0.5\n"
+
+
 def test_show_of_the_changes_has_them_and_nothing_else() -> None:
     assert config_toml(RigConfig(), changed=True) == "# nothing differs from the defaults\n"
     assert "[servo]\n" in config_toml(parse_config("[servo]\n" + WIRED, "rig.toml"), changed=True, comments=False)
     shown = config_toml(parse_config("[rod]\nlength = 0.4\nradius = 1e-3", "rig.toml"), changed=True, comments=False)
     assert shown == "[rod]\nlength = 0.4\n"
+    shown = config_toml(parse_config(f"[rod]\nlength = 0.4\n{OTHER}", "rig.toml"), changed=True, comments=False)
+    assert shown == f"[rod]\nlength = 0.4\n\n{OTHER}"  # a default, but not what it would inherit
 
 
 def test_show_as_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.profile import Profile, Rows, Values, combined, constant, tabulated
+from tendond.model.strain.describe.profile import Profile, Rows, Values, combined, constant, tabulated
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -17,6 +17,7 @@ Triple = tuple[float, float, float]
 WIDTHS = {
     "bending_stiffness": 2, "torsion_stiffness": 1, "axial_stiffness": 1, "shear_stiffness": 1, "mass_per_length": 1,
     "polar_inertia": 1, "bending_damping": 3, "axial_damping": 1, "shear_damping": 1, "drag": 3, "curvature": 3,
+    "outer_radius": 1,
 }  # fmt: skip
 """Properties of a section that may change along it, and how many numbers each has."""
 
@@ -39,6 +40,7 @@ class Section:
         curvature: precurvature u* [1/m], body frame; the last one is twist.
         bending_modes, torsion_modes, stretch_modes: Legendre polynomials of each strain; 0: that strain is rigid.
         shear_stiffness: GA with its shear factor [N]; shear_damping: Bse across [N s]; shear_modes: as the others.
+        outer_radius: of the outermost fibre, for strain and stress [m]; 0: that of a round wire of this stiffness.
         tables: properties that change along the section, by name: rows (s from the section's base [m], values...), or
             a `Profile`; linear between the rows, constant beyond them. The property itself is then its middle value.
     """
@@ -59,6 +61,7 @@ class Section:
     shear_stiffness: float = 0.0
     shear_damping: float = 0.0
     shear_modes: int = 0
+    outer_radius: float = 0.0
     tables: Mapping[str, Profile | Rows] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -111,6 +114,13 @@ class Section:
         """Return where a property's table has points within the section [m]."""
         return tuple(s for s in self.profile(name).knots if 1e-9 * self.length < s < self.length * (1.0 - 1e-9))
 
+    def fibre(self, s: float) -> float:
+        """Return the distance of the outermost fibre from the axis at s from the section's base [m]."""
+        known = float(self.at("outer_radius", s)[0])
+        if known > 0.0:
+            return known
+        return 2.0 * math.sqrt(float(np.max(self.at("bending_stiffness", s)) / self.at("axial_stiffness", s)[0]))
+
     @staticmethod
     def round(
         length: float, radius: float, youngs_modulus: float, density: float, poisson_ratio: float = 0.3, **more: Any
@@ -154,6 +164,7 @@ class Section:
             "polar_inertia": combined(_polar, parts["density"], *bore),
         }
         tables = dict(more.pop("tables", {}))
+        found["outer_radius"] = parts["radius"]
         for name, profile in found.items():
             values = profile(0.0)
             if profile.knots and name not in more:

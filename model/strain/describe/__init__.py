@@ -1,0 +1,1 @@
+"""Robots from configurations, and what follows from a description."""

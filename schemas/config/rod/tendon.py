@@ -1,0 +1,56 @@
+"""[[rod.tendon]]: one tendon, its route along the backbone and where it ends."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from tendond.schemas.base import Schema
+from tendond.schemas.config.ranges import Positive
+from tendond.schemas.config.rod.table import Along, Varies, first_of
+
+Point = tuple[float, float]
+
+
+class RodTendon(Schema):
+    """[[rod.tendon]]: a tendon, in the order of the commands; straight, converging, helical or through given points."""
+
+    end: Annotated[float, Field(gt=0.0)] | None = Field(
+        None, description="arc length at which it is fixed to the backbone [m]; default: the tip"
+    )
+    position: Point | None = Field(None, description="(x, y) in the cross-section at the base [m]")
+    end_position: Point | None = Field(
+        None, description="(x, y) where it ends, for a tendon that converges to it [m]; default: position"
+    )
+    turns: Annotated[float, Field(ge=-100.0, le=100.0)] | None = Field(
+        None, description="turns about the backbone from base to end, positive about +z, for a helical tendon [-]"
+    )
+    route: Annotated[Along, Varies(2, low=float("-inf"), scalar=False)] | None = Field(
+        None, description="rows [s, x, y] of a tendon through given points [m]; instead of position"
+    )
+    stiffness: Positive | None = Field(
+        None, description="stiffness of the whole tendon [N/m]; default: inextensible, driven by tension only"
+    )
+    friction: Annotated[float, Field(ge=0.0, le=2.0, description="coefficient of friction on its guides [-]")] = 0.0
+
+    @model_validator(mode="after")
+    def _one_route(self) -> "RodTendon":
+        wrong = []
+        if (self.position is None) == (self.route is None):
+            wrong.append("position: give it, or route: one of the two")
+        if self.route is not None and (self.end_position is not None or self.turns is not None):
+            wrong.append("route: says where the tendon runs: remove end_position and turns")
+        if self.end_position is not None and self.turns is not None:
+            wrong.append("end_position: is of a converging tendon, turns of a helical one: remove one, or give a route")
+        if self.turns is not None and self.position == (0.0, 0.0):
+            wrong.append("turns: have no effect on a tendon on the axis: give its position off the axis")
+        if wrong:
+            raise ValueError("\n".join(wrong))
+        return self
+
+    @property
+    def at_base(self) -> Point:
+        """(x, y) in the cross-section at the base [m]."""
+        if self.position is not None:
+            return self.position
+        x, y = first_of(self.route or (0.0, 0.0), 2)
+        return x, y

@@ -1,0 +1,79 @@
+"""Balance of energy over a step: what loads put in, what is stored, and what is lost."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendond.model.strain.equations import Loads
+from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.rod import StrainRod, StrainState
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energy of a state [J]: motion, strain of the backbone, and weight; the last is 0 at the world's origin."""
+
+    kinetic: float
+    elastic: float
+    weight: float
+
+    @property
+    def total(self) -> float:
+        """The sum [J]."""
+        return self.kinetic + self.elastic + self.weight
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Balance of a step [J]; divided by its length, of the mean powers [W].
+
+    Attributes:
+        before, after: energies at both ends.
+        tendons: work of the tendons on the backbone. forces: work of dead forces. moments: work of dead moments.
+        lost: what damping, drag and the scheme take away, the works less the gain in energy.
+    """
+
+    before: Energy
+    after: Energy
+    tendons: float
+    forces: float
+    moments: float
+
+    @property
+    def lost(self) -> float:
+        """Energy that is neither stored nor comes from outside [J]; not negative, but for rounding."""
+        return self.tendons + self.forces + self.moments - (self.after.total - self.before.total)
+
+
+def energy_of(rod: StrainRod, state: StrainState) -> Energy:
+    """Return the energy of a state, by what holds it."""
+    layout, shape = rod.layout, empty_shape(rod.layout)
+    find_shape(layout, state.strain, shape)
+    velocity, spin = shape.jacobian @ state.rate, shape.spin @ state.rate
+    return Energy(
+        0.5 * float(layout.mass @ np.sum(velocity**2, axis=1) + layout.polar @ spin**2),
+        0.5 * float(state.strain @ layout.stiffness @ state.strain),
+        -float(layout.mass @ (shape.point @ layout.gravity)),
+    )
+
+
+def balance_of(rod: StrainRod, before: StrainState, after: StrainState, loads: Loads) -> Balance:
+    """Return the balance between two states, one step apart, under the loads that acted over it.
+
+    The tension of a tendon that is driven by displacement is taken as in the step, at the mean of both ends.
+    """
+    layout = rod.layout
+    one, two = empty_shape(layout), empty_shape(layout)
+    find_shape(layout, before.strain, one)
+    find_shape(layout, after.strain, two)
+    start, end = rod.displacements(before), rod.displacements(after)
+    stretch = np.maximum(0.0, loads.tension - 0.5 * (start + end))
+    tension = np.where(loads.driven, layout.tendon_stiffness * stretch, loads.tension)
+    turned = 0.5 * (one.twist + two.twist)[:, :3] @ (after.strain - before.strain)
+    return Balance(
+        energy_of(rod, before),
+        energy_of(rod, after),
+        float(tension @ (end - start)),
+        float(np.sum(loads.force * (two.point - one.point))),
+        float(np.sum(loads.moment * turned)),
+    )

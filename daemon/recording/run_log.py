@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 
 from tendond.daemon.control.snapshot import StateSnapshot, encode_state
 from tendond.daemon.control.state import CycleState
-from tendond.daemon.recording import foxglove
+from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import (
     CYCLE,
     LOG,
@@ -115,7 +115,7 @@ class RunLog:
         """Until there is no room for logs, or the oldest are removed; none while that is not known."""
 
         self._before: tuple[CycleState | None, bool] = (None, False)
-        self._trail: deque[Vector3] = deque(maxlen=foxglove.TRAIL_POINTS)  # of the recorder's thread
+        self._trail: deque[Vector3] = deque(maxlen=scene.TRAIL_POINTS)  # of the recorder's thread
         self._counts = Counts(0, 0, 0)
 
     def __enter__(self) -> Self:
@@ -201,9 +201,9 @@ class RunLog:
 
     def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
         points = self._rod.curve(state)
-        tendons = foxglove.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
+        tendons = scene.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
         self._trail.append(record.measured or record.model.position)
-        return foxglove.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail)
+        return scene.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail)
 
     def state(self, state: CycleState) -> None:
         """The state before the next cycle; one a second goes into the log, and one after each gap.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.recording import foxglove
+from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel
 from tendond.offline.files import as_text
 from tendond.offline.logs.container import LogError as LogError
@@ -73,7 +73,7 @@ def load(path: Path) -> LogFile:
         messages[topic].append(decode(path, topic, models[topic], message.data))
     if not messages[CYCLE.topic]:
         raise no_cycles(path)
-    scenes = [_scene(path, scene) for scene in messages[ROD_SHAPE.topic]]
+    scenes = [_scene(path, update) for update in messages[ROD_SHAPE.topic]]
     return LogFile(
         path=path,
         complete=run.complete,
@@ -89,11 +89,11 @@ def load(path: Path) -> LogFile:
     )
 
 
-def _scene(path: Path, scene: foxglove.SceneUpdate) -> tuple[int, list[Array]]:
+def _scene(path: Path, update: foxglove.SceneUpdate) -> tuple[int, list[Array]]:
     """Return the tick of a scene, and the points of the rod and its tendons."""
-    for entity in scene.entities:
-        ticks = [pair.value for pair in entity.metadata if pair.key == foxglove.TICK]
-        if entity.id == foxglove.ROD and ticks and entity.lines:
+    for entity in update.entities:
+        ticks = [pair.value for pair in entity.metadata if pair.key == scene.TICK]
+        if entity.id == scene.ROD and ticks and entity.lines:
             lines = [np.array([(point.x, point.y, point.z) for point in line.points]) for line in entity.lines]
             return int(ticks[0]), lines
     raise LogError(f"{path}: a scene on '{ROD_SHAPE.topic}' has no rod; read it with the version that wrote it")

@@ -8,7 +8,7 @@ from typing import Any
 from tendond.bus.client import open_client
 from tendond.bus.subscription import Subscription
 from tendond.daemon.control.state import rod_from_section
-from tendond.daemon.recording import foxglove
+from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import (
     ROD_SHAPE,
     STATUS,
@@ -81,7 +81,7 @@ class _Scene:
         self._state = self._rod.solve_static([0.0] * self._rod.parameters.tendon_count)
         self._target: Vector3 = (0.0, 0.0, 0.0)
         self._tip: TipPose | None = None
-        self._trail: deque[Vector3] = deque(maxlen=foxglove.TRAIL_POINTS)
+        self._trail: deque[Vector3] = deque(maxlen=scene.TRAIL_POINTS)
 
     def add(self, message: Message, now_ns: int) -> None:
         """Relay a message; a command advances the rod by a period."""
@@ -109,9 +109,9 @@ class _Scene:
         points, end = self._rod.curve(self._state), self._rod.tip(self._state)
         x, y, z = end.position.tolist()
         place = ((x, y, z), quaternion(end.rotation))
-        tendons = foxglove.tendon_paths(self._state.rotations, points, self._rod.parameters.tendon_positions)
+        tendons = scene.tendon_paths(self._state.rotations, points, self._rod.parameters.tendon_positions)
         self._trail.append(place[0] if tip is None else tip.position)
-        shape = foxglove.rod_shape(now_ns, self._state.count, points, self._target, tendons, self._trail)
+        shape = scene.rod_shape(now_ns, self._state.count, points, self._target, tendons, self._trail)
         put(ROD_SHAPE.topic, encode(shape), now_ns)
         put(TIP_MODEL.topic, encode(foxglove.pose_in_frame(now_ns, *place)), now_ns)
         frames = {"tip_model": place}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.daemon.recording import foxglove
+from tendond.daemon.recording import scene
 from tendond.daemon.recording.channels import CYCLE, ROD_SHAPE, TIMING
 from tendond.daemon.recording.recorder import CONFIG, Recorder
 from tendond.schemas.base import Vector3
@@ -70,6 +70,6 @@ def write_log(path: Path, records: Sequence[CycleRecord], config: RigConfig | No
             log.put(TIMING, record.tick, timing)
             if record.tick % 5 == 0:
                 points = np.linspace(ZERO, record.measured or ZERO, 200)
-                log.put(ROD_SHAPE, record.tick, foxglove.rod_shape(record.tick, record.tick, points, TARGET))
+                log.put(ROD_SHAPE, record.tick, scene.rod_shape(record.tick, record.tick, points, TARGET))
     assert log.error == ""
     return path

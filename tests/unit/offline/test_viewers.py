@@ -19,7 +19,7 @@ import pytest
 from mcap.reader import make_reader
 
 from tendond.daemon.control.state import CycleSetup
-from tendond.daemon.recording import foxglove
+from tendond.daemon.recording import scene
 from tendond.offline.logs.log import load
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.run import open_run
@@ -62,9 +62,9 @@ def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ev
     records = record_lockstep(setup, 160, {5: ControlAction.ARM}, path)
     scenes = [json.loads(message.data)["entities"] for _, message in open_run(path).messages(("rod/shape",))]
     trails = [[tuple(point.values()) for point in trail["lines"][0]["points"]] for _, trail in scenes]
-    assert [len(trail) for trail in trails] == [min(i + 1, foxglove.TRAIL_POINTS) for i in range(len(trails))]
+    assert [len(trail) for trail in trails] == [min(i + 1, scene.TRAIL_POINTS) for i in range(len(trails))]
     measured = [record.measured or record.model.position for record in records[::2]]
-    np.testing.assert_allclose(trails[-1], measured[-foxglove.TRAIL_POINTS :], atol=0.6e-4)
+    np.testing.assert_allclose(trails[-1], measured[-scene.TRAIL_POINTS :], atol=0.6e-4)
     assert max(abs(point[1]) for point in trails[-1]) > 0.02
     for (rod, trail), record in zip(scenes, records[::2], strict=True):
         assert (rod["id"], trail["id"]) == ("rod", "trail")
@@ -74,7 +74,7 @@ def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ev
 
 def test_tendons_run_at_their_distance_from_the_backbone() -> None:
     points = np.linspace((0.0, 0.0, 0.0), (0.0, 0.0, 0.5), 50)
-    (path,) = foxglove.tendon_paths(np.tile(np.eye(3), (6, 1, 1)), points, [(0.02, 0.0)])
+    (path,) = scene.tendon_paths(np.tile(np.eye(3), (6, 1, 1)), points, [(0.02, 0.0)])
     np.testing.assert_allclose(path[:, 0], 0.02)
     np.testing.assert_allclose(path[[0, -1], 2], [0.0, 0.5])
 

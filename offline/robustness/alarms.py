@@ -13,6 +13,10 @@ LATER = 6.0
 LAST = 1.25
 """[s] Of them, in which the tip is looked at: half a period of the slowest swing that the faults look for."""
 
+REST = 0.25
+"""Part of what the watches call a swing, below which a loop is at rest: one that rings at 16 Hz with half of it after
+six seconds has a damping ratio of 0.001."""
+
 OFF = 1e6
 """A threshold that is never reached."""
 
@@ -35,8 +39,9 @@ def unwatched(config: RigConfig) -> RigConfig:
 def judge_alarm(config: RigConfig, arm: int, fault: int) -> str:
     """Return `FALSE` if the loop would have come to rest at its reference without the fault, `TRUE` if not.
 
-    At rest: in the last `LAST` seconds the true tip swings by less than `faults.swing` of the rod's length, and ends
-    within `faults.tracking_error` of it from the reference. Pushes that come after the fault are left out.
+    At rest: in the last `LAST` seconds the true tip swings by less than `REST` times `faults.swing` of the length,
+    and ends within `faults.tracking_error` of it from the reference; the commanded tension swings by less than `REST`
+    times `faults.tension_swing` of its maximum. Pushes that come after the fault are left out.
 
     Args:
         config: configuration of the run that ended in a fault.
@@ -46,14 +51,18 @@ def judge_alarm(config: RigConfig, arm: int, fault: int) -> str:
     simulator = config.simulator
     pushes = tuple(push for push in simulator.impacts if push.time <= fault * period)
     config = config.model_copy(update={"simulator": simulator.model_copy(update={"impacts": pushes})})
-    tips, apart = [], 0.0
+    tips, commands, apart = [], [], 0.0
     try:
         for watched in watched_loop(unwatched(config), fault + round(LATER / period), {arm: ControlAction.ARM}):
             if watched.record.mode is Mode.FAULT:
                 return TRUE
             tips.append(watched.truth.position)
+            commands.append(watched.record.command.tension)
             apart = float(np.linalg.norm(np.subtract(watched.truth.position, watched.record.reference.position)))
     except ConvergenceError:
         return TRUE
-    swing = float(np.max(np.ptp(np.array(tips[-round(LAST / period) :]), axis=0)))
-    return FALSE if swing < faults.swing * length and apart < faults.tracking_error * length else TRUE
+    last = round(LAST / period)
+    swing = float(np.max(np.ptp(np.array(tips[-last:]), axis=0)))
+    chatter = float(np.max(np.ptp(np.array(commands[-last:]), axis=0)))
+    rests = swing < REST * faults.swing * length and chatter < REST * faults.tension_swing * config.limits.tension_max
+    return FALSE if rests and apart < faults.tracking_error * length else TRUE

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.jump import BEFORE_AND_AFTER, POSES_AFTER, JumpWatch, watch_jump
-from tendond.daemon.control.commissioning.swing import DYING, SWINGS, Swing
+from tendond.daemon.control.commissioning.swing import DYING, MEMORY, SWINGS, Swing
 from tendond.daemon.control.commissioning.tracking import (
     MOVING,
     REST_SPEED,
@@ -158,6 +158,15 @@ def test_a_swing_is_sustained_by_its_count_its_frequency_and_its_last_two_sizes(
     assert swing(sizes, 25).sustained(0.01) is not None
 
 
+def test_a_fast_swing_is_sustained_once_it_has_lasted_a_second_or_filled_the_memory() -> None:
+    assert swing([0.02] * 32, 3).sustained(0.01) is None  # 0.96 s
+    assert swing([0.02] * 34, 3).sustained(0.01) == pytest.approx((0.02, 50.0 / 3.0))
+    dying = [0.02 * 0.97**k for k in range(34)]  # to 0.37 of it in a second, to 0.71 in twelve half periods
+    assert swing(dying, 3).sustained(0.01) is None
+    assert swing([0.02] * (MEMORY - 2), 1).sustained(0.01) is None
+    assert swing([0.02] * (MEMORY - 1), 1).sustained(0.01) == pytest.approx((0.02, 50.0))
+
+
 def test_a_reversal_is_a_turn_by_the_hysteresis_and_the_newest_are_kept() -> None:
     up = Swing().add(1.0, 3, 0.5)
     assert (up.up, up.extreme, up.reversals) == (True, 1.0, ())
@@ -169,10 +178,10 @@ def test_a_reversal_is_a_turn_by_the_hysteresis_and_the_newest_are_kept() -> Non
     again = down.add(1.1, 6, 0.5)
     assert (again.up, again.reversals) == (True, ((4, 1.0), (6, 0.5)))
     one = Swing()
-    for tick in range(40):
+    for tick in range(90):
         one = one.add(float(tick % 2), tick, 0.5)
-    assert len(one.reversals) == SWINGS + 1
-    assert one.reversals[-1][0] == 39
+    assert len(one.reversals) == MEMORY
+    assert one.reversals[-1][0] == 89
 
 
 def test_what_ends_tracking_is_said_with_its_size_its_time_and_what_to_do() -> None:

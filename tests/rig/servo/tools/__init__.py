@@ -1,0 +1,1 @@
+"""Tests of the servo tools: scan, setup, calibrate, home, pretension."""

@@ -58,6 +58,18 @@ def load_config(path: Path | None) -> RigConfig:
     return config
 
 
+def load_runnable(path: Path | None) -> RigConfig:
+    """Load a configuration whose robot controller and simulator can run.
+
+    Raises:
+        ConfigError: see `load_config`; or they cannot run it yet.
+    """
+    config = load_config(path)
+    if config.rod.refusal:
+        raise ConfigError(f"{path}: {config.rod.refusal}")
+    return config
+
+
 def read_samples(path: Path) -> list[tuple[float, ...]]:
     """Read the samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tendond import TendondError, __version__
-from tendond.cli.common import load_config
+from tendond.cli.common import load_runnable
 from tendond.cli.doctor import bus, camera, commissioning, files, machine, servos
 from tendond.cli.doctor.check import Check, CheckOutcome, CheckResult, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
@@ -91,7 +91,7 @@ def results_of(rig: Rig) -> Iterator[tuple[str, CheckResult]]:
 def _configuration(file: Path | None) -> tuple[RigConfig | None, CheckResult]:
     """Load and check the configuration, the laws' parameters included; none if it is invalid."""
     try:
-        config = load_config(file)
+        config = load_runnable(file)
         select_law(config.control.law, config.control.laws)
     except (ConfigError, LawError) as error:
         return None, failed(

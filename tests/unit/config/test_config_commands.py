@@ -189,3 +189,33 @@ def test_check_notes_a_bend_that_the_nodes_do_not_resolve(
     ended = tendond(capsys, "config", "check", written(tmp_path, f"{rod}[limits]\ntension_max = {tension_max}\n"))
     assert ended.status == 0
     assert ("note: rod.nodes: at limits.tension_max = 300 N" in ended.out) is noted
+
+
+ARM = '[rod]\npreset = "rao-2021"\n'
+
+
+@pytest.mark.parametrize("command", [("config", "check"), ("rig", "run"), ("rig", "simulate"), ("study", "margin")])
+def test_what_only_the_general_rod_computes_is_refused_by_its_key(
+    command: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ended = tendond(capsys, *command, "--config", written(tmp_path, ARM))
+    assert ended.status == 2
+    assert "rod.section: 2 sections: controller and simulator run one straight, uniform section" in ended.said
+    assert ended.said.count("rod.section") == 1
+
+
+def test_check_prints_the_robot_and_as_json_its_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = tendond(capsys, "config", "check").out
+    assert "robot: 1 section, 500 mm, 27 g, 4 tendons\n" in shown
+    assert "natural frequencies (damping ratio): 3.73 Hz (0.63)" in shown
+    found = json.loads(tendond(capsys, "config", "check", "--json", "--config", written(tmp_path, ARM)).out)
+    assert not found["ok"]
+    assert found["robot"]["mass_kg"] == pytest.approx(2 * (0.2 * 0.0115 + 10 * 2e-4))
+
+
+def test_a_preset_is_printed_as_a_configuration_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    shown = parse_config(tendond(capsys, "config", "show", "--preset", "rao-2021").out, "shown")
+    expected = parse_config(ARM, "rig.toml").rod.model_copy(update={"preset": None})
+    assert shown.rod == expected
+    refused = tendond(capsys, "config", "show", "--preset", "rao")
+    assert "unknown preset 'rao': choose one of paper, nitinol" in refused.said

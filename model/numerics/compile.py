@@ -29,13 +29,19 @@ _SOURCES = sources_digest()
 _KERNELS: list[Any] = []
 
 
-def kernel(function: Any) -> Any:
+def kernel(function: Any, counted: bool = True) -> Any:
     """Compile a kernel that Python calls: cached on disk, without the GIL."""
-    compiled = njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True)
+    options: dict[str, Any] = {} if counted else {"_nrt": False}
+    compiled: Any = njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True, **options)
     # numba looks at the kernel's own file only, and would go on using code inlined from another one that has changed.
     compiled._cache._cache_file._source_stamp = _SOURCES
     _KERNELS.append(compiled)
     return compiled
+
+
+def lean(function: Any) -> Any:
+    """Compile a kernel that makes no arrays: it does not count who refers to those it is handed, which costs calls."""
+    return kernel(function, counted=False)
 
 
 def uncached() -> list[str]:

@@ -160,6 +160,20 @@ def simd_repeat(context: Any, number: Any, times: Any) -> Any:
 
 
 @bare
+def simd_multiply_add(context: Any, factor: Any, vector: Any, total: Any) -> Any:
+    """Add a float times a SIMD vector to another one, rounded once."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = arguments[1].type
+        spread = _spread(builder, arguments[0], kind.count)
+        name = f"llvm.fma.v{kind.count}f64"
+        function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(kind, [kind, kind, kind]), name)
+        return builder.call(function, [spread, arguments[1], arguments[2]])
+
+    return total(factor, vector, total), emit
+
+
+@bare
 def simd_sum(context: Any, numbers: Any, lanes: Any) -> Any:
     """Sum a SIMD vector's floats for each of the `lanes`, where lane follows lane: a float if there is one lane."""
 

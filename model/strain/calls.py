@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import kernel
+from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import Parked, unpark
 from tendond.model.strain.dynamics import advance
 from tendond.model.strain.equations import Loads
@@ -12,7 +12,7 @@ from tendond.model.strain.statics import minimise
 Array = NDArray[np.float64]
 
 
-@kernel
+@lean
 def advance_parked(
     parked: Parked, loads: Loads, q: Array, w: Array, h: float, tolerance: float
 ) -> tuple[int, int, int]:
@@ -22,7 +22,7 @@ def advance_parked(
     return found
 
 
-@kernel
+@lean
 def minimise_parked(parked: Parked, loads: Loads, q: Array, tolerance: float) -> int:
     """Move q to an equilibrium, in place; see `minimise`."""
     layout, work = unpark(parked)

@@ -13,12 +13,13 @@ away, and gives none.
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.linear import factor_lu, factor_symmetric, solve_lu, solve_symmetric
 from tendond.model.strain.equations import (
     Loads,
     Scratch,
     begin_step,
+    find_mass,
     find_matrix,
     find_residual,
     mass_matrix,
@@ -64,7 +65,7 @@ def _energy(layout: Layout, vector: Array) -> float:
     return total
 
 
-@kernel
+@lean
 def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
     """Solve one step from `work.q0` to `work.q1`, which holds a first guess, after `begin_step`.
 
@@ -129,7 +130,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
     return -1
 
 
-@kernel
+@lean
 def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> float:
     """Write to `work.w1` the rates nearest to the points' velocities; return twice their kinetic energy [J].
 
@@ -137,7 +138,7 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
     """
     n = len(work.q1)
     w1, one, two = work.w1, work.before, work.after
-    mass_matrix(layout, two, work.matrix)
+    find_mass(layout, two, work, work.matrix)
     for a in range(n):
         w1[a] = 0.0
     for j in range(len(layout.mass)):
@@ -167,7 +168,7 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
     return twice
 
 
-@kernel
+@lean
 def damped_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
     """Take an implicit Euler step from `work.q0` to `work.q1`, after `begin_step`; return Newton's iterations.
 
@@ -201,7 +202,7 @@ def damped_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: 
     return int(abs(count))
 
 
-@kernel
+@lean
 def advance(
     layout: Layout, loads: Loads, q: Array, w: Array, h: float, tolerance: float, work: Scratch
 ) -> tuple[int, int, int]:

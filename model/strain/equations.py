@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.products import add_products, padded
 from tendond.model.numerics.vectors import Vector
 from tendond.model.strain.kinematics import Shape, curvature_of_points, empty_shape, find_shape
 from tendond.model.strain.layout import BENDING_Y, STRETCH, Layout
@@ -61,6 +62,7 @@ class Scratch(NamedTuple):
         unit: energy of bending by 1 rad [J], then share and norm of the balance, shape (3,).
         q0, w0, q1, w1, trial, change, correction, pull, push, row: vectors, shape (n,).
         hessian: second derivative of the energy, shape (n, n).
+        left, right, total: matrices for `add_products`.
     """
 
     before: Shape
@@ -91,6 +93,9 @@ class Scratch(NamedTuple):
     push: Array
     row: Array
     hessian: Array
+    left: Array
+    right: Array
+    total: Array
 
 
 def scratch_for(layout: Layout) -> Scratch:
@@ -106,37 +111,57 @@ def scratch_for(layout: Layout) -> Scratch:
         empty_shape(layout), empty_shape(layout), empty_paths(layout), empty_paths(layout), np.zeros((n, n)),
         np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros((points, 3)), np.zeros((points, 3)), np.zeros(nodes),
         np.zeros(nodes), np.zeros(tendons), np.zeros(tendons), np.zeros((n, n)), np.zeros(n), scale,
-        np.array([unit, 0.0, 0.0]), *np.zeros((10, n)), np.zeros((n, n)),  # type: ignore[call-arg]
+        np.array([unit, 0.0, 0.0]), *np.zeros((10, n)), np.zeros((n, n)),
+        *np.zeros((2, (3 * points + nodes + tendons) * padded(n))), np.zeros(padded(n) ** 2),  # type: ignore[call-arg]
     )  # fmt: skip
 
 
-@kernel
+@lean
 def mass_matrix(layout: Layout, shape: Shape, out: Array) -> None:
     """Write the mass matrix of a shape, shape (n, n)."""
     n = len(layout.component)
-    jacobian, spin = shape.jacobian, shape.spin
     for a in range(n):
         for b in range(n):
-            out[a, b] = 0.0
-    for j in range(len(layout.mass)):
-        m, last = layout.mass[j], layout.last[layout.place[j] - 1]
-        for a in range(last):
-            x, y, z = m * jacobian[j, 0, a], m * jacobian[j, 1, a], m * jacobian[j, 2, a]
-            for b in range(a, last):
-                out[a, b] += x * jacobian[j, 0, b] + y * jacobian[j, 1, b] + z * jacobian[j, 2, b]
+            value = 0.0
+            for j in range(len(layout.mass)):
+                for i in range(3):
+                    value += layout.mass[j] * shape.jacobian[j, i, a] * shape.jacobian[j, i, b]
+            for k in range(1, len(layout.polar)):
+                value += layout.polar[k] * shape.spin[k, a] * shape.spin[k, b]
+            out[a, b] = value
+
+
+@lean
+def find_mass(layout: Layout, shape: Shape, work: Scratch, out: Array) -> None:
+    """Write the mass matrix of a shape, shape (n, n), by sections: fast, with the scratch arrays."""
+    n, width = len(layout.component), padded(len(layout.component))
+    left, right, total, jacobian, spin = work.left, work.right, work.total, shape.jacobian, shape.spin
+    left[:], right[:], total[:] = 0.0, 0.0, 0.0
+    row = first = j = 0
     for k in range(1, len(layout.polar)):
-        inertia, last = layout.polar[k], layout.last[k - 1]
+        last, inertia = layout.last[k - 1], layout.polar[k]
         if inertia != 0.0:
             for a in range(last):
-                turned = inertia * spin[k, a]
-                for b in range(a, last):
-                    out[a, b] += turned * spin[k, b]
+                left[row * width + a] = inertia * spin[k, a]
+                right[row * width + a] = spin[k, a]
+            row += 1
+        while j < len(layout.mass) and layout.place[j] == k:
+            m = layout.mass[j]
+            for i in range(3):
+                for a in range(last):
+                    left[row * width + a] = m * jacobian[j, i, a]
+                    right[row * width + a] = jacobian[j, i, a]
+                row += 1
+            j += 1
+        if k + 1 == len(layout.polar) or layout.last[k] != last:
+            add_products(left, right, width, first, row, 0, last, last, total)
+            first = row
     for a in range(n):
-        for b in range(a):
-            out[a, b] = out[b, a]
+        for b in range(n):
+            out[a, b] = total[a * width + b]
 
 
-@kernel
+@lean
 def begin_step(layout: Layout, q0: Array, w0: Array, h: float, work: Scratch) -> None:
     """Write what a step of length h from (q0, w0) holds: `work.before` and its paths are at q0 already."""
     n = len(q0)
@@ -190,7 +215,7 @@ def _moved(one: Shape, two: Shape, j: int) -> Vector:
     return b[j, 0] - a[j, 0], b[j, 1] - a[j, 1], b[j, 2] - a[j, 2]
 
 
-@kernel
+@lean
 def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, work: Scratch) -> None:
     """Write the residual of a step that ends at q1, after `begin_step`."""
     n = len(q0)
@@ -272,86 +297,100 @@ def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, 
     work.unit[1], work.unit[2] = share, norm
 
 
-@kernel
+@lean
 def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch) -> None:
     """Write the derivative of the residual by q1, shape (n, n), after `find_residual` there."""
-    n = len(q1)
+    n, width = len(q1), padded(len(q1))
     m, row, change, pull = work.matrix, work.row, work.change, work.pull
     one, two = work.before, work.after
     for a in range(n):
         row[a] = 0.0  # derivative of what the balance lacks
         for b in range(n):
             m[a, b] = 0.0
-    curvature_of_points(layout, two, work.force, m)
+    curvature_of_points(layout, two, work.force, work.left, work.right, work.total, m)
     if len(work.taut) > 0:
         add_tendon_stiffness(layout, q1, work.taut, 1.0, work.paths_after, m)
-    for a in range(n):
-        for b in range(n):
-            m[a, b] *= 0.5
-    for j in range(len(layout.mass)):
-        k, factor = layout.place[j], 2.0 * layout.mass[j] / (h * h)
+    left, right, total = work.left, work.right, work.total
+    left[:], right[:], total[:] = 0.0, 0.0, 0.0
+    r = first = j = 0
+    for k in range(1, len(layout.polar)):
         last = layout.last[k - 1]
-        for a in range(last):
-            x = 0.5 * factor * (one.jacobian[j, 0, a] + two.jacobian[j, 0, a])
-            y = 0.5 * factor * (one.jacobian[j, 1, a] + two.jacobian[j, 1, a])
-            z = 0.5 * factor * (one.jacobian[j, 2, a] + two.jacobian[j, 2, a])
+        while j < len(layout.mass) and layout.place[j] == k:
+            factor = 2.0 * layout.mass[j] / (h * h)
+            x, y, z = _moved(one, two, j)
+            xx = yy = zz = factor
+            xy = yz = zx = 0.0
+            for c in range(3):
+                if layout.drag[j, c] != 0.0:
+                    rx = 0.5 * (one.rotation[k, c] + two.rotation[k, c])
+                    ry = 0.5 * (one.rotation[k, 3 + c] + two.rotation[k, 3 + c])
+                    rz = 0.5 * (one.rotation[k, 6 + c] + two.rotation[k, 6 + c])
+                    slope = 2.0 * layout.drag[j, c] * abs(rx * x + ry * y + rz * z) / (h * h)
+                    xx += slope * rx * rx
+                    yy += slope * ry * ry
+                    zz += slope * rz * rz
+                    xy += slope * rx * ry
+                    yz += slope * ry * rz
+                    zx += slope * rz * rx
+            fx = work.force[j, 0] + xx * x + xy * y + zx * z
+            fy = work.force[j, 1] + xy * x + yy * y + yz * z
+            fz = work.force[j, 2] + zx * x + yz * y + zz * z
+            p0, p1, p2 = r * width, (r + 1) * width, (r + 2) * width
             for b in range(last):
-                m[a, b] += x * two.jacobian[j, 0, b] + y * two.jacobian[j, 1, b] + z * two.jacobian[j, 2, b]
-        x, y, z = (
-            (two.point[j, 0] - one.point[j, 0]),
-            (two.point[j, 1] - one.point[j, 1]),
-            (two.point[j, 2] - one.point[j, 2]),
-        )
-        fx, fy, fz = work.force[j, 0] + factor * x, work.force[j, 1] + factor * y, work.force[j, 2] + factor * z
-        for c in range(3):
-            if layout.drag[j, c] != 0.0:
-                rx = 0.5 * (one.rotation[k, c] + two.rotation[k, c])
-                ry = 0.5 * (one.rotation[k, 3 + c] + two.rotation[k, 3 + c])
-                rz = 0.5 * (one.rotation[k, 6 + c] + two.rotation[k, 6 + c])
-                along = rx * x + ry * y + rz * z
-                slope = 2.0 * layout.drag[j, c] * abs(along) / (h * h)
-                fx += slope * along * rx
-                fy += slope * along * ry
-                fz += slope * along * rz
-                for a in range(last):
-                    left = 0.5 * slope * (
-                        rx * (one.jacobian[j, 0, a] + two.jacobian[j, 0, a])
-                        + ry * (one.jacobian[j, 1, a] + two.jacobian[j, 1, a])
-                        + rz * (one.jacobian[j, 2, a] + two.jacobian[j, 2, a])
-                    )  # fmt: skip
-                    for b in range(last):
-                        m[a, b] += left * (
-                            rx * two.jacobian[j, 0, b] + ry * two.jacobian[j, 1, b] + rz * two.jacobian[j, 2, b]
-                        )
-        for b in range(last):
-            row[b] += fx * two.jacobian[j, 0, b] + fy * two.jacobian[j, 1, b] + fz * two.jacobian[j, 2, b]
+                jx, jy, jz = two.jacobian[j, 0, b], two.jacobian[j, 1, b], two.jacobian[j, 2, b]
+                right[p0 + b], right[p1 + b], right[p2 + b] = jx, jy, jz
+                row[b] += fx * jx + fy * jy + fz * jz
+                jx = 0.5 * (jx + one.jacobian[j, 0, b])
+                jy = 0.5 * (jy + one.jacobian[j, 1, b])
+                jz = 0.5 * (jz + one.jacobian[j, 2, b])
+                left[p0 + b] = xx * jx + xy * jy + zx * jz
+                left[p1 + b] = xy * jx + yy * jy + yz * jz
+                left[p2 + b] = zx * jx + yz * jy + zz * jz
+            r += 3
+            j += 1
+        if k + 1 == len(layout.polar) or layout.last[k] != last:
+            add_products(left, right, width, first, r, 0, last, last, total)
+            first = r
+    first = r
     for i in range(len(work.taut)):
         tension, slope = work.taut[i], work.slack[i]
         if tension != 0.0:
             way = work.paths_after.displacement[i] - work.paths_before.displacement[i]
-            total = slope * way + tension
+            force = slope * way + tension
             for b in range(n):
-                row[b] -= total * work.paths_after.gradient[i, b]
+                row[b] -= force * work.paths_after.gradient[i, b]
         if slope != 0.0:
-            for a in range(n):
-                left = -0.5 * slope * (work.paths_before.gradient[i, a] + work.paths_after.gradient[i, a])
-                for b in range(n):
-                    m[a, b] += left * work.paths_after.gradient[i, b]
+            for b in range(n):
+                right[r * width + b] = work.paths_after.gradient[i, b]
+                left[r * width + b] = -0.5 * slope * (
+                    work.paths_before.gradient[i, b] + work.paths_after.gradient[i, b]
+                )  # fmt: skip
+            r += 1
+    if r > first:
+        add_products(left, right, width, first, r, 0, n, n, total)
     share, norm = work.unit[1], work.unit[2]
     for b in range(n):
         row[b] -= pull[b] + 2.0 * share * layout.stiffness[b, b] * change[b]
     for a in range(n):
         for b in range(n):
+            m[a, b] = 0.5 * m[a, b] + total[a * width + b]
             row[b] -= change[a] * m[a, b]
+    total[:] = 0.0
+    r = first = 0
     for k in range(1, len(layout.polar)):
-        last = layout.last[k - 1]
-        if layout.polar[k] != 0.0:
+        last, inertia = layout.last[k - 1], 0.5 * layout.polar[k] / (h * h)
+        if inertia != 0.0:
             for a in range(last):
-                left = 0.5 * layout.polar[k] / (h * h) * (one.spin[k, a] + two.spin[k, a])
-                for b in range(last):
-                    m[a, b] += left * (one.spin[k, b] + two.spin[k, b])
+                both = one.spin[k, a] + two.spin[k, a]
+                left[r * width + a], right[r * width + a] = inertia * both, both
+            for a in range(last, width):
+                left[r * width + a] = right[r * width + a] = 0.0
+            r += 1
+        if k + 1 == len(layout.polar) or layout.last[k] != last:
+            add_products(left, right, width, first, r, 0, last, last, total)
+            first = r
     for a in range(n):
-        left = layout.stiffness[a, a] * change[a] / norm
+        along = layout.stiffness[a, a] * change[a] / norm
         for b in range(n):
-            m[a, b] += work.elastic[a, b] + left * row[b]
+            m[a, b] += total[a * width + b] + work.elastic[a, b] + along * row[b]
         m[a, a] += share * layout.stiffness[a, a]

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.products import add_products, padded
 from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate, scale
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
@@ -80,7 +81,7 @@ def position_of(shape: Shape, k: int) -> Vector:
     return shape.position[k, 0], shape.position[k, 1], shape.position[k, 2]
 
 
-@kernel
+@lean
 def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
     """Write the shape for the strains q, shape (n,), with all Jacobians."""
     room, part, twist = shape.room, shape.part, shape.twist
@@ -149,17 +150,23 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             shape.jacobian[j, 2, d] = twist[k, 0, d] * x[1] - twist[k, 1, d] * x[0] + twist[k, 5, d]
 
 
-@kernel
-def curvature_of_points(layout: Layout, shape: Shape, force: Array, out: Array) -> None:
+@lean
+def curvature_of_points(
+    layout: Layout, shape: Shape, force: Array, left: Array, right: Array, total: Array, out: Array
+) -> None:
     """Add the sum over the mass points of force . d2x/dq dq, shape (n, n); forces are dead, world frame, shape (P, 3).
 
     A point that a distal strain moves by J is turned by every proximal strain's rotation: d2x = w x J. In their own
-    interval both count by half, which is exact as the interval goes to 0.
+    interval both count by half, which is exact as the interval goes to 0. `left`, `right` and `total` are room for
+    `add_products`.
     """
+    n, width = len(layout.component), padded(len(layout.component))
+    left[:], right[:], total[:] = 0.0, 0.0, 0.0
     fx = fy = fz = 0.0
     q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x F' over the points beyond, row by row
     j = len(layout.mass) - 1
     part, twist = shape.part, shape.twist
+    row = begin = 0
     for k in range(len(layout.step) - 1, -1, -1):
         while j >= 0 and layout.place[j] == k + 1:
             x, y, z = shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]
@@ -169,22 +176,27 @@ def curvature_of_points(layout: Layout, shape: Shape, force: Array, out: Array) 
             q6, q7, q8 = q6 + z * a, q7 + z * b, q8 + z * c
             fx, fy, fz = fx + a, fy + b, fz + c
             j -= 1
-        trace = q0 + q4 + q8
+        s0, s1, s2 = q4 + q8, q0 + q8, q0 + q4
         first, last = layout.first[k], layout.last[k]
+        p0, p1, p2 = row * width, (row + 1) * width, (row + 2) * width
         for d in range(first, last):
             t0, t1, t2 = part[k, 0, d], part[k, 1, d], part[k, 2, d]
             t3, t4, t5 = part[k, 3, d], part[k, 4, d], part[k, 5, d]
-            x = q0 * t0 + q1 * t1 + q2 * t2 - trace * t0 + t4 * fz - t5 * fy
-            y = q3 * t0 + q4 * t1 + q5 * t2 - trace * t1 + t5 * fx - t3 * fz
-            z = q6 * t0 + q7 * t1 + q8 * t2 - trace * t2 + t3 * fy - t4 * fx
-            for e in range(first):
-                value = x * twist[k, 0, e] + y * twist[k, 1, e] + z * twist[k, 2, e]
-                out[d, e] += value
-                out[e, d] += value
-            for e in range(first, last):
-                value = (
-                    x * (twist[k, 0, e] + 0.5 * part[k, 0, e]) + y * (twist[k, 1, e] + 0.5 * part[k, 1, e])
-                    + z * (twist[k, 2, e] + 0.5 * part[k, 2, e])
-                )  # fmt: skip
-                out[d, e] += value
-                out[e, d] += value
+            left[p0 + d] = q1 * t1 + q2 * t2 - s0 * t0 + t4 * fz - t5 * fy
+            left[p1 + d] = q3 * t0 + q5 * t2 - s1 * t1 + t5 * fx - t3 * fz
+            left[p2 + d] = q6 * t0 + q7 * t1 - s2 * t2 + t3 * fy - t4 * fx
+            right[p0 + d] = twist[k, 0, d] + 0.5 * t0
+            right[p1 + d] = twist[k, 1, d] + 0.5 * t1
+            right[p2 + d] = twist[k, 2, d] + 0.5 * t2
+        for d in range(first):
+            right[p0 + d], right[p1 + d], right[p2 + d] = twist[k, 0, d], twist[k, 1, d], twist[k, 2, d]
+        row += 3
+        if k == 0 or layout.first[k - 1] != first:
+            add_products(left, right, width, begin, row, first, last, last, total)
+            begin = row
+    for a in range(n):
+        for b in range(a + 1):
+            value = total[a * width + b] + total[b * width + a]
+            out[a, b] += value
+            if a != b:
+                out[b, a] += value

@@ -16,7 +16,7 @@ Schroeder, A. Stomakhin, C. Jiang, J. M. Teran, "Optimization integrator for lar
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import kernel
+from tendond.model.numerics.compile import lean
 from tendond.model.numerics.linear import factor_symmetric, solve_symmetric
 from tendond.model.strain.equations import Loads, Scratch
 from tendond.model.strain.kinematics import curvature_of_points, find_shape
@@ -34,7 +34,7 @@ CONTRACTION = 0.05
 """Of the decrement in one step, above which a new second derivative is worth its price."""
 
 
-@kernel
+@lean
 def find_energy(layout: Layout, loads: Loads, q: Array, rate: float, work: Scratch) -> tuple[float, float]:
     """Write the gradient of the energy at q to `work.residual`; return the energy, and its terms' sum of sizes [J].
 
@@ -136,7 +136,7 @@ def find_energy(layout: Layout, loads: Loads, q: Array, rate: float, work: Scrat
     return energy, size
 
 
-@kernel
+@lean
 def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scratch) -> None:
     """Write the second derivative of the energy at q to `work.hessian`, shape (n, n), after `find_energy` there."""
     n = len(q)
@@ -144,7 +144,7 @@ def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scra
     for a in range(n):
         for b in range(n):
             out[a, b] = layout.stiffness[a, b] + rate * layout.damping[a, b]
-    curvature_of_points(layout, two, work.force, out)
+    curvature_of_points(layout, two, work.force, work.left, work.right, work.total, out)
     if len(work.taut) > 0:
         add_tendon_stiffness(layout, q, work.taut, 1.0, work.paths_after, out)
     for i in range(len(work.taut)):
@@ -184,7 +184,7 @@ def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scra
                     out[a, b] += factor * one.spin[k, a] * one.spin[k, b]
 
 
-@kernel
+@lean
 def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: float, work: Scratch) -> int:
     """Move q to a minimum of the energy, in place.
 

@@ -9,11 +9,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import lean
 from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+ROUND = 1e-3
+"""As a part of the backbone's length: a path is rounded where it is shorter, at a centre of curvature.
+
+A tendon's path has a kink there, where no minimum of an energy is smooth; elsewhere it is 5e-7 of its length off.
+"""
 
 
 class Paths(NamedTuple):
@@ -22,16 +29,20 @@ class Paths(NamedTuple):
     Attributes:
         displacement: [m], shape (m,). gradient: by the modes, shape (m, n).
         first, last: modes that the strain at a tendon point has, as a range, shape (Q,).
-        strain: at a point, shape (6,). pull: of each tendon on it, shape (6, m). block: stiffness by strains, (6, 6).
+        tangent: unit tangent of each tendon at each point, and its weight by its length, shape (Q, 4, m).
+        strain: at a point, shape (6,). pull: of each tendon on it, shape (6, m). block: stiffness by strains, shape
+            (6, 6). spread: a row of it by modes, shape (n,).
     """
 
     displacement: Array
     gradient: Array
     first: Index
     last: Index
+    tangent: Array
     strain: Array
     pull: Array
     block: Array
+    spread: Array
 
 
 def empty_paths(layout: Layout) -> Paths:
@@ -40,105 +51,107 @@ def empty_paths(layout: Layout) -> Paths:
     used = layout.tendon_at != 0.0
     first = np.argmax(used, axis=1).astype(np.int64)
     last = (n - np.argmax(used[:, ::-1], axis=1)).astype(np.int64)
-    return Paths(np.zeros(m), np.zeros((m, n)), first, last, np.zeros(6), np.zeros((6, m)), np.zeros((6, 6)))
+    return Paths(
+        np.zeros(m), np.zeros((m, n)), first, last, np.zeros((len(used), 4, m)), np.zeros(6), np.zeros((6, m)),
+        np.zeros((6, 6)), np.zeros(n),
+    )  # fmt: skip
 
 
-@inlined
-def _find_strain(layout: Layout, q: Array, j: int, paths: Paths) -> None:
-    """Write the strain at the tendon point j."""
-    for c in range(6):
-        paths.strain[c] = layout.tendon_strain[j, c]
-    for d in range(paths.first[j], paths.last[j]):
-        paths.strain[layout.component[d]] += layout.tendon_at[j, d] * q[d]
-
-
-@kernel
+@lean
 def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
     """Write displacements and gradients for the strains q, shape (n,)."""
     n, tendons = len(q), len(layout.straight)
-    strain, pull = paths.strain, paths.pull
+    strain, pull, tangent = paths.strain, paths.pull, paths.tangent
     for i in range(tendons):
         paths.displacement[i] = layout.straight[i]
         for d in range(n):
             paths.gradient[i, d] = 0.0
     for j in range(len(paths.first)):
-        _find_strain(layout, q, j, paths)
+        for c in range(6):
+            strain[c] = layout.tendon_strain[j, c]
+        for d in range(paths.first[j], paths.last[j]):
+            strain[layout.component[d]] += layout.tendon_at[j, d] * q[d]
         u0, u1, u2, v0, v1, v2 = strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]
         for i in range(tendons):
-            x, y = layout.route[j, i, 0], layout.route[j, i, 1]
+            x, y, w = layout.route[j, i, 0], layout.route[j, i, 1], layout.weight[j, i]
             tx = v0 - u2 * y + layout.slope[j, i, 0]
             ty = v1 + u2 * x + layout.slope[j, i, 1]
             tz = v2 + u0 * y - u1 * x
-            length = math.sqrt(tx * tx + ty * ty + tz * tz)
-            w = layout.weight[j, i]
-            paths.displacement[i] -= w * length
-            f = w / length
-            pull[0, i] = f * y * tz
-            pull[1, i] = -f * x * tz
-            pull[2, i] = f * (x * ty - y * tx)
-            pull[3, i], pull[4, i], pull[5, i] = f * tx, f * ty, f * tz
+            length = math.sqrt(tx * tx + ty * ty + tz * tz + ROUND * ROUND)
+            inverse = 1.0 / length
+            tx, ty, tz = tx * inverse, ty * inverse, tz * inverse
+            tangent[j, 0, i], tangent[j, 1, i], tangent[j, 2, i], tangent[j, 3, i] = tx, ty, tz, w * inverse
+            paths.displacement[i] -= w * (length - 0.5 * ROUND * ROUND)
+            pull[0, i], pull[1, i], pull[2, i] = w * y * tz, -w * x * tz, w * (x * ty - y * tx)
+            pull[3, i], pull[4, i], pull[5, i] = w * tx, w * ty, w * tz
         for i in range(tendons):
             if layout.weight[j, i] != 0.0:
                 for d in range(paths.first[j], paths.last[j]):
                     paths.gradient[i, d] -= layout.tendon_at[j, d] * pull[layout.component[d], i]
 
 
-@kernel
+@lean
 def add_tendon_stiffness(layout: Layout, q: Array, tension: Array, factor: float, paths: Paths, out: Array) -> None:
-    """Subtract `factor` times the sum of tension . d2(displacement)/dq dq from `out`, shape (n, n)."""
-    tendons = len(tension)
-    strain, block = paths.strain, paths.block
+    """Subtract `factor` times the sum of tension . d2(displacement)/dq dq from `out`, shape (n, n).
+
+    After `find_paths` at the same strains q, whose tangents it takes.
+    """
+    block, spread, tangent = paths.block, paths.spread, paths.tangent
     for j in range(len(paths.first)):
         any_tension = False
-        for i in range(tendons):
+        for i in range(len(tension)):
             any_tension |= layout.weight[j, i] * tension[i] != 0.0
         if not any_tension:
             continue
-        _find_strain(layout, q, j, paths)
-        u0, u1, u2, v0, v1, v2 = strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]
-        for a in range(6):
-            for b in range(a + 1):
-                block[a, b] = 0.0
-        for i in range(tendons):
-            w = layout.weight[j, i] * tension[i] * factor
+        first, last = paths.first[j], paths.last[j]
+        sheared = False
+        for d in range(first, last):
+            sheared |= layout.component[d] == 3 or layout.component[d] == 4
+        b00 = b10 = b11 = b20 = b21 = b22 = b50 = b51 = b52 = b55 = 0.0
+        b30 = b31 = b32 = b33 = b40 = b41 = b42 = b43 = b44 = b53 = b54 = 0.0
+        for i in range(len(tension)):
+            w = tangent[j, 3, i] * tension[i] * factor
             if w == 0.0:
                 continue
             x, y = layout.route[j, i, 0], layout.route[j, i, 1]
-            tx = v0 - u2 * y + layout.slope[j, i, 0]
-            ty = v1 + u2 * x + layout.slope[j, i, 1]
-            tz = v2 + u0 * y - u1 * x
-            length = math.sqrt(tx * tx + ty * ty + tz * tz)
-            tx, ty, tz = tx / length, ty / length, tz / length
-            w /= length
+            tx, ty, tz = tangent[j, 0, i], tangent[j, 1, i], tangent[j, 2, i]
             # P = 1 - t t' on the tangent's derivatives (0, 0, y), (0, 0, -x), (-y, x, 0) by u, and the axes by v
-            pz, spun = 1.0 - tz * tz, x * ty - y * tx
-            ux, uy = -y - spun * tx, x - spun * ty  # P (-y, x, 0), and its z component below
-            uz = -spun * tz
-            block[0, 0] += w * y * y * pz
-            block[1, 0] -= w * x * y * pz
-            block[1, 1] += w * x * x * pz
-            block[2, 0] += w * y * uz
-            block[2, 1] -= w * x * uz
-            block[2, 2] += w * (x * uy - y * ux)
-            block[3, 0] -= w * y * tx * tz
-            block[3, 1] += w * x * tx * tz
-            block[3, 2] += w * ux
-            block[3, 3] += w * (1.0 - tx * tx)
-            block[4, 0] -= w * y * ty * tz
-            block[4, 1] += w * x * ty * tz
-            block[4, 2] += w * uy
-            block[4, 3] -= w * tx * ty
-            block[4, 4] += w * (1.0 - ty * ty)
-            block[5, 0] += w * y * pz
-            block[5, 1] -= w * x * pz
-            block[5, 2] += w * uz
-            block[5, 3] -= w * tx * tz
-            block[5, 4] -= w * ty * tz
-            block[5, 5] += w * pz
-        for a in range(6):
-            for b in range(a):
-                block[b, a] = block[a, b]
-        for a in range(paths.first[j], paths.last[j]):
+            pz, spun = w * (1.0 - tz * tz), x * ty - y * tx
+            uz = -w * spun * tz
+            b00 += y * y * pz
+            b10 -= x * y * pz
+            b11 += x * x * pz
+            b20 += y * uz
+            b21 -= x * uz
+            b22 += w * (x * x + y * y - spun * spun)
+            b50 += y * pz
+            b51 -= x * pz
+            b52 += uz
+            b55 += pz
+            if sheared:
+                b30 -= w * y * tx * tz
+                b31 += w * x * tx * tz
+                b32 -= w * (y + spun * tx)
+                b33 += w * (1.0 - tx * tx)
+                b40 -= w * y * ty * tz
+                b41 += w * x * ty * tz
+                b42 += w * (x - spun * ty)
+                b43 -= w * tx * ty
+                b44 += w * (1.0 - ty * ty)
+                b53 -= w * tx * tz
+                b54 -= w * ty * tz
+        block[0, 0], block[0, 1], block[0, 2], block[0, 3], block[0, 4], block[0, 5] = b00, b10, b20, b30, b40, b50
+        block[1, 0], block[1, 1], block[1, 2], block[1, 3], block[1, 4], block[1, 5] = b10, b11, b21, b31, b41, b51
+        block[2, 0], block[2, 1], block[2, 2], block[2, 3], block[2, 4], block[2, 5] = b20, b21, b22, b32, b42, b52
+        block[3, 0], block[3, 1], block[3, 2], block[3, 3], block[3, 4], block[3, 5] = b30, b31, b32, b33, b43, b53
+        block[4, 0], block[4, 1], block[4, 2], block[4, 3], block[4, 4], block[4, 5] = b40, b41, b42, b43, b44, b54
+        block[5, 0], block[5, 1], block[5, 2], block[5, 3], block[5, 4], block[5, 5] = b50, b51, b52, b53, b54, b55
+        seen = -1
+        for a in range(first, last):
             ca, value = layout.component[a], layout.tendon_at[j, a]
-            for b in range(paths.first[j], paths.last[j]):
-                out[a, b] += value * layout.tendon_at[j, b] * block[ca, layout.component[b]]
+            if ca != seen:  # modes of a component follow each other
+                seen = ca
+                for b in range(first, last):
+                    spread[b] = layout.tendon_at[j, b] * block[ca, layout.component[b]]
+            for b in range(first, last):
+                out[a, b] += value * spread[b]

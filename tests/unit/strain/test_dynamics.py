@@ -20,7 +20,8 @@ def test_the_jacobians_of_all_points_are_derivatives_of_the_shape() -> None:
     shape, other = empty_shape(layout), empty_shape(layout)
     find_shape(layout, q, shape)
     force, curvature = rng.normal(size=shape.point.shape), np.zeros((rod.modes, rod.modes))
-    curvature_of_points(layout, shape, force, curvature)
+    work = rod._work
+    curvature_of_points(layout, shape, force, work.left, work.right, work.total, curvature)
     for mode, unit in enumerate(np.eye(rod.modes)):
         find_shape(layout, q + 1e-6 * unit, other)
         ahead, pulled = other.point.copy(), np.einsum("pin,pi->n", other.jacobian, force)

@@ -12,6 +12,7 @@ from tendond.model.strain.analysis.summary import Summary, summarise
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
 
 YIELD = ((150e9, 0.008, "spring steel"), (20e9, 0.06, "nitinol"))
 """From this Young's modulus on [Pa]: strain without a permanent bend, where rod.yield_strain is not given, and of what.
@@ -159,6 +160,13 @@ def _geometry(robot: Robot, config: RigConfig) -> Iterator[str]:
         density = section.mass_per_length / (math.pi * radius**2)
         if not DENSITY[0] <= density <= DENSITY[1]:
             yield f"{key}: {density:.3g} kg per m^3 of backbone: check the units of radius, density and mass"
+    for number, given in enumerate(config.rod.section):
+        if any(given.shear_damping[:2]) and given.shear_stiffness is None:
+            yield f"rod.section[{number}].shear_damping: has no effect across the section without shear_stiffness"
+    if config.rod.refusal:
+        for name in ("space", "nodes", "alpha"):
+            if getattr(config.rod, name) != RodSection.model_fields[name].default:
+                yield f"rod.{name}: is of the rod that controller and simulator run, which is not this robot's"
     thinnest = min(section.fibre(0.0) for section in robot.sections)
     for index, tendon in enumerate(robot.tendons):
         arm = math.hypot(*tendon.at(0.0))

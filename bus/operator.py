@@ -6,7 +6,8 @@ from tendond.bus.client import BusError, open_client
 from tendond.bus.query import replies
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import control_key
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Status
+from tendond.schemas.messages import Status
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import encode
 
 REPLY_SECONDS = 2.0

@@ -6,7 +6,8 @@ from contextlib import suppress
 import zenoh
 
 from tendond.bus.client import BusError
-from tendond.schemas.messages import ENCODING, ControlReply
+from tendond.schemas.messages import ENCODING
+from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]

@@ -4,10 +4,9 @@ import math
 from enum import StrEnum
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
-from tendond.schemas.config.reference import ReferenceSection
 
 ENCODING = "application/json"
 LARGEST_PAYLOAD = 65536
@@ -222,63 +221,3 @@ class Status(Message):
     sources: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     refused: str = ""
     loop: LoopHealth
-
-
-class ControlAction(StrEnum):
-    """Action of an operator's request; each is a queryable, `<rig>/control/<action>`."""
-
-    ARM = "arm"
-    PROBE = "probe"
-    STOP = "stop"
-    RESET = "reset"
-    STATUS = "status"
-    REFERENCE = "reference"
-    LAW = "law"
-
-
-class ControlRequest(Schema):
-    """A request by an operator.
-
-    Attributes:
-        action: action to carry out.
-        law: law to select, with the action `law`.
-        reference: reference to set, with the action `reference`; with its samples, not a file.
-        controller: identity of the addressed controller, from its status; empty: any.
-        deadline_ns: time on that controller's monotonic clock [ns], the clock of its status' `stamp_ns`, after which
-            the request is refused. Without one, a request that may have waited for half a second is refused. A stop is
-            always carried out.
-    """
-
-    REQUIRED: ClassVar[frozenset[str]] = frozenset({"version"})
-
-    version: Literal[1] = SCHEMA_VERSION
-    action: ControlAction
-    law: Annotated[str, Field(max_length=64)] | None = None
-    reference: ReferenceSection | None = None
-    controller: Annotated[str, Field(max_length=64)] = ""
-    deadline_ns: Annotated[int, Field(ge=0)] | None = None
-
-    @model_validator(mode="after")
-    def _fits(self) -> "ControlRequest":
-        if (self.law is not None) != (self.action is ControlAction.LAW):
-            raise ValueError("a law goes with the action 'law'")
-        if (self.reference is not None) != (self.action is ControlAction.REFERENCE):
-            raise ValueError("a reference goes with the action 'reference'")
-        if self.reference is not None and self.reference.kind == "samples" and not self.reference.samples:
-            raise ValueError("the samples are missing: a file's name means nothing to another process")
-        return self
-
-
-class ControlReply(Schema):
-    """Reply to an operator's request.
-
-    Attributes:
-        done: the request was carried out.
-        message: report of what was done, or reason for a refusal, in one line.
-        status: status of the controller afterwards.
-    """
-
-    version: Literal[1] = SCHEMA_VERSION
-    done: bool
-    message: str
-    status: Status | None = None

@@ -6,7 +6,8 @@ from pydantic import AliasChoices, Field
 
 from tendond.schemas.base import PerTendon, Quaternion, Schema, Vector3
 from tendond.schemas.config.reference import ReferenceSection
-from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonCommand, TendonState, TipPose
+from tendond.schemas.requests import ControlAction
 
 RECORD_VERSION: Literal[2] = 2
 """Version 1 had `tension` for `tension_estimate`, and no `law_state`; it is still read."""

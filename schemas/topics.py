@@ -6,17 +6,8 @@ from typing import Literal
 from tendond.schemas import keys
 from tendond.schemas.base import Schema
 from tendond.schemas.faults import FaultRequest
-from tendond.schemas.messages import (
-    ControlAction,
-    ControlReply,
-    ControlRequest,
-    ServoHealth,
-    SimulatorTruth,
-    Status,
-    TendonCommand,
-    TendonState,
-    TipPose,
-)
+from tendond.schemas.messages import ServoHealth, SimulatorTruth, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 
 
 @dataclass(frozen=True)

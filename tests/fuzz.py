@@ -22,16 +22,8 @@ from tendond.schemas.base import Schema
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.messages import (
-    ControlAction,
-    ControlReply,
-    ControlRequest,
-    Mode,
-    SimulatorTruth,
-    TendonCommand,
-    TendonState,
-    TipPose,
-)
+from tendond.schemas.messages import Mode, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import UnreadableError, decode, encode
 from tests.unit.offline.records import cycle_record, write_log
 

@@ -24,8 +24,9 @@ from tendond.daemon.runtime.planner import make_plan
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import check_config
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import decode, encode
 
 KINDS = ("exponential", "step", "minimum_jerk", "samples", "point", "line", "circle", "helix", "figure_eight")

@@ -22,8 +22,9 @@ from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, LoopTiming
+from tendond.schemas.requests import ControlAction
 from tests.sil.rig import rig
 
 MEGABYTE = 1e6

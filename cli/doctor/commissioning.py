@@ -12,7 +12,8 @@ from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rests import configured_rests
 from tendond.daemon.control.state import rod_from_section
 from tendond.model.errors import ModelError
-from tendond.schemas.messages import ControlAction, Mode, Status
+from tendond.schemas.messages import Mode, Status
+from tendond.schemas.requests import ControlAction
 
 BLOCK = 25
 """Poses averaged."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from tendond.cli.manual.markdown import attributes, code, escaped, summary, table
 from tendond.daemon.recording.channels import CHANNELS
 from tendond.offline.logs.units import unit_of
-from tendond.schemas import messages, record
+from tendond.schemas import messages, record, requests
 from tendond.schemas.base import SCHEMA_VERSION, Schema
 from tendond.schemas.errors.keywords import in_words, resolved, schema_of
 from tendond.schemas.faults import FAULTS, FaultRequest
@@ -24,7 +24,7 @@ EXAMPLES: dict[type[Schema], Schema] = {
     messages.TendonState: messages.TendonState(
         seq=4709, stamp_ns=81_234_456_789, displacement=(0.0575, 0.0, -0.0575, 0.0), tension=(43.0, 0.0, 0.0, 0.0)
     ),
-    messages.ControlReply: messages.ControlReply(done=False, message="no pose yet: is the camera's driver running?"),
+    requests.ControlReply: requests.ControlReply(done=False, message="no pose yet: is the camera's driver running?"),
 }  # fmt: skip
 
 

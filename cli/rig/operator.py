@@ -13,7 +13,8 @@ from tendond.cli.common import load_config, read_samples
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.errors.explain import explain
-from tendond.schemas.messages import LARGEST_PAYLOAD, ControlAction, ControlRequest, Status
+from tendond.schemas.messages import LARGEST_PAYLOAD, Status
+from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import encode
 
 

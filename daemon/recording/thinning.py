@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
+from tendond.schemas.requests import ControlAction
 
 QUIET_SECONDS = 10.0
 """Time without an event after which an idle stretch is thinned [s]."""

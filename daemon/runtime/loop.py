@@ -21,8 +21,9 @@ from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.request_queue import RequestQueue
 from tendond.daemon.runtime.status import status_of
 from tendond.daemon.runtime.warm_up import warm_up
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TipPose
+from tendond.schemas.messages import Mode, Status, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord, LoopTiming
+from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import decode, encode
 
 STATUS_SECONDS = 1.0

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from tendond.daemon.control.state import CycleSetup, CycleState
 from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.requests import Question, Requests
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
+from tendond.schemas.messages import Mode, Status
 from tendond.schemas.record import CycleRecord
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 
 STARTING = "not done: the controller was still starting; ask again"
 PLANNING = "a reference is being planned: wait for it, or stop to give it up"

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import zenoh
 
 from tendond.schemas.keys import CONTROL, key
-from tendond.schemas.messages import ENCODING, ControlAction, ControlReply, ControlRequest
+from tendond.schemas.messages import ENCODING
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 QUEUE = 64

@@ -11,8 +11,9 @@ from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.daemon.errors import LawError
 from tendond.model.errors import ModelError
-from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 
 CYCLES = 3
 

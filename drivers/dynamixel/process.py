@@ -21,7 +21,8 @@ from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
-from tendond.schemas.messages import ENCODING, ControlReply, ServoHealth, TendonCommand, TendonState
+from tendond.schemas.messages import ENCODING, ServoHealth, TendonCommand, TendonState
+from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0

@@ -10,7 +10,7 @@ from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
-from tendond.schemas.messages import ControlReply
+from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 REPLY_SECONDS = 2.0

@@ -11,8 +11,9 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state, rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 
 Array = NDArray[np.float64]
 

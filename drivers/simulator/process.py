@@ -15,7 +15,8 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ENCODING, ControlReply, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import ENCODING, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 
 CONNECT_SECONDS = 120.0

@@ -4,7 +4,7 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.simulator.faults import Faults
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
-from tendond.schemas.messages import ControlReply
+from tendond.schemas.requests import ControlReply
 
 HOT = 75.0
 """[degree Celsius]: above the servos' own limit."""

@@ -11,7 +11,8 @@ from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.assumed_rig import RESOLUTION
 from tendond.schemas.config.presets import PROFILES
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 Array = NDArray[np.float64]
 

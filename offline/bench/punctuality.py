@@ -23,8 +23,9 @@ from tendond.offline.logs.log import load
 from tendond.offline.processes import START_SECONDS
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import LoopTiming
+from tendond.schemas.requests import ControlAction
 
 
 def measure(seconds: float, progress: Callable[[str], None]) -> list[PunctualityRow]:

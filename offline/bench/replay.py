@@ -16,7 +16,7 @@ from tendond.offline.replay.rerun import inputs_of, recorded_setup, rerun
 from tendond.offline.replay.segments import Gaps, segments
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction
+from tendond.schemas.requests import ControlAction
 
 ARMED_AT = 10
 ROUNDS = 3

@@ -29,7 +29,8 @@ from tendond.offline.processes import (
 from tendond.schemas.config.presets import WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, key
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, ServoHealth
+from tendond.schemas.messages import Mode, ServoHealth
+from tendond.schemas.requests import ControlAction, ControlReply
 
 RIG = "demo"
 

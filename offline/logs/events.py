@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
+from tendond.schemas.requests import ControlAction
 
 REQUEST, MODE, FAULT = "request", "mode", "fault"
 REJECTED, NO_POSE, LIMIT = "input rejected", "no new pose", "limit met"

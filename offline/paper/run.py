@@ -20,7 +20,8 @@ from tendond.offline.logs.metrics import Metrics, metrics, tracking_of
 from tendond.offline.paper.scenarios import ARMED, Scenario
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 Array = NDArray[np.float64]
 

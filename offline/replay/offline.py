@@ -8,8 +8,8 @@ from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.schemas.calibration import Calibration
-from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 
 EPOCH_NS = 1_000_000_000
 """Log time of the first cycle [ns]."""

@@ -5,7 +5,8 @@ import numpy as np
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 LATER = 6.0
 """[s] From the fault on, in which a loop that the fault need not have ended comes to rest."""

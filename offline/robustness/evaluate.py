@@ -18,7 +18,8 @@ from tendond.offline.robustness.plants import IDLE_CYCLES, IMPACT_CYCLES, TRACKI
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 SETTLING_GOAL = 45
 """Maximum iterations to settle, in addition to the cost of the rate limit."""

@@ -19,7 +19,8 @@ from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
 from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 RATES = (100.0, 250.0)
 """[Hz]"""

@@ -14,7 +14,8 @@ from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.trials.paths import Trial, config_of
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from tendond.model.errors import ConvergenceError
 from tendond.offline.wiring.mistakes import Mistake, all_mistakes, with_poses
 from tendond.schemas.config.presets import RIG
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 CHAINS = {"ideal": "", "wired": RIG}
 """The plant: tensions as commanded; or the real rig's servos, elastic tendons, and poses with noise and delay."""

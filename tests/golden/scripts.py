@@ -8,8 +8,8 @@ from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_sec
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.rig.servos import calibration
 
 FOLDER = Path(__file__).parent

@@ -20,8 +20,9 @@ import numpy as np
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.plants.mujoco_robot import DivergedError, Robot
 from tests.plants.rig import MujocoRig, Rig
 

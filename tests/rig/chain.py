@@ -14,7 +14,8 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, ControlReply, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction, ControlReply
 from tests.rig.servos import calibration
 from tests.rig.tracker import free_port
 from tests.sil.rig import Rig

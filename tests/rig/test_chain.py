@@ -24,7 +24,8 @@ from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 from tests.rig.chain import PATIENCE_SECONDS, Chain
 from tests.rig.servos import calibration, emulated
 from tests.sil.rig import Rig

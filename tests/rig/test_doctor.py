@@ -23,7 +23,8 @@ from tendond.drivers.vicon.packet import ObjectReading
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.keys import TIP_POSE, key
-from tendond.schemas.messages import ControlAction, TipPose
+from tendond.schemas.messages import TipPose
+from tendond.schemas.requests import ControlAction
 from tendond.schemas.wire import encode
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import BASE, TIP, Tracker, free_port

@@ -7,7 +7,8 @@ from typing import Any
 import zenoh
 
 from tendond.bus.operator import ask
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode, Status, TipPose
+from tendond.schemas.messages import Mode, Status, TipPose
+from tendond.schemas.requests import ControlAction, ControlRequest
 from tests.sil.peer import Outgoing, Peer
 from tests.sil.rig import PATIENCE_SECONDS, Rig
 

@@ -15,7 +15,8 @@ import zenoh
 from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask
 from tendond.schemas.keys import control_key
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
+from tendond.schemas.messages import Mode, Status
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import encode
 
 PATIENCE_SECONDS = 120.0

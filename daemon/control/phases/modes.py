@@ -23,8 +23,9 @@ from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, chan
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
 from tendond.model.estimation.observer import start_observer
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 
 ACTIVE = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING)
 

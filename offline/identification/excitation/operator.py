@@ -24,7 +24,8 @@ from tendond.offline.processes import (
     tip_in_words,
 )
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode, Status
+from tendond.schemas.messages import Mode, Status
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 
 PATIENCE_SECONDS = 10.0
 """Time for which a refused request is repeated: the tendons may still be releasing."""

@@ -19,7 +19,7 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction
+from tendond.schemas.requests import ControlAction
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from tendond.bus.operator import ask
 from tendond.daemon.runtime.bus import Hub
 from tendond.schemas.config.rig import ConfigError, check_config
 from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ControlAction, ControlReply, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import TendonCommand, TendonState, TipPose
+from tendond.schemas.requests import ControlAction, ControlReply
 from tendond.schemas.wire import encode
 from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
 

@@ -11,7 +11,8 @@ import zenoh
 from tendond.bus.client import BusError, open_client
 from tendond.bus.query import replies, reply_to_next
 from tendond.bus.subscription import Subscription
-from tendond.schemas.messages import ControlReply, TipPose
+from tendond.schemas.messages import TipPose
+from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 from tests.rig.tracker import free_port
 

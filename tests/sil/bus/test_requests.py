@@ -14,7 +14,8 @@ from tendond.offline.logs.log import load
 from tendond.offline.replay.rerun import rerun
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.keys import control_key
-from tendond.schemas.messages import ControlAction, ControlReply, ControlRequest, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import decode, encode
 from tests.sil.rig import PATIENCE_SECONDS, Rig, flooded, rig
 

@@ -11,7 +11,8 @@ import pytest
 import zenoh
 
 from tendond.schemas.keys import TIP_POSE
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil

@@ -19,8 +19,9 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.keys import TENDON_COMMAND, key
-from tendond.schemas.messages import ControlAction, ControlReply, Mode, TendonCommand
+from tendond.schemas.messages import Mode, TendonCommand
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction, ControlReply
 from tendond.schemas.wire import decode
 from tests.sil.pacer import PlantPacer
 from tests.sil.rig import Rig

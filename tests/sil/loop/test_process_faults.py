@@ -15,7 +15,8 @@ from tendond.offline.logs.log import load
 from tendond.schemas.config.control import LoopSection
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.keys import ALIVE, key
-from tendond.schemas.messages import ControlAction, ControlRequest, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction, ControlRequest
 from tests.sil.bench import Bench
 from tests.sil.rig import PATIENCE_SECONDS
 

@@ -13,7 +13,8 @@ import zenoh
 from tendond.offline.logs.log import load
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.keys import TIP_POSE, key
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 from tests.sil.rig import Rig, rig
 
 pytestmark = pytest.mark.sil

@@ -13,7 +13,8 @@ from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.offline.logs.container import records as read_records
 from tendond.offline.logs.log import load
 from tendond.schemas.keys import TENDON_COMMAND, key
-from tendond.schemas.messages import ControlAction, Mode, TendonCommand
+from tendond.schemas.messages import Mode, TendonCommand
+from tendond.schemas.requests import ControlAction
 from tendond.schemas.wire import decode
 from tests.sil.rig import rig
 

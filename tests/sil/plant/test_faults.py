@@ -11,7 +11,8 @@ import pytest
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.keys import TIP_POSE, key
-from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonState, TipPose
+from tendond.schemas.requests import ControlAction
 from tests.sil.bench import Bench, changed_briefly, frozen, moved, once
 from tests.sil.peer import Outgoing, Peer
 from tests.sil.rig import rig

@@ -9,7 +9,8 @@ import zenoh
 
 from tendond.offline.logs.log import load
 from tendond.schemas.config.presets import RIG
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil

@@ -13,7 +13,8 @@ from tendond.offline.replay.offline import record_lockstep
 from tendond.offline.replay.rerun import rerun
 from tendond.schemas.config.presets import NASTY, RIG, WIRED
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 ARM = 40
 BOUNDS = Bounds(angle=0.6, gain_min=0.62, gain_max=1.5)

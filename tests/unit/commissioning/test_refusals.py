@@ -3,8 +3,9 @@
 import pytest
 
 from tendond.daemon.control.phases.admission import describe_refusals
-from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import START, go, pose
 
 

@@ -11,8 +11,9 @@ from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rests import configured_rests, rotation_matrix, rotation_vectors, turn_by
 from tendond.daemon.control.state import rod_from_section
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.commissioning.rests import FAMILY, Array, as_quaternion, degrees, rest, unit
 from tests.unit.control.cycles import START, go, pose
 

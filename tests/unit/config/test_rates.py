@@ -12,7 +12,8 @@ from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rates import natural_frequency, own_displacement_rate, own_tension_rate
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.robot import RodSection
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 
 def test_the_first_natural_frequency_is_that_of_a_steel_ruler_in_the_textbook() -> None:

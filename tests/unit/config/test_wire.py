@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendond.schemas.messages import LARGEST_PAYLOAD, ControlRequest, TendonCommand, TipPose
+from tendond.schemas.messages import LARGEST_PAYLOAD, TendonCommand, TipPose
+from tendond.schemas.requests import ControlRequest
 from tendond.schemas.wire import UnreadableError, decode, encode
 
 POSE = TipPose(seq=3, stamp_ns=5, position=(0.1, 1 / 3, math.pi), orientation=(0.6, 0.0, 0.8, 0.0))

@@ -6,8 +6,9 @@ from tendond.drivers.simulator.lockstep import without_probe
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 
 CONFIG = without_probe(RigConfig())
 SETUP = CycleSetup.from_config(CONFIG)

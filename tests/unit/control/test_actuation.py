@@ -21,7 +21,8 @@ from tendond.daemon.control.actuation import (
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 LIMITS = LimitsSection(tension_min=0.5, tension_max=50.0, tension_rate=1000.0, displacement_rate=1.0)
 PERIOD = 0.01

@@ -12,8 +12,9 @@ from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode, TendonState
+from tendond.schemas.messages import Mode, TendonState
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import CONFIG, SETUP, START, armed, follow, go, pose
 
 

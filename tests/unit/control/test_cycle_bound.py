@@ -17,8 +17,9 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.config.spatial import SPACE_KINDS
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 
 PART, PART_WITH_REQUEST = 0.2, 0.3
 """Of the period: of any cycle, of one with a request. Planning takes seconds, compiling tenths of one.

@@ -5,8 +5,9 @@ import numpy as np
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import pose
 
 SETUP = CycleSetup.from_config(parse_config('[control]\nfeedback = "direct"\n[commissioning]\nprobe = false\n', "test"))

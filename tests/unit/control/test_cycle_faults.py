@@ -8,8 +8,9 @@ from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode, TendonState
+from tendond.schemas.messages import Mode, TendonState
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import CONFIG, REST, SETUP, armed, follow, go, pose
 
 

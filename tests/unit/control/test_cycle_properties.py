@@ -15,8 +15,9 @@ from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 
 CYCLES = 100_000
 """At least, over all examples."""

@@ -15,8 +15,9 @@ from tendond.daemon.control.state import CycleSetup, initial_state
 from tendond.drivers.simulator.lockstep import STRAIGHT, Wires, watched_loop
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 
 ARM, SETTLED = 20, 250
 BOUNDS = TrackingBounds.from_config(RigConfig())

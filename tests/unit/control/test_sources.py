@@ -8,8 +8,9 @@ from tendond.bus.followed import FollowedController
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.schemas.keys import ALIVE, TENDON_STATE, TIP_POSE
-from tendond.schemas.messages import ControlAction, Mode, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import Mode, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import CONFIG, REST, UPRIGHT
 
 UNCHECKED = CONFIG.commissioning.model_copy(update={"rest": False})

@@ -12,8 +12,9 @@ from tendond.daemon.control.thresholds import Thresholds
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.renamed import RenamedKeyWarning
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode, TipPose
+from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.cli.commands import tendond
 
 

@@ -21,7 +21,7 @@ from tendond.offline.identification.recordings.recording import DataError
 from tendond.offline.identification.recordings.weights import parse_weights
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.simulator import Weight
-from tendond.schemas.messages import ControlAction
+from tendond.schemas.requests import ControlAction
 from tests.unit.offline.records import cycle_record, write_log
 
 BASE = {

@@ -20,8 +20,8 @@ from tendond.offline.replay.changes import parameter_changes, version_changes
 from tendond.offline.replay.difference import Field, compare
 from tendond.offline.replay.rerun import inputs_of, rerun
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 from tests.golden.scripts import CONFIG, CYCLES, FOLDER
 from tests.unit.logs.commands import run_command
 from tests.unit.logs.logs import rewritten, write_parts

@@ -31,7 +31,8 @@ from tendond.offline.robustness.evaluate import evaluate
 from tendond.offline.robustness.margin import LoopRow, run_loop, stiffness_rows
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 ROD = RodParameters()
 RATES = LawRates(12.4, 30.0, 100.0)

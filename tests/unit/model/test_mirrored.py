@@ -7,8 +7,9 @@ from tendond.daemon.control.reference.planar import PLANES, PlanarReference
 from tendond.daemon.control.state import CycleSetup
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
+from tendond.schemas.requests import ControlAction
 
 AGONISTS = {"xz": {1: 0, -1: 2}, "yz": {1: 1, -1: 3}}
 """By plane and side."""

@@ -9,8 +9,9 @@ from tendond.daemon.control.state import rod_from_section
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
+from tendond.schemas.requests import ControlAction
 
 ARM = 5
 GRAVITY = 9.81

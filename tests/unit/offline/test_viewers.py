@@ -25,7 +25,7 @@ from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.run import open_run
 from tendond.offline.replay.offline import record_lockstep
 from tendond.schemas.config.rig import check_config
-from tendond.schemas.messages import ControlAction
+from tendond.schemas.requests import ControlAction
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[3]

@@ -19,7 +19,8 @@ from tendond.offline.logs import load
 from tendond.offline.replay.offline import record_lockstep
 from tendond.offline.replay.rerun import rerun
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "howto" / "law.md").read_text(encoding="utf-8")

@@ -12,7 +12,8 @@ from tendond.daemon.control.laws.law import Decision, PlanarObservation, Spatial
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
 
 RNG = np.random.default_rng(7)
 

@@ -21,8 +21,9 @@ from tendond.offline.trials.paths import Trial
 from tendond.schemas.config.presets import WIRED_SPACE
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.faults import Fault, FaultRequest
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
+from tendond.schemas.requests import ControlAction
 from tests.unit.rod.rods import Array
 
 BASE = RigConfig()

@@ -5,8 +5,9 @@ import pytest
 
 from tendond.daemon.control.phases.modes import change_mode, handle_request, pulls
 from tendond.daemon.control.state import CycleState, changed
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.cycles import SETUP, START, armed
 
 TRACKING = armed()

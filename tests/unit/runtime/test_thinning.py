@@ -16,8 +16,9 @@ from tendond.offline.logs.recover import recover
 from tendond.offline.replay.rerun import rerun
 from tendond.offline.replay.variant import same_inputs
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 
 CONFIG = """
 [rod]

@@ -11,7 +11,8 @@ from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
 from tendond.model.warm import warm_up
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import ControlAction, TipPose
+from tendond.schemas.messages import TipPose
+from tendond.schemas.requests import ControlAction
 from tendond.schemas.record import CycleInputs
 
 def loaded():

@@ -10,8 +10,9 @@ from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.state import BadCycles
 from tendond.schemas.base import SCHEMA_VERSION
-from tendond.schemas.messages import ControlAction, Mode
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
+from tendond.schemas.requests import ControlAction
 from tests.unit.control.phases.scripted_rod import MakeBench
 
 PULLING = np.array([2.0, 0.0, 0.0, 0.0])

@@ -47,8 +47,9 @@ def law_objections(control: ControlSection | None) -> list[str]:
 def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[str]:
     """Build controller and simulator as they start, with any law; a message for each error."""
     from tendond.daemon.control.selection import tip_objection
-    from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+    from tendond.daemon.control.state import CycleSetup, initial_state
     from tendond.drivers.simulator.plant import Plant
+    from tendond.drivers.simulator.rods import plant_rod
     from tendond.model import ModelError
 
     announce_compilation(say)
@@ -61,7 +62,7 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
     if law is not None and (objection := tip_objection(config, law)):
         yield objection
     try:
-        Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+        Plant(config, plant_rod(config.simulator, config.simulator.period))
     except ModelError as error:
         yield f"simulator.rod: {error}"
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from tendond.cli.common import chosen_config, load_config, present, say, stop_on_signals
-from tendond.daemon.control.state import rod_from_section
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.simulator.faults import request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.process import Simulator
+from tendond.drivers.simulator.rods import plant_rod
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.model import ModelError
 from tendond.model.numerics.announce import announce_compilation
@@ -81,7 +81,7 @@ def _plant(config: RigConfig, source: str) -> Plant:
     """Build the plant, at rest."""
     announce_compilation(say)
     try:
-        rod = rod_from_section(config.simulator.rod, config.simulator.period)
+        rod = plant_rod(config.simulator, config.simulator.period)
         Plant(config, rod).step(None)  # loads the kernels before the first pose
         return Plant(config, rod)
     except ModelError as error:

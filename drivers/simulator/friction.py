@@ -35,12 +35,12 @@ class TendonMiddles:
     """Positions of the middles of elastic tendons under friction.
 
     Args:
-        stiffness: stiffness of a whole tendon [N/m].
+        stiffness: stiffness of a whole tendon [N/m], or of each, shape (n,).
         ends: displacement of the servos' ends [m], shape (n,).
         shortening: length by which the rod has shortened each path [m], shape (n,); without friction until now.
     """
 
-    def __init__(self, stiffness: float, ends: Array, shortening: Array) -> None:
+    def __init__(self, stiffness: float | Array, ends: Array, shortening: Array) -> None:
         self._half = 2.0 * stiffness
         self._place = 0.5 * (ends + shortening)
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
 from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.simulator.rods import plant_rod
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
@@ -90,7 +91,7 @@ def watched_loop(
     if see_state is not None:
         see_state(state)
     steps = max(1, round(config.loop.period / config.simulator.period))
-    plant = Plant(config, rod_from_section(config.simulator.rod, config.loop.period / steps))
+    plant = Plant(config, plant_rod(config.simulator, config.loop.period / steps))
     for tick in range(cycles):
         pose, tendon_state, truth = plant.observe(stamp_ns=round(tick * config.loop.period * 1e9))
         pose, tendon_state = wires.pose(tick, pose), wires.report(tendon_state)
@@ -121,7 +122,7 @@ def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[
     Raises:
         ConvergenceError: the plant has no solution.
     """
-    plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
+    plant = Plant(config, plant_rod(config.simulator, config.simulator.period))
     for command in commands:
         plant.step(command)
         _, state, truth = plant.observe(stamp_ns=0)

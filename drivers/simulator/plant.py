@@ -1,6 +1,7 @@
 """Simulated robot: the rod of the controller's model with its own parameters, driven by commands."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +10,8 @@ from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.friction import TendonMiddles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
+from tendond.drivers.simulator.rods import PlantRod
 from tendond.drivers.simulator.servo import SimulatedActuators
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault
@@ -38,13 +38,13 @@ class Plant:
 
     Args:
         config: configuration of the rig; `simulator` describes the plant.
-        rod: built from `config.simulator.rod`, with the plant's time step.
+        rod: by `rods.plant_rod`, with the plant's time step.
 
     Attributes:
         faults: faults that requests have caused.
     """
 
-    def __init__(self, config: RigConfig, rod: Rod) -> None:
+    def __init__(self, config: RigConfig, rod: PlantRod) -> None:
         section = config.simulator
         self._section = section
         self._limits = config.limits
@@ -60,7 +60,7 @@ class Plant:
         self._hung = 0.0  # mass that is part of the tip [kg]
         self._hang(self._weight.body(0.0))
         self._force = self._weight.force(0.0, rod.time_step)
-        self._state: RodState = rod.solve_static(slack, tip_force=self._force)
+        self._state: Any = rod.solve_static(slack, tip_force=self._force)
         self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
         self._middles: TendonMiddles | None = None  # of tendons with friction, while displacement drives
         self._pull = slack
@@ -154,7 +154,7 @@ class Plant:
         """Bend of the tendons' paths [rad]: that of the tip against the base, for a rod without inflection."""
         return math.acos(min(1.0, max(-1.0, float(self._rod.tip(self._state).rotation[2, 2]))))
 
-    def _step_by_displacement(self, ends: Array, ratio: float, push: Array) -> RodState:
+    def _step_by_displacement(self, ends: Array, ratio: float, push: Array) -> Any:
         """Advance one step with the tendons' ends at `ends` [m], shape (n,).
 
         With friction, equivalent ends are found by iteration, as they depend on the state after the step.

@@ -176,13 +176,13 @@ class RodSection(Schema):
 
     @property
     def refusal(self) -> str:
-        """Key and reason for which controller and simulator cannot run this robot yet; empty where they can."""
+        """Key and reason for which paper's rod and controller do not run this robot; empty where they do."""
         try:
             short_form(self)
         except NotShortError as error:
             return (
-                f"{error}: controller and simulator run one straight, uniform section with tendons parallel to it so"
-                " far; tendond.model.strain computes this robot"
+                f"{error}: the controller runs one straight, uniform section with tendons parallel to it so far;"
+                " simulator and tendond.model.strain compute this robot"
             )
         return ""
 

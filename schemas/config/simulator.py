@@ -77,6 +77,11 @@ class SimulatorSection(Schema):
         float, Field(ge=0.0001, le=0.1, description="period of the poses, and time step of the plant [s]")
     ] = 0.01
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
+    solver: Literal["shooting", "general"] | None = Field(
+        None,
+        description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping; default:"
+        " shooting where it describes the robot",
+    )
     drive: Literal["tension", "displacement"] = Field(
         "tension",
         description="quantity that the servos impose; tension: ideal, as in the paper; displacement: of elastic"

@@ -1,4 +1,4 @@
-"""A robot in the short form of [rod], as controller and simulator run it: one straight, uniform, round section."""
+"""A robot in the short form of [rod], as the paper's rod and the controller run it: one straight, uniform section."""
 
 import math
 from typing import TYPE_CHECKING, Any

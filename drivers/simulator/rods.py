@@ -1,0 +1,219 @@
+"""Rods of the simulated plant: the shooting rod, or the general one for robots that shooting does not solve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendond.daemon.control.state import rod_from_section
+from tendond.model.errors import ParameterError
+from tendond.model.rod.loads import ZERO
+from tendond.model.rod.parameters import RodParameters
+from tendond.model.rod.tip import Tip
+from tendond.model.strain.describe.configured import robot_from_section
+from tendond.model.strain.dynamics import Loads
+from tendond.model.strain.robot import Robot
+from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.schemas.config.simulator import SimulatorSection
+
+Array = NDArray[np.float64]
+
+
+class RodSizes(NamedTuple):
+    """What the plant asks of a rod's parameters.
+
+    Attributes:
+        tendon_count: number of tendons, n. length: length of the backbone [m].
+        tendon_stiffness: force per stretch [N/m], of all tendons or one each, shape (n,).
+    """
+
+    tendon_count: int
+    length: float
+    tendon_stiffness: float | Array
+
+
+class PlantRod(Protocol):
+    """A rod as the plant runs it, with states of its own; `model.rod.rod.Rod` is one."""
+
+    time_step: float
+
+    @property
+    def parameters(self) -> RodSizes | RodParameters:
+        """Tendons and length."""
+
+    def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO) -> Any:
+        """Find the equilibrium at rest."""
+
+    def step(
+        self,
+        state: Any,
+        tensions: ArrayLike | None = None,
+        *,
+        displacements: ArrayLike | None = None,
+        tip_force: ArrayLike = ZERO,
+        push: ArrayLike = ZERO,
+    ) -> Any:
+        """Compute the state one time step later."""
+
+    def tip(self, state: Any) -> Tip:
+        """Return the tip."""
+
+    def displacements(self, state: Any, *, elastic: bool = False) -> Array:
+        """Return the tendons' displacements [m], shape (n,)."""
+
+    def curve(self, state: Any, points: int = 50) -> Array:
+        """Return points of the backbone [m], shape (points, 3)."""
+
+    def spread_push(self, place: float, half_width: float = 0.05) -> None:
+        """Spread later pushes over a stretch of the rod."""
+
+    def load_tip(self, mass: float, inertia: ArrayLike = ZERO) -> None:
+        """Add a body to the tip."""
+
+
+def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
+    """Return the rod of a simulated plant, by `simulator.solver` or, where that is left out, by what the robot needs.
+
+    Args:
+        section: [simulator].
+        time_step: [s].
+
+    Raises:
+        ParameterError: a robot that cannot be, or that the named solver does not solve.
+    """
+    general = section.solver == "general" or (section.solver is None and bool(section.rod.refusal))
+    if general:
+        return GeneralPlantRod(robot_from_section(section.rod), time_step)
+    return rod_from_section(section.rod, time_step)
+
+
+@dataclass(frozen=True)
+class GeneralPlantState:
+    """State of the general rod in a plant.
+
+    Attributes:
+        strain: strains and rates. tensions: of the tendons [N], shape (n,).
+    """
+
+    strain: StrainState
+    tensions: Array
+
+
+class GeneralPlantRod:
+    """The general rod as a plant's: any robot, any damping.
+
+    Args:
+        robot: to simulate.
+        time_step: [s].
+
+    Raises:
+        ParameterError: a robot that cannot be.
+    """
+
+    def __init__(self, robot: Robot, time_step: float) -> None:
+        self.time_step = time_step
+        self._rod = StrainRod(robot, time_step)
+        layout = self._rod.layout
+        # The shooting rod's tendon, for those that are given none.
+        self._stiffness = np.where(
+            layout.tendon_stiffness > 0.0, layout.tendon_stiffness, RodParameters.tendon_stiffness
+        )
+        layout.tendon_stiffness[:] = self._stiffness
+        self._own_mass = layout.mass.copy()
+        self._tip_point = _last_point(layout.place, layout.arm)
+        self._push = np.zeros(len(layout.mass))
+        self.parameters = RodSizes(len(robot.tendons), robot.length, self._stiffness)
+
+    def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO) -> GeneralPlantState:
+        """Find the equilibrium at rest.
+
+        Args:
+            tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
+
+        Raises:
+            ConvergenceError: none was found.
+        """
+        loads = self._rod.loads(tension=tensions, tip_force=tip_force)
+        return GeneralPlantState(self._rod.solve_static(loads), loads.tension.copy())
+
+    def step(
+        self,
+        state: GeneralPlantState,
+        tensions: ArrayLike | None = None,
+        *,
+        displacements: ArrayLike | None = None,
+        tip_force: ArrayLike = ZERO,
+        push: ArrayLike = ZERO,
+    ) -> GeneralPlantState:
+        """Compute the state one time step later, under loads that are held over it.
+
+        Args:
+            state: of this rod. tensions: [N], shape (n,). displacements: instead, of the elastic tendons' ends [m].
+            tip_force, push: world frame [N], shape (3,).
+
+        Raises:
+            ConvergenceError: there is no solution.
+        """
+        loads: Loads = self._rod.loads(tension=tensions, displacement=displacements, tip_force=tip_force)
+        loads.force[:] += self._push[:, None] * np.asarray(push, dtype=np.float64)
+        new = self._rod.step(state.strain, loads)
+        taut = loads.tension
+        if displacements is not None:
+            taut = np.maximum(0.0, self._stiffness * (loads.tension - self._rod.displacements(new)))
+        return GeneralPlantState(new, taut.copy())
+
+    def tip(self, state: GeneralPlantState) -> Tip:
+        """Return the tip; without acceleration and input gain, which no plant asks for."""
+        position, rotation = self._rod.tip(state.strain)
+        nothing = np.zeros(3)
+        return Tip(position, rotation, self._rod.tip_velocity(state.strain), nothing, np.zeros((3, 0)), state.tensions)
+
+    def displacements(self, state: GeneralPlantState, *, elastic: bool = False) -> Array:
+        """Return the tendons' displacements [m], shape (n,); `elastic`: with the tendons' own stretch."""
+        shortening = self._rod.displacements(state.strain)
+        return shortening + state.tensions / self._stiffness if elastic else shortening
+
+    def curve(self, state: GeneralPlantState, points: int = 50) -> Array:
+        """Return points of the backbone, evenly spaced between its nodes' chords [m], shape (points, 3)."""
+        nodes = self._rod.backbone(state.strain)
+        at = np.concatenate(([0.0], np.cumsum(self._rod.layout.step)))
+        even = np.linspace(0.0, at[-1], points)
+        return np.column_stack([np.interp(even, at, nodes[:, axis]) for axis in range(3)])
+
+    def spread_push(self, place: float, half_width: float = 0.05) -> None:
+        """Spread the push of later steps over the mass points of a stretch, as a parabola; see `Rod.spread_push`.
+
+        Args:
+            place: of its middle, as a part of the length. half_width: likewise.
+        """
+        layout = self._rod.layout
+        at = np.concatenate(([0.0], np.cumsum(layout.step)))[layout.place] / self.parameters.length
+        on_axis = ~layout.arm.any(axis=1)
+        share = np.where(on_axis, np.maximum(0.0, 1.0 - ((at - place) / half_width) ** 2), 0.0)
+        if not share.any():
+            share[np.argmin(np.where(on_axis, np.abs(at - place), np.inf))] = 1.0
+        self._push = share / share.sum()
+
+    def load_tip(self, mass: float, inertia: ArrayLike = ZERO) -> None:
+        """Add a mass to the tip of later steps [kg]; its own inertia is left out, as a ball's is small.
+
+        Args:
+            mass: [kg]; 0 takes it off again. inertia: not used.
+
+        Raises:
+            ParameterError: a negative or non-finite mass.
+        """
+        if not (np.isfinite(mass) and mass >= 0.0):
+            raise ParameterError(f"tip: mass = {mass!r} must be finite and not negative")
+        self._rod.layout.mass[:] = self._own_mass
+        self._rod.layout.mass[self._tip_point] += mass
+
+
+def _last_point(place: NDArray[np.int64], arm: Array) -> int:
+    """Index of the mass point on the tip itself."""
+    found: Sequence[int] = [
+        index for index in range(len(place)) if place[index] == place.max() and not arm[index].any()
+    ]
+    return found[-1]

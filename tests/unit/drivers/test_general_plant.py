@@ -1,0 +1,101 @@
+"""The general rod as the simulated plant: as the shooting rod where both solve, and where only it does."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from tendond.drivers.simulator.lockstep import open_loop, watched_loop
+from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.simulator.rods import GeneralPlantRod, plant_rod
+from tendond.model.errors import ConvergenceError
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.messages import ControlAction, Mode, TendonCommand
+
+LENGTH = 0.5
+
+
+def rig(**simulator: object) -> RigConfig:
+    return check_config({"simulator": simulator}, "test")
+
+
+def pulls(tensions: tuple[float, ...], cycles: int) -> Iterator[TendonCommand]:
+    for seq in range(cycles):
+        nothing = (0.0,) * len(tensions)
+        yield TendonCommand(seq=seq, stamp_ns=0, pose_seq=None, displacement=nothing, tension=tensions, armed=True)
+
+
+def test_the_papers_run_is_the_same_on_both_plants() -> None:
+    """The controller's model is the shooting rod: on the general plant it still ends on its reference."""
+    runs = [list(watched_loop(rig(solver=solver), 400, {5: ControlAction.ARM})) for solver in ("shooting", "general")]
+    tips = [np.array([watched.truth.position for watched in run]) for run in runs]
+    assert runs[1][-1].record.mode is Mode.TRACKING
+    apart = np.linalg.norm(tips[1] - tips[0], axis=1)
+    assert apart[100:].max() < 0.003 * LENGTH
+    assert apart.max() < 0.08 * LENGTH  # on the way, where the shooting rod takes its loads half a step late
+    assert tips[1][-1][0] == pytest.approx(0.34, abs=2e-4)
+
+
+@pytest.mark.parametrize("tension", [5.0, 30.0])
+def test_a_wire_that_hardly_damps_is_simulated_where_shooting_finds_no_solution(tension: float) -> None:
+    robot = {"bending_damping": [1e-6, 1e-6, 1e-6], "drag": [0.0, 0.0, 0.0]}
+    command = (tension, 0.0, 0.0, 0.0)
+    with pytest.raises(ConvergenceError):
+        list(open_loop(rig(rod=robot, solver="shooting", period=0.001), pulls(command, 300)))
+    truths = [truth for _, truth in open_loop(rig(rod=robot, solver="general", period=0.001), pulls(command, 300))]
+    tips = np.array([truth.position for truth in truths])
+    assert np.all(np.isfinite(tips))
+    assert np.linalg.norm(tips, axis=1).max() <= 1.001 * LENGTH
+    assert tips[:, 0].max() > 0.05  # it moves
+
+
+def test_a_weight_hangs_as_low_from_both_and_swings_with_them() -> None:
+    plants = []
+    for solver in ("shooting", "general"):
+        config = rig(solver=solver, weight={"mass": 0.02})
+        plants.append(Plant(config, plant_rod(config.simulator, 0.01)))
+    tips = [np.array(plant.observe(0)[2].position) for plant in plants]
+    assert np.linalg.norm(tips[1] - tips[0]) < 1e-4 * LENGTH
+    assert tips[0][0] < -0.08  # 20 g more than its own weight
+
+
+def test_a_tendon_bends_the_sections_that_it_passes_and_no_others() -> None:
+    config = check_config({"rod": {"preset": "franka-tdcr-v4"}}, "test")
+    rod = plant_rod(config.simulator, 0.01)
+    assert isinstance(rod, GeneralPlantRod)
+    for tendon, passed in ((0, 0.06), (3, 0.1225), (6, 0.1865)):
+        tension = np.zeros(9)
+        tension[tendon] = 3.0
+        points = rod.curve(rod.solve_static(tension), 374)  # 0.5 mm apart
+        tangents = np.diff(points, axis=0)
+        tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+        at = np.linspace(0.0, 0.1865, 374)[1:]
+        beyond = tangents[at > passed + 0.008]  # chords of the nodes
+        assert float(np.arccos(np.clip(tangents[0] @ tangents[-1], -1.0, 1.0))) > 0.3
+        if len(beyond):
+            assert np.abs(beyond - beyond[-1]).max() < 1e-6
+
+
+def test_elastic_tendons_pull_with_their_stretch_and_a_push_is_whole() -> None:
+    config = rig(solver="general", drive="displacement", rod={"tendon_stiffness": 5e3})
+    rod = plant_rod(config.simulator, 0.01)
+    start = rod.solve_static(np.zeros(4))
+    ends = np.array([0.01, 0.0, -0.01, 0.0])
+    state = start
+    for _ in range(300):
+        state = rod.step(state, displacements=ends)
+    assert state.tensions == pytest.approx(np.maximum(0.0, 5e3 * (ends - rod.displacements(state))), abs=1e-9)
+    assert rod.displacements(state, elastic=True)[0] == pytest.approx(0.01, abs=1e-9)
+    for place in (0.03, 0.5, 0.97):
+        rod.spread_push(place)
+        assert isinstance(rod, GeneralPlantRod)
+        assert rod._push.sum() == pytest.approx(1.0)
+        assert np.all(rod._push >= 0.0)
+
+
+def test_a_robot_that_shooting_cannot_describe_is_refused_where_it_is_asked_for() -> None:
+    from tendond.model.errors import ParameterError
+
+    config = check_config({"rod": {"preset": "rao-2021"}, "simulator": {"solver": "shooting"}}, "test")
+    with pytest.raises(ParameterError, match="section"):
+        plant_rod(config.simulator, 0.01)

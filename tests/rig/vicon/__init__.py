@@ -1,0 +1,1 @@
+"""Tests of `tendond rig vicon` on real sockets."""

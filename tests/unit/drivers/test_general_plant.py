@@ -10,7 +10,8 @@ from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.rods import GeneralPlantRod, plant_rod
 from tendond.model.errors import ConvergenceError
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.messages import ControlAction, Mode, TendonCommand
+from tendond.schemas.messages import Mode, TendonCommand
+from tendond.schemas.requests import ControlAction
 
 LENGTH = 0.5
 

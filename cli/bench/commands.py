@@ -25,14 +25,22 @@ def bench_rod(
             help="Compare the general rod with textbooks and others' data in DIR. '': $TENDOND_REFERENCE_DATA.",
         ),
     ] = None,
+    survey: Annotated[
+        int | None, typer.Option("--survey", min=1, help="Step this many robots, drawn at random, of the general rod.")
+    ] = None,
+    first: Annotated[int, typer.Option("--first", min=0, help="Number of the survey's first draw.")] = 0,
 ) -> None:
     """Benchmark the rod's solvers and their errors.
 
-    With --references, the exit status is 1 where a target is missed.
+    With --references or --survey, the exit status is 1 where a target is missed, or a draw fails.
 
     Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json;
-    tendond bench rod --references ../data
+    tendond bench rod --references ../data; tendond bench rod --survey 1000
     """
+    if survey is not None:
+        from tendond.cli.bench.survey import run_survey
+
+        raise typer.Exit(0 if run_survey(survey, first) else 1)
     if references is not None:
         from tendond.cli.bench.references import run_references
 

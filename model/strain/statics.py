@@ -30,6 +30,9 @@ ITERATIONS = 300
 ROUNDING = 1e-14
 """Of the energies' sum, below which a decrease is lost in rounding."""
 
+ATTAINED = 1e-12
+"""Of the energies' sum: an undamped step promises less, where no step goes down any more and the minimum is reached."""
+
 CONTRACTION = 0.05
 """Of the decrement in one step, above which a new second derivative is worth its price."""
 
@@ -69,7 +72,7 @@ def find_energy(layout: Layout, loads: Loads, q: Array, rate: float, work: Scrat
             work.taut[i] = loads.tension[i]
             part = -loads.tension[i] * work.paths_after.displacement[i]
         energy += part
-        size += abs(part)
+        size += work.taut[i] * layout.straight[i]  # a displacement is the small difference of two lengths
         if work.taut[i] != 0.0:
             for a in range(n):
                 residual[a] -= work.taut[i] * work.paths_after.gradient[i, a]
@@ -209,10 +212,11 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
     target = tolerance * tolerance * work.unit[0]
     step, trial, residual, last = work.correction, work.trial, work.pull, work.row
     energy, size = find_energy(layout, loads, q, rate, work)
-    fresh, decrement = False, np.inf
+    fresh, decrement, last_decrement = False, np.inf, np.inf
     for a in range(n):
         residual[a] = work.residual[a]
     for count in range(1, ITERATIONS + 1):
+        last_decrement = np.inf  # of an undamped step from here
         if not fresh:
             find_hessian(layout, loads, q, rate, work)
         while True:
@@ -232,6 +236,8 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
                 for a in range(n):
                     decrement += step[a] * residual[a]
                     trial[a] = q[a] - step[a]
+                if damping == 0.0:
+                    last_decrement = decrement
                 found, other = find_energy(layout, loads, trial, rate, work)
                 if moments:
                     for a in range(n):
@@ -251,8 +257,8 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
                 find_hessian(layout, loads, q, rate, work)
                 continue
             damping = max(4.0 * damping, 1e-3)
-            if damping > 1e15:
-                return -1
+            if damping > 1e15:  # no way down: this is the place, if rounding is what hides it
+                return count if last_decrement <= ATTAINED * size else -1
         undamped = damping == 0.0
         damping = 0.25 * damping if damping > 1e-3 else 0.0
         energy, size = found, other

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState
 from tendond.model.strain.kinematics import curvature_of_points, empty_shape, find_shape
+from tendond.offline.bench.survey import Outcome, survey
 from tests.unit.strain.robots import paper
 
 
@@ -126,3 +127,24 @@ def test_drawn_robots_and_loads_all_step() -> None:
         for k in range(25):
             state = rod.step(state, rod.loads(tip_force=load if k < 12 else (0.0, 0.0, 0.0)))
         assert np.linalg.norm(rod.tip(state)[0]) < 1.2 * length
+
+
+def test_a_survey_of_violent_loads_finds_no_step_without_a_solution_and_no_energy_that_appears() -> None:
+    """A part of `tendond bench rod --survey`; among the draws are some that only the last resort solves."""
+    outcomes: list[Outcome] = []
+    assert survey(60, progress=outcomes.append) == []
+    assert sum(outcome.damped for outcome in outcomes) > 0
+
+
+def test_a_step_far_too_long_for_its_load_says_that_it_was_damped_and_gains_no_energy() -> None:
+    rod = StrainRod(paper(damping=0.0, drag=0.0), 0.02)
+    state, free = rod.rest(), rod.loads()
+    for _ in range(6):
+        state = rod.step(state, rod.loads(wrenches=[(0.5, (0.0, 0.0, 0.0), (3.0, 2.0, 3.0))]))
+    energies, damped = [rod.energy(state)], state.damped
+    for _ in range(20):
+        state = rod.step(state, free)
+        damped += state.damped
+        energies.append(rod.energy(state))
+    assert damped > 0
+    assert np.diff(energies).max() < 1e-7 * energies[0]

@@ -1,0 +1,30 @@
+"""Prints what the survey of the general rod finds."""
+
+from collections import Counter
+
+from tendond.cli.common import say
+from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.bench.survey import Outcome, survey
+
+
+def run_survey(count: int, first: int) -> bool:
+    """Run the draws and print those that fail, then a summary; return whether none failed."""
+    total: Counter[str] = Counter()
+
+    def note(outcome: Outcome) -> None:
+        total.update(split=outcome.split, damped=outcome.damped)
+        if outcome.failed:
+            one = outcome.draw
+            print(
+                f"draw {one.number}: {one.kind}, {one.material}, damping ratio {one.ratio:.4f}, "
+                f"time step {one.rod.time_step:.2g} s, length {one.rod.robot.length:.2g} m: {outcome.failed}",
+                flush=True,
+            )
+
+    announce_compilation(say)
+    failed = survey(count, first, progress=note)
+    print(
+        f"{len(failed)} of {count} draws failed; {total['split']} steps were split, "
+        f"{total['damped']} parts of steps taken as implicit Euler steps"
+    )
+    return not failed

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from tendond.drivers.dynamixel.calibration import Calibration
+from tendond.drivers.dynamixel.checks import find, watchdog_units, within_range
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import TRIES, NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
@@ -12,7 +13,7 @@ from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import locate
-from tendond.schemas.config.servo import WATCHDOG_UNIT, ServoSection
+from tendond.schemas.config.servo import ServoSection
 
 PWM_STEP = 18
 """Smallest change of Goal PWM that is sent, 2 % of the range [units of the register]."""
@@ -22,7 +23,7 @@ REBOOT_PINGS = 250
 
 
 class ServoGroup:
-    """ServoGroup on an open bus.
+    """Servos of a rig on an open bus.
 
     Args:
         section: [servo].
@@ -225,38 +226,3 @@ class ServoGroup:
     def tensions(self, readings: Sequence[ServoReading]) -> tuple[float, ...]:
         """Return the tension of each tendon, as the servos estimate it [N]."""
         return tuple(spool.tension(reading.load) for spool, reading in zip(self.spools, readings, strict=True))
-
-
-def find(bus: ServoBus, identifiers: Sequence[int], tries: int = TRIES) -> None:
-    """Check that servos answer.
-
-    Raises:
-        NoAnswerError: one does not, with the remedy.
-    """
-    missing = bus.absent(identifiers, tries)
-    if missing:
-        names = ", ".join(map(str, missing))
-        raise NoAnswerError(
-            f"{bus.port}: no answer from servo {names}: is it powered, and are its id and rate right? Try"
-            f" 'tendond servo scan'{bus.lateness}"
-        )
-
-
-def watchdog_units(section: ServoSection) -> int:
-    """Return `servo.watchdog` in units of the Bus Watchdog."""
-    return max(2, round(section.watchdog / WATCHDOG_UNIT))
-
-
-def within_range(section: ServoSection, spool: Spool) -> None:
-    """Check that a servo accepts every goal of the travel.
-
-    Raises:
-        ServoError: it counts too many turns: the limit is 256.
-    """
-    for displacement in (section.displacement_min, section.displacement_max):
-        ticks = spool.ticks(displacement)
-        if not table.GOAL_POSITION.minimum <= ticks <= table.GOAL_POSITION.maximum:
-            raise ServoError(
-                f"servo {spool.calibration.servo}: counts {spool.turns} turns, with the travel more than the 256 of its"
-                " goal's range: switch its power off and on"
-            )

@@ -4,11 +4,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from tendond.drivers.dynamixel.checks import watchdog_units, within_range
 from tendond.drivers.dynamixel.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
-from tendond.drivers.dynamixel.servos import watchdog_units, within_range
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
 from tendond.drivers.dynamixel.tools.requirements import require

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tendond.drivers.dynamixel.calibration import Calibration, load_calibration
+from tendond.drivers.dynamixel.checks import find
 from tendond.drivers.dynamixel.places import places_file, read_places, write_places
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus
-from tendond.drivers.dynamixel.servos import find
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import Located, locate
 from tendond.schemas.config.rig import RigConfig

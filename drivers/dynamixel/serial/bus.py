@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
 from dynamixel_sdk.robotis_def import BROADCAST_ID, INST_PING, INST_READ, INST_REBOOT, INST_WRITE
 
+from tendond.drivers.dynamixel.serial.group_read import read_fast, read_plain
 from tendond.drivers.dynamixel.serial.port import NoAnswerError as NoAnswerError
 from tendond.drivers.dynamixel.serial.port import PortLostError as PortLostError
 from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
 from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
-from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading, reading_from
+from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading
 from tendond.drivers.dynamixel.serial.table import Register
 from tendond.drivers.dynamixel.serial.transport import STATUS_BYTES, Transport
 
@@ -241,39 +242,10 @@ class ServoBus:
             if self._transport.pending:
                 self._request = (self._request + 1) % len(READ_REQUESTS)
             with self._transport.in_use():
-                readings |= self._read_fast(some) if fast else self._read_plain(some)
+                request = READ_REQUESTS[self._request]
+                readings |= (read_fast if fast else read_plain)(self._transport, request, some)
         self.round_trips.append(time.monotonic() - began)
         return readings
-
-    def _read_fast(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
-        request, transport = READ_REQUESTS[self._request], self._transport
-        length = request.length
-        transport.request_sync_read(request.address, length, identifiers, fast=True)
-        stride = length + 4  # error, id, data, CRC
-        whole = stride * len(identifiers)
-        # The last CRC is the packet's own; the first error is at the place of a plain answer's error.
-        data, result, error = transport.answer(BROADCAST_ID, (whole - 3,), fast=True)
-        if result != COMM_SUCCESS or len(data) != whole - 3:
-            raise NoAnswerError(f"fast read of all servos: {transport.text(result)}")
-        raw = bytes([error]) + data
-        found = {}
-        for index, identifier in enumerate(identifiers):
-            block = raw[index * stride : (index + 1) * stride]
-            if block[1] != identifier:
-                raise NoAnswerError(f"fast read of all servos: servo {identifier} is not in the answer")
-            found[identifier] = reading_from(request, block[2 : 2 + length], block[0])
-        return found
-
-    def _read_plain(self, identifiers: Sequence[int]) -> dict[int, ServoReading]:
-        request, transport = READ_REQUESTS[self._request], self._transport
-        transport.request_sync_read(request.address, request.length, identifiers, fast=False)
-        found = {}
-        for identifier in identifiers:
-            data, result, error = transport.answer(identifier, (request.length,), fast=False)
-            if result != COMM_SUCCESS or len(data) != request.length:
-                raise NoAnswerError(f"servo {identifier}: read: {transport.text(result)}")
-            found[identifier] = reading_from(request, data, error)
-        return found
 
     def absent(self, identifiers: Iterable[int], tries: int = 2) -> list[int]:
         """Return the servos that do not answer to so many pings each.

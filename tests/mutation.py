@@ -68,8 +68,10 @@ TARGETS = {
     "space": _target("daemon/control/tasks/space", "unit/control/phases/test_space"),
     "commissioning": _target(
         "daemon/control/commissioning/averages daemon/control/commissioning/probe "
-        "daemon/control/commissioning/probe_plan daemon/control/commissioning/verdict",
-        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_pulls "
+        "daemon/control/commissioning/probe_advance daemon/control/commissioning/probe_plan "
+        "daemon/control/commissioning/verdict",
+        "unit/commissioning/test_commissioning_numbers unit/commissioning/test_probe_numbers "
+        "unit/commissioning/test_probe_pulls "
         "unit/commissioning/test_probe_rest unit/commissioning/test_verdict_numbers",
     ),
     "rests": _target(
@@ -80,7 +82,7 @@ TARGETS = {
     "monitors": _target(
         "daemon/control/commissioning/tracking daemon/control/commissioning/swing "
         "daemon/control/commissioning/jump daemon/control/phases/monitors",
-        "unit/commissioning/test_monitor_numbers",
+        "unit/commissioning/test_monitor_numbers unit/commissioning/test_report_numbers",
     ),
     "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
 }

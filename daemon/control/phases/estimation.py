@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.commissioning.probe import advance_probe
+from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.admission import lengthened
 from tendond.daemon.control.phases.faults import slack_tendon

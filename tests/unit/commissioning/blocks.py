@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from tendond.daemon.control.commissioning.averages import Average, RestWatch
-from tendond.daemon.control.commissioning.probe import Probe, advance_probe
+from tendond.daemon.control.commissioning.probe import Probe
+from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase, ProbePlan
 from tendond.daemon.control.state import rod_from_section
 from tendond.schemas.base import Quaternion, Vector3

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import EMPTY, RESTLESS, RestWatch
-from tendond.daemon.control.commissioning.probe import Probe, advance_probe, start_probe
+from tendond.daemon.control.commissioning.probe import Probe, start_probe
+from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.commissioning.rests import rotation_matrix
 from tendond.schemas.messages import TipPose

@@ -1,4 +1,4 @@
-"""Choice of the controller that a driver follows: the first, while it sends commands. Reads no clock."""
+"""Selection of the controller that a driver follows: the first, while it sends commands. Reads no clock."""
 
 from tendond.schemas.messages import TendonCommand
 

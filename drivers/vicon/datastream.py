@@ -68,7 +68,7 @@ class DataStreamSource:
             self._child = None
 
     def news(self) -> list[str]:
-        """Lines for people since the last call."""
+        """Return the lines for people since the last call."""
         lines, self._news = self._news, []
         return lines
 

@@ -25,7 +25,7 @@ class Placement:
         return Placement(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
     def seen_from(self, other: "Placement") -> "Placement":
-        """This object in the frame of `other`, both given in the same world."""
+        """Return this object in the frame of `other`, both given in the same world."""
         return Placement(other.rotation.T @ (self.position - other.position), other.rotation.T @ self.rotation)
 
 

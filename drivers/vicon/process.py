@@ -43,7 +43,7 @@ class LimitedLog:
         self.withheld = 0
 
     def __call__(self, line: str) -> bool:
-        """Say it, and whether it was said."""
+        """Log a line within the allowed rate; return whether it was logged."""
         now = time.monotonic()
         self._left = min(self._left + (now - self._at) / LINE_SECONDS, LINES_AT_ONCE)
         self._at = now
@@ -62,13 +62,13 @@ class FrameSource(Protocol):
     packets: int
 
     def receive(self) -> Frame | None:
-        """The next frame; none when none came for a moment."""
+        """Return the next frame; none when none came for a moment."""
 
     def news(self) -> list[str]:
-        """Lines for people since the last call."""
+        """Return the lines for people since the last call."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the source."""
 
 
 class ViconDriver:
@@ -145,7 +145,7 @@ class ViconDriver:
             self._report(source)
 
     def _report_silence(self, received: bool, source: FrameSource) -> None:
-        """Say when the stream falls silent, and when it is back."""
+        """Report when the stream falls silent, and when it is back."""
         now = time.monotonic()
         if received:
             self._heard = now
@@ -160,7 +160,7 @@ class ViconDriver:
             )
 
     def _report_validity(self) -> None:
-        """Say when the poses become invalid or valid again, and when the base becomes tilted or level."""
+        """Report when the poses become invalid or valid again, and when the base becomes tilted or level."""
         objections, level = self._builder.objections, self._builder.level
         if objections != self._objections and self._log(
             f"no valid pose: {', '.join(objections)}" if objections else "the tip is visible"
@@ -170,7 +170,7 @@ class ViconDriver:
             self._tilted = level.tilted
 
     def _report(self, source: FrameSource) -> None:
-        """Say what was odd since the last report."""
+        """Report the counts of irregularities since the last report."""
         total = source.counts + self._sequencer.counts + self._builder.counts
         total["lines withheld"] = self._log.withheld
         new = total - self._reported

@@ -72,7 +72,7 @@ class UdpSource:
         close(self._sockets)
 
     def news(self) -> list[str]:
-        """Lines for people since the last call."""
+        """Return the lines for people since the last call."""
         lines, self._senders.news = self._senders.news, []
         return lines
 
@@ -113,7 +113,7 @@ class UdpSource:
         return Frame(block.frame, {**objects, **dict.fromkeys(faults)}, stamp_ns, faults)
 
     def _name_neighbours(self, block: Block) -> None:
-        """Say once of another object that something is wrong with it: it may be meant to be one of the robot's."""
+        """Report once that something is wrong with another object: it may be meant to be one of the robot's."""
         for name in (*block.faults, *(name for name in block.objects if "\ufffd" in name or not name.isprintable())):
             if name not in self._wanted | self._neighbours and len(self._neighbours) < NEIGHBOURS_MAX:
                 self._neighbours.add(name)

@@ -42,12 +42,12 @@ class Bench:
         return self.host.write(identifier, row.address, row.size, value)
 
     def whisper(self, name: str, value: int, identifier: int = 1) -> list[Status]:
-        """As `put`, where no answer may come."""
+        """Write as `put` does, where no answer may come."""
         row = ROWS[name]
         return list(self.host.quietly(identifier, row.address, row.size, value))
 
     def until(self, happens: Callable[[], bool]) -> bool:
-        """Whether it happens in a while."""
+        """Return whether it happens in a while."""
         deadline = time.monotonic() + PATIENCE_SECONDS
         while not happens():
             if time.monotonic() > deadline:

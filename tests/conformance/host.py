@@ -63,7 +63,7 @@ class Host:
         self.set_rate(57600)
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the port."""
         os.close(self._file)
 
     def set_rate(self, rate: int) -> None:
@@ -93,7 +93,7 @@ class Host:
         return answer
 
     def value(self, identifier: int, address: int, size: int, *, signed: bool = False) -> int:
-        """What a register holds."""
+        """Return the value of a register."""
         return int.from_bytes(self.read(identifier, address, size).data, "little", signed=signed)
 
     def write(self, identifier: int, address: int, size: int, value: int) -> int:

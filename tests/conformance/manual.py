@@ -115,7 +115,7 @@ class Row:
 
     @property
     def eeprom(self) -> bool:
-        """In the area that is kept without power."""
+        """True in the area that is kept without power."""
         return self.address < EEPROM_END
 
 

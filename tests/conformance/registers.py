@@ -15,7 +15,7 @@ OFF_BELOW = {"Secondary(Shadow) ID": 255, "Bus Watchdog": 127}
 
 
 def check(bench: Bench, row: Row) -> Iterator[str]:
-    """What a register does otherwise than its row says."""
+    """Yield the differences between a register and its row."""
     host = bench.host
     answer = host.read(1, row.address, row.size)
     if answer.error or len(answer.data) != row.size:
@@ -66,7 +66,7 @@ def _lock(bench: Bench, row: Row, value: int) -> Iterator[str]:
 
 
 def undefined(bench: Bench, address: int) -> Iterator[str]:
-    """What an address does at which nothing is."""
+    """Yield the differences at an address without a register."""
     if (error := bench.host.read(1, address, 1).error) != manual.ACCESS_ERROR:
         yield f"read: error {error}"
     if (error := bench.host.write(1, address, 1, 0)) != manual.ACCESS_ERROR:

@@ -20,7 +20,7 @@ from tests.plants.rig import MujocoRig, Rig
 
 CONNECT_SECONDS = 60.0
 WATCHDOG_SECONDS = 0.5
-"""Without a command for so long, the drive lets go."""
+"""Time without a command after which the drive lets go [s]."""
 
 WINDOW_SECONDS = 2.0
 REPORT_SECONDS = 1.0

@@ -105,7 +105,7 @@ class MujocoRobot:
         self.settle()
 
     def attach(self, mass: float) -> None:
-        """Let the body on the tip weigh `mass` [kg] from now on."""
+        """Set the mass of the body on the tip to `mass` [kg]."""
         self.model.body_mass[self._tip_body] = mass
         self.model.body_inertia[self._tip_body] = sphere(mass)[1]
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
@@ -165,30 +165,30 @@ class MujocoRobot:
 
     @property
     def position(self) -> Array:
-        """Of the tip [m], world frame, shape (3,)."""
+        """Position of the tip [m], world frame, shape (3,)."""
         return np.array(self.data.site_xpos[self._tip_site])
 
     @property
     def rotation(self) -> Array:
-        """Of the tip, body to world, shape (3, 3); its third column is the direction of the rod."""
+        """Rotation of the tip, body to world, shape (3, 3); its third column is the direction of the rod."""
         return np.array(self.data.site_xmat[self._tip_site]).reshape(3, 3)
 
     @property
     def quaternion(self) -> Array:
-        """Of the tip, w, x, y, z, shape (4,)."""
+        """Orientation of the tip, w, x, y, z, shape (4,)."""
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, self.data.site_xmat[self._tip_site])
         return quaternion
 
     @property
     def tension(self) -> Array:
-        """In the tendons [N], shape (n,)."""
+        """Tensions of the tendons [N], shape (n,)."""
         force = self.data.actuator_force
         return np.array(force[: self._count] - force[self._count :])
 
     @property
     def displacement(self) -> Array:
-        """Of the tendons' ends from the straight robot [m], shape (n,): as wound, or as the shape has it."""
+        """Displacements of the tendons' ends from straight [m], shape (n,): as commanded, or as the shape has it."""
         if self._wound:
             return np.array(self._straight - self.data.ctrl[self._count :])
         return np.array(self._straight - self.data.ten_length)

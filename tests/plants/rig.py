@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rig:
-    """What is about the robot.
+    """Surroundings of the robot.
 
     Attributes:
         period: between poses [s].

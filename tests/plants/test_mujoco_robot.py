@@ -27,7 +27,7 @@ def frequency(robot: Robot) -> float:
 
 
 def cantilever_frequency(robot: Robot, tip_mass: float) -> float:
-    """That of a uniform cantilever with a point mass on its end [Hz] (Blevins, Formulas for Natural Frequency, 8-1)."""
+    """First frequency of a uniform cantilever with an end mass [Hz] (Blevins, Formulas for Natural Frequency, 8-1)."""
     ratio = tip_mass / (robot.mass_per_length * robot.length)
 
     def characteristic(b: float) -> float:

@@ -49,7 +49,7 @@ RIPPLE_MAX = 0.2e-3
 """[m] Peak to peak, of any coordinate of the true tip."""
 
 BAND = 0.05
-"""Of the target, within which the tip has settled."""
+"""Fraction of the target within which the tip has settled."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of it.
+    """Outcome of a trial.
 
     Attributes:
         mode: at the end. reason: of it.

@@ -16,11 +16,11 @@ REPLY_SECONDS = 0.5
 """Generous: the emulator is a thread of a busy machine, which may stand still for a while. Only silence costs it."""
 
 SHORT_SECONDS = 0.1
-"""For tests in which a servo is silent."""
+"""Timeout for tests in which a servo is silent."""
 
 
 def set_up(servo: EmulatedServo) -> None:
-    """As `tendond servo setup` leaves it."""
+    """Set a servo up as `tendond servo setup` does."""
     for one in REQUIREMENTS:
         servo.write(one.register.address, one.register.to_bytes(one.wanted))
 
@@ -42,7 +42,7 @@ SPRING = 600.0
 
 
 def calibration(signs: Sequence[Literal[-1, 1]] = (1, -1, 1, -1), zero: int = 2048, rig: str = "paper") -> Calibration:
-    """Of servos 1, 2 and so on."""
+    """Return a calibration of servos 1, 2 and so on."""
     tendons = (
         TendonCalibration(servo=index + 1, zero=zero, sign=sign, spool_radius=RADIUS)
         for index, sign in enumerate(signs)

@@ -1,4 +1,4 @@
-"""What the drivers tell their supervisor: real processes with emulated servos and a scripted Tracker."""
+"""The drivers notify their supervisor: real processes with emulated servos and a scripted Tracker."""
 
 import signal
 import socket
@@ -63,7 +63,7 @@ def test_a_vicon_driver_is_ready_once_it_can_hear_and_tells_what_it_sees(
         driver = one.start("vicon")
         manager.await_line("READY=1")
         manager.await_line("STATUS=nothing from Tracker")
-        manager.await_line(PING, len(manager.received))  # that Tracker is off is nothing that a restart mends
+        manager.await_line(PING, len(manager.received))  # that Tracker is off is nothing that a restart fixes
         tracker.send({"tip": TIP, "base": BASE})
         manager.await_line("STATUS=no valid pose")
         assert one.end(driver)[0] == 0

@@ -79,7 +79,7 @@ class Bench:
 
 
 def once(left: list[bytes | None]) -> Callable[[TipPose], Outgoing]:
-    """What is `left` before the next pose, then poses as they are."""
+    """Return a change of poses: what is `left` comes before the next pose, then poses as they are."""
 
     def alter(pose: TipPose) -> Outgoing:
         yield from left

@@ -84,7 +84,7 @@ class Peer:
                 self._session.put(topic, payload, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def unsafe(self) -> list[str]:
-        """What is wrong with the commands heard: of all of them, whatever a test has done."""
+        """Return what is wrong with the commands heard: of all of them, whatever a test has done."""
         limits, period = self._config.with_own_rates().limits, self._config.loop.period
         objections = []
         last: TendonCommand | None = None

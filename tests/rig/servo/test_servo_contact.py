@@ -81,7 +81,7 @@ def test_a_release_that_pulls_a_stiff_tendon_ends_near_tension_max(monkeypatch: 
 
 
 def test_what_is_stiffer_pulls_until_the_next_reading(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 50 kN/m a cycle is 42 N: the bound is passed before a load has been read at all, by half a cycle at most."""
+    """A cycle at 50 kN/m is 42 N: the bound is passed before a load has been read at all, by half a cycle at most."""
     pulled = [pulls(monkeypatch, 50e3, 20.0, float(one))[0] for one in CAUGHT + np.linspace(0.0, SPEED * 0.01, 5)]
     assert max(pulled) < bound(20.0) + 0.5 * 50e3 * SPEED * 0.01
 

@@ -1,4 +1,4 @@
-"""Which turn a servo is on: the place last known, kept on disk, tells; nothing else is believed."""
+"""The turn of a servo follows from its last known place, kept on disk, and from nothing else."""
 
 import math
 import time
@@ -30,7 +30,7 @@ def ticks(displacement: float) -> int:
 def test_wherever_a_tendon_has_gone_by_itself_its_place_is_known_or_said_to_be_unknown(
     last: float, turns: int, gone: float
 ) -> None:
-    """Without torque it goes from the last place towards zero; never is another place believed."""
+    """A servo without torque goes from the last place towards zero; never is another place believed."""
     true = (1.0 - gone) * last
     found = locate(ServoSection(), TENDON, ticks(true) + turns * table.TICKS_PER_TURN, last)
     if found.certain:

@@ -1,4 +1,4 @@
-"""Who may do what on a guarded bus: with the files under deploy/bus, the rig's name and paths put in."""
+"""Rights on a guarded bus: with the files under deploy/bus, the rig's name and paths put in."""
 
 import os
 import subprocess
@@ -62,7 +62,7 @@ def until(happens: Callable[[], bool]) -> None:
 
 
 def gets(hub: Hub, session: zenoh.Session, action: ControlAction) -> bool:
-    """Whether the controller hears a request, and its answer comes."""
+    """Return whether the controller hears a request and its reply comes."""
     replies: list[ControlReply] = []
 
     def run() -> None:

@@ -46,7 +46,7 @@ class Terminal:
         self._decoder = codecs.getincrementaldecoder("utf-8")()
 
     def resize(self, width: int, height: int) -> None:
-        """As a person does who drags its corner."""
+        """Resize the terminal as a person does who drags its corner."""
         fcntl.ioctl(self._master, termios.TIOCSWINSZ, struct.pack("HHHH", height, width, 0, 0))
 
     def read(self, seconds: float) -> None:

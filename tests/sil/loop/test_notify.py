@@ -1,4 +1,4 @@
-"""What the controller tells its supervisor, on a real notify socket."""
+"""The controller notifies its supervisor, on a real notify socket."""
 
 import os
 import resource
@@ -39,7 +39,7 @@ def test_a_run_from_ready_to_stopping(tmp_path: Path, manager: Manager, monkeypa
         manager.await_line("READY=1")
         assert [line for line in manager.received if line != PING][:1] == ["READY=1"]  # nothing before it
         with one.session() as session:
-            assert one.status(session).mode is Mode.IDLE  # it was not told too early: the bus is open
+            assert one.status(session).mode is Mode.IDLE  # it was not notified too early: the bus is open
             monkeypatch.delenv("NOTIFY_SOCKET")
             one.start("simulate")
             one.arm(session)

@@ -1,4 +1,4 @@
-"""What is worked out before a deadline is what would have been worked out after it, and is not used once more comes."""
+"""Speculation gives the same as a cycle after its deadline, and is not used once more input comes."""
 
 import time
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a controller on the clock has written replays to the last bit, even if it was killed."""
+"""The log of a controller on the clock replays to the last bit, even if it was killed."""
 
 import time
 from pathlib import Path

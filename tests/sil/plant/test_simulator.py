@@ -36,7 +36,7 @@ def inject(one: Rig, *arguments: str) -> str:
 
 
 def leave(one: Rig, session: zenoh.Session) -> None:
-    """Slack, mended and idle."""
+    """Make the rig slack, repaired and idle."""
     inject(one, "clear")
     one.ask(session, ControlAction.STOP)
     one.until(session, lambda s: one.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)

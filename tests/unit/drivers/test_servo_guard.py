@@ -119,7 +119,7 @@ def test_what_is_wrong_with_a_servo_as_it_stands_is_named(changes: dict[str, Any
 
 
 def away(displacement: float, others: tuple[float, ...] = ()) -> str:
-    """What is said of the second of two tendons that stands at `displacement` [m]."""
+    """Return the message about the second of two tendons that stands at `displacement` [m]."""
     located = [Located(SPOOLS[0], 0.0), Located(SPOOLS[1], displacement, others)]
     readings = [WELL, dataclasses.replace(WELL, position=SPOOLS[1].ticks(displacement))]
     return away_from_zero(SECTION, located, readings)

@@ -1,4 +1,4 @@
-"""What the XL430's manual says it can do bounds a configuration with servos: 1.4 N m and 57 rpm at 11.1 V."""
+"""The XL430's ratings in its manual bound a configuration with servos: 1.4 N m and 57 rpm at 11.1 V."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""From Tracker's angles and millimetres to the rod's frame; SciPy's rotations are the reference."""
+"""Tracker's angles and millimetres, converted to the rod's frame; SciPy's rotations are the reference."""
 
 import itertools
 import math

@@ -47,7 +47,7 @@ DENOMINATOR_MAX = 8
 """Largest p and q: beyond it the arrivals lie too close for a phase to matter."""
 
 RATE_TOLERANCE = 2e-3
-"""Of the ratio of periods: a few poses' stamps do not tell it better."""
+"""Tolerance of the ratio of periods [-]: a few poses' stamps do not determine it better."""
 
 SILENCE = 5.0
 """Periods without a pose, after which the lock is lost: of the longer one of loop and poses."""

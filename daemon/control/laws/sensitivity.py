@@ -1,15 +1,15 @@
 """Tracking in space with all tendons, by the rod's own sensitivities; docs/space.md derives it.
 
-The prediction says where the tip will be after the coming step if the tensions stay (p0), and how that answers to the
-tendons: E = dp/dM, shape (3, 2), against their bending moment M. It has rank 2 on the straight rod too, where the
-paper's b_c vanishes. With the error e = Xd - X1 now and the reference Xd+ of the step's end, the law asks for a tip
-whose error is a fixed part of that, in the two directions S in which the resting tip can move:
+The prediction says where the tip will be after the coming step if the tensions stay (p0), and the jacobian E = dp/dM,
+shape (3, 2), by the tendons' bending moment M. It has rank 2 on the straight rod too, where the paper's b_c vanishes.
+With the error e = Xd - X1 now and the reference Xd+ of the step's end, the law asks for a tip whose error is a fixed
+part of that, in the two directions S in which the resting tip can move:
 
     S'E dM = S'(Xd+ - p0 - d - exp(-rate dt) e)
 
 d is what the measured tip is beside the model's. Without error M stays: the law is incremental, as the paper's are.
-Because reference and forecast are of one time, a moving target is followed without lag. `Allocation` makes tensions of
-M, so that none is below the pretension.
+Because reference and prediction are of one time, a moving target is followed without lag. `Allocation` makes tensions
+of M, so that none is below the pretension.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What a rest and a motion are judged by, number by number: means, spreads, verdicts."""
+"""Criteria of a rest and a motion, number by number: means, spreads, verdicts."""
 
 import math
 

@@ -40,7 +40,7 @@ def run(text: str, cycles: int = 1500, request: ControlAction = ControlAction.AR
 
 
 def within_the_probe(config: RigConfig, seen: list[Watched], most: float = 0.06) -> bool:
-    """Whether no tendon was told more than a tenth of tension_max, and the tip moved no more than a probe may."""
+    """Check that no tendon got more than a tenth of tension_max, and the tip moved no more than a probe may."""
     probed = [one for one in seen if one.record.mode is not Mode.TRACKING]
     told = max(max(one.record.command.tension) for one in probed)
     start = np.array(seen[ARM].truth.position)

@@ -1,4 +1,4 @@
-"""What a probe does, number by number: how it pulls, when it goes on, looks twice, judges and ends."""
+"""The probe, number by number: how it pulls, when it goes on, looks twice, judges and ends."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""What the admission of inputs counts, from one cycle to the next."""
+"""Counts of the admission of inputs, from one cycle to the next."""
 
 from typing import Any
 

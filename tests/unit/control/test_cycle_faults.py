@@ -1,4 +1,4 @@
-"""What goes wrong in a cycle, and what it makes of it: each row of the fault table, in pure functions."""
+"""Faults in a cycle and their consequences: each row of the fault table, in pure functions."""
 
 import numpy as np
 import pytest

@@ -84,7 +84,7 @@ def tendons(tick: int, kind: str) -> TendonState | None:
 
 
 def check(config: RigConfig, before: CycleState, after: CycleState, inputs: CycleInputs, record: CycleRecord) -> None:
-    """What must hold after every cycle."""
+    """Assert the invariants of every cycle."""
     limits, period = config.with_own_rates().limits, config.loop.period
     command = record.command
     tension, displacement = np.array(command.tension), np.array(command.displacement)

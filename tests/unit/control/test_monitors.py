@@ -1,4 +1,4 @@
-"""What is watched while tracking: each odd thing becomes a fault of its own name, and no right run does."""
+"""Monitors while tracking: each anomaly becomes a fault of its own name, and no right run does."""
 
 import math
 from collections import deque
@@ -196,7 +196,7 @@ def test_a_swing_that_dies_down_and_is_pushed_again_is_no_limit_cycle_and_a_grow
 
 
 def swung(position: Callable[[float], float], velocity: Callable[[float], Vector3], seconds: float) -> str:
-    """What the watch says of a tip that is off its reference in x [m], while that moves [m/s]."""
+    """Watch a tip that is off its reference in x [m], while that moves [m/s]."""
     watch, still = TrackingWatch(), (0.0, 0.0, 0.0)
     for tick in range(round(seconds / 0.01)):
         now = 0.01 * tick

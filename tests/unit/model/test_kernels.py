@@ -1,4 +1,4 @@
-"""How the kernels are compiled: without allocation, without the GIL, in SIMD lanes, and never out of date."""
+"""Compilation of the kernels: without allocation, without the GIL, in SIMD lanes, and never out of date."""
 
 import json
 import os

@@ -42,7 +42,7 @@ ASKED = FeedbackGains(integral=5.0, proportional=0.8, derivative=0.15, time=0.07
 def growth(
     gains: FeedbackGains, plant: UnknownPlant, period: float = 0.01, delay: int = 0, ahead: bool = False
 ) -> float:
-    """Of the slowest decaying (or fastest growing) motion of the loop [1/s]; negative: stable."""
+    """Growth rate of the slowest decaying (or fastest growing) motion of the loop [1/s]; negative: stable."""
     poles = loop_poles(ROD, period, -0.2, replace(gains, noise_share=1.0), RATES, plant, delay, ahead=ahead)
     return math.log(abs(poles[0])) / period
 

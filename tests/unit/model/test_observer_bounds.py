@@ -1,4 +1,4 @@
-"""What the observer may pull with, and how the law in space takes errors away."""
+"""Bounds of the observer's pull, and the removal of errors by the law in space."""
 
 import math
 from dataclasses import replace

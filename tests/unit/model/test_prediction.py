@@ -25,7 +25,7 @@ def moving(rod: Rod, cycles: int) -> tuple[RodState, Array]:
 
 @pytest.mark.parametrize("jump", [0.0, 2.0])
 def test_a_prediction_is_where_the_step_ends_also_after_a_jump_of_the_tension(jump: float) -> None:
-    """Where it ends, within the step's own tolerance; the jacobians are those at its first guess."""
+    """Tip at the end of the step, within the step's own tolerance; the jacobians are those at its first guess."""
     rod = Rod(PARAMETERS, tolerance=1e-10)
     state, tensions = moving(rod, 12)
     tensions = tensions + np.array([jump, 0.0, 0.0, 0.0])

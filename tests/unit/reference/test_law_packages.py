@@ -34,7 +34,7 @@ def block(language: str) -> str:
 
 
 def install(site: Path, module: str, code: str, entries: dict[str, str], name: str = "my-laws") -> None:
-    """What pip leaves of a package: its module, and its metadata with the entry points."""
+    """Install a package as pip leaves it: its module, and its metadata with the entry points."""
     site.mkdir(exist_ok=True)
     (site / f"{module}.py").write_text(code, encoding="utf-8")
     info = site / f"{name.replace('-', '_')}-0.1.dist-info"

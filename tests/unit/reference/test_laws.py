@@ -40,7 +40,7 @@ def observation() -> PlanarObservation:
 
 
 def decided(name: str, o: PlanarObservation, tables: dict[str, dict[str, float]] | None = None) -> Decision:
-    """What a law of either task space makes of the same tip; in space without a prediction."""
+    """Decide by a law of either task space for the same tip; in space without a prediction."""
     law, parameters = select_law(name, tables or {})
     in_space = SpatialObservation(o.position, o.velocity, o.target, o.target_velocity, o.tension, o.period, None)
     return law.decide(parameters, in_space if law.task_space is SPACE else o, law.start(parameters))

@@ -53,7 +53,7 @@ def tip_motion(rod: Rod, state: RodState) -> Array:
 
 
 def last_state(state: RodState) -> dict[str, Array]:
-    """What the next step may read of a state, under its names: all but the slots that it will write, and the Jacobian.
+    """Arrays of a state that the next step may read, by name: all but the slots that it will write, and the Jacobian.
 
     The rings hold the last two levels, the last history and geometry, and all solutions but the oldest.
     """

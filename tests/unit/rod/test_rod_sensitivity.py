@@ -86,14 +86,14 @@ class TestSensitivity:
 
 
 class Commands(TypedDict, total=False):
-    """Of the tendons: one of the two."""
+    """Command of the tendons: tensions [N] or displacements [m], not both."""
 
     tensions: Array
     displacements: Array
 
 
 def commanded(drive: str, commands: Array) -> Commands:
-    """As the rod takes them."""
+    """Return the commands as the rod's keyword arguments."""
     return Commands(tensions=commands) if drive == "tensions" else Commands(displacements=commands)
 
 

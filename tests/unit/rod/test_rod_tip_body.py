@@ -15,7 +15,7 @@ DAMPING = 1.5e-3
 
 
 def frequency(parameters: RodParameters) -> float:
-    """Of a clamped beam with a mass on its end [Hz], mode 1, undamped.
+    """Natural frequency of a clamped beam with a mass on its end [Hz], mode 1, undamped.
 
     Blevins, Formulas for Natural Frequency and Mode Shape (1979), table 8-8:
     1 + cos b cosh b + (m / rhoA L) b (cos b sinh b - sin b cosh b) = 0.

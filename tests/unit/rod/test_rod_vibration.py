@@ -47,7 +47,7 @@ def timoshenko(mode: int) -> float:
 
 
 def mode_shape(mode: int, s: Array) -> Array:
-    """Of the slender cantilever, at s [-] from 0 to 1, shape as s."""
+    """Mode shape of the slender cantilever, at s [-] from 0 to 1, shape as s."""
     b = BETAS[mode]
     ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
     return np.asarray(np.cosh(b * s) - np.cos(b * s) - ratio * (np.sinh(b * s) - np.sin(b * s)))
@@ -149,7 +149,7 @@ def energy(rod: Rod, state: RodState) -> float:
 
 
 def largest_rise(omega: float, zeta: float, dt: float, alpha: float) -> float:
-    """What one step of BDF-alpha can add to a damped oscillator's energy, as a part of it, at the worst phase [-].
+    """Largest relative gain of a damped oscillator's energy in one step of BDF-alpha, at the worst phase [-].
 
     Where it turns, it loses nothing; and BDF-alpha keeps energy only to the third order of dt.
     """

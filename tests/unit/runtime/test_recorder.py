@@ -154,7 +154,7 @@ def child(path: Path, script: str) -> "subprocess.Popen[str]":
 
 
 def records_so_far(path: Path) -> list[CycleRecord]:
-    """Of a file that is being written."""
+    """Records so far of a file that is being written; none while it has no cycle."""
     try:
         return load(path).records
     except LogError:
@@ -229,7 +229,7 @@ def test_a_full_disk_ends_the_file_and_nothing_else(tmp_path: Path) -> None:
 
 
 def state(tick: int) -> StateSnapshot:
-    """What a file of a split run begins with."""
+    """First message of each file of a split run."""
     return StateSnapshot(tick=tick, state="{}")
 
 

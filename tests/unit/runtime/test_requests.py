@@ -1,4 +1,4 @@
-"""What an operator is told in each mode, and which mode a request leads to."""
+"""Replies to an operator in each mode, and the mode that a request leads to."""
 
 import numpy as np
 import pytest

@@ -103,7 +103,7 @@ def test_another_law_runs_on_the_inputs_of_a_thin_log(thin: Path, tmp_path: Path
 
 
 def growth(folder: Path, idle_period: float, first: int, last: int) -> float:
-    """Of an idle log between two lengths [bytes per cycle]: what files begin and end with is not in it."""
+    """Growth of an idle log between two lengths [bytes per cycle]: what files begin and end with is not in it."""
     sizes = []
     for cycles in (first, last):
         path = folder / f"{idle_period}-{cycles}.mcap"

@@ -211,7 +211,7 @@ def test_wires_are_not_laid_where_they_would_replace_or_miss_something(
 def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) -> None:
     with emulated(tmp_path) as bus:
         second, others = bus.servos[1], Faults(4)
-        seen: dict[Fault, Callable[[], bool]] = {
+        observed: dict[Fault, Callable[[], bool]] = {
             Fault.SILENT: lambda: second.silent,
             Fault.STUCK: lambda: second.stuck,
             Fault.OVERLOAD: lambda: second.alert,
@@ -226,8 +226,8 @@ def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) ->
             Fault.REBOOT: lambda: not second.energised,
             Fault.CUT: lambda: others.cut == [1],
         }
-        assert {*seen, Fault.CLEAR} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
-        for fault, happened in seen.items():
+        assert {*observed, Fault.CLEAR} >= {fault for fault, kind in FAULTS.items() if kind.wires or kind.servo}
+        for fault, happened in observed.items():
             second.write(table.TORQUE_ENABLE.address, b"\x01")
             assert cause(bus, others, FaultRequest(fault=fault, servo=2 if FAULTS[fault].servo else None)).done
             assert happened(), fault

@@ -30,7 +30,7 @@ pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
 PATIENCE_SECONDS = 60.0
 PERIOD = 0.01
-LEAST, MOST = 2.0, 8.0
+TENSION_MIN, TENSION_MAX = 2.0, 8.0
 """[N] Of each tendon on the circle."""
 
 TURN = 250
@@ -42,7 +42,7 @@ def circle(cycle: int) -> np.ndarray:
     size = min(1.0, cycle / TURN)
     angle = 2.0 * math.pi * cycle / TURN
     sides = np.array([math.cos(angle - 0.5 * math.pi * tendon) for tendon in range(4)])
-    return np.asarray(size * (LEAST + (MOST - LEAST) * np.maximum(0.0, sides)))
+    return np.asarray(size * (TENSION_MIN + (TENSION_MAX - TENSION_MIN) * np.maximum(0.0, sides)))
 
 
 def test_all_four_tendons_wind_at_once_and_stay_taut_while_the_tip_goes_round(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_all_four_tendons_wind_at_once_and_stay_taut_while_the_tip_goes_round(tm
     assert "fault: servo" not in said
     assert "fault: tendon" not in said
     assert min(travel) > 0.01  # every one of them winds up and lets out
-    assert min(taut) > 0.25 * LEAST  # and none of them falls slack on the way
+    assert min(taut) > 0.25 * TENSION_MIN  # and none of them falls slack on the way
     assert np.linalg.norm(tip) < 2e-3  # in the end the tip is where the model has it
     assert not any(servo.energised for servo in wired.bus.servos)
 
@@ -81,7 +81,7 @@ def _drive(hub: Hub, config: RigConfig) -> tuple[list[float], list[float], np.nd
     """Command two turns and a rest: each tendon's travel [m], its least tension on the second [N], the tip's error."""
     model = rod_from_section(config.rod, PERIOD)
     state = model.solve_static(np.zeros(4))
-    seq, seen = 0, Arrivals()
+    seq, arrivals = 0, Arrivals()
     truths: list[SimulatorTruth] = []
 
     def cycle(displacement: np.ndarray, *, armed: bool) -> None:
@@ -91,15 +91,15 @@ def _drive(hub: Hub, config: RigConfig) -> tuple[list[float], list[float], np.nd
         hub.publish_command(
             TendonCommand(seq=seq, stamp_ns=0, pose_seq=None, displacement=values, tension=(0.0,) * 4, armed=armed)
         )
-        hub.receive(seen)
-        if (truth := seen.decoded_truth()) is not None:
+        hub.receive(arrivals)
+        if (truth := arrivals.decoded_truth()) is not None:
             truths.append(truth)
         time.sleep(PERIOD)
 
     rest = model.displacements(state)
     deadline = time.monotonic() + PATIENCE_SECONDS
-    while seen.tendon_state is None or seen.tendon_state.fault:
-        assert time.monotonic() < deadline, seen.tendon_state
+    while arrivals.tendon_state is None or arrivals.tendon_state.fault:
+        assert time.monotonic() < deadline, arrivals.tendon_state
         cycle(rest, armed=False)
     turned = 0
     places = []
@@ -108,9 +108,9 @@ def _drive(hub: Hub, config: RigConfig) -> tuple[list[float], list[float], np.nd
             turned = len(truths)
         state = model.step(state, circle(number))
         cycle(model.displacements(state, elastic=True), armed=True)
-        assert seen.tendon_state is not None
-        assert seen.tendon_state.fault == ""
-        places.append(seen.tendon_state.displacement)
+        assert arrivals.tendon_state is not None
+        assert arrivals.tendon_state.fault == ""
+        places.append(arrivals.tendon_state.displacement)
     tensions = np.array([truth.tension for truth in truths[turned:]])
     last = model.displacements(state, elastic=True)
     still = model.solve_static(displacements=last)
@@ -131,5 +131,5 @@ def test_tendons_that_are_too_fast_are_slowed_down_together_and_keep_their_propo
     goals = limited(section, wanted, last, PERIOD)
     assert goals == pytest.approx([0.05 * one for one in wanted])
     assert limited(section, (2e-4, 0.0, 0.0, 0.0), last, PERIOD) == (2e-4, 0.0, 0.0, 0.0)
-    far = limited(section, (1e300, -1e300, 0.0, 0.0), last, PERIOD)
-    assert far == pytest.approx((0.0005, -0.0005, 0.0, 0.0))
+    bounded = limited(section, (1e300, -1e300, 0.0, 0.0), last, PERIOD)
+    assert bounded == pytest.approx((0.0005, -0.0005, 0.0, 0.0))

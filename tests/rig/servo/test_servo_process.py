@@ -19,7 +19,7 @@ from tests.sil.rig import rig
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
 PATIENCE_SECONDS = 40.0
-WOUND = 0.02
+PULLED = 0.02
 
 
 def test_a_killed_driver_leaves_the_places_from_which_home_lets_out_what_is_wound(tmp_path: Path) -> None:
@@ -35,7 +35,7 @@ def test_a_killed_driver_leaves_the_places_from_which_home_lets_out_what_is_woun
         config = parse_config(one.config.read_text(), "rig.toml")
         with Hub(config) as hub:
             driver = one.start("servo")
-            seq, seen = 0, Arrivals()
+            seq, arrivals = 0, Arrivals()
 
             def command(place: float, *, armed: bool) -> None:
                 nonlocal seq
@@ -46,22 +46,22 @@ def test_a_killed_driver_leaves_the_places_from_which_home_lets_out_what_is_woun
                         seq=seq, stamp_ns=0, pose_seq=None, displacement=displacement, tension=(0.0,) * 4, armed=armed
                     )
                 )
-                hub.receive(seen)
+                hub.receive(arrivals)
                 time.sleep(0.01)
 
             deadline = time.monotonic() + PATIENCE_SECONDS
-            while seen.tendon_state is None or seen.tendon_state.fault:
-                assert time.monotonic() < deadline, seen.tendon_state
+            while arrivals.tendon_state is None or arrivals.tendon_state.fault:
+                assert time.monotonic() < deadline, arrivals.tendon_state
                 command(0.0, armed=False)
-            while abs(seen.tendon_state.displacement[0] - WOUND) > 1e-3:
-                assert time.monotonic() < deadline, seen.tendon_state
-                command(WOUND, armed=True)
-                assert seen.tendon_state is not None
+            while abs(arrivals.tendon_state.displacement[0] - PULLED) > 1e-3:
+                assert time.monotonic() < deadline, arrivals.tendon_state
+                command(PULLED, armed=True)
+                assert arrivals.tendon_state is not None
             for _ in range(30):
-                command(WOUND, armed=True)
+                command(PULLED, armed=True)
             driver.send_signal(signal.SIGKILL)
             driver.wait()
-        assert read_places(tmp_path / "calibration-places.json", made)[1] == pytest.approx(WOUND, abs=3e-3)
+        assert read_places(tmp_path / "calibration-places.json", made)[1] == pytest.approx(PULLED, abs=3e-3)
         assert servos.servos[0].energised
         home = one.start("servo", "home", "--yes")
         said, complaint = home.communicate(timeout=PATIENCE_SECONDS)

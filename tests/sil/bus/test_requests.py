@@ -158,9 +158,9 @@ def test_a_reference_that_cannot_be_planned_is_refused_with_the_reason(tmp_path:
             )
             assert "more than reference.moved_max" in ask(session, one.name, request).message
             assert controller.poll() is None
-        told = one.tell("rig", "reference", "kind=line", "end=[0.1,0.1,0.45]")
-        assert told.returncode == 2
-        assert "start and end of a line must both have two numbers, or both three" in told.stderr
+        outcome = one.tell("rig", "reference", "kind=line", "end=[0.1,0.1,0.45]")
+        assert outcome.returncode == 2
+        assert "start and end of a line must both have two numbers, or both three" in outcome.stderr
         assert controller.poll() is None
 
 

@@ -99,9 +99,9 @@ def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench:
     assert "no law is called" in bench.ask(ControlRequest(action=ControlAction.LAW, law="pid"))
     said = bench.rig.tell("rig", "law", "sliding_mode")
     assert (said.returncode, said.stdout) == (0, "law: sliding_mode\n")
-    far = bench.rig.tell("rig", "reference", "across=2.0")
-    assert far.returncode == 1
-    assert "the nearest is" in far.stderr
+    refused = bench.rig.tell("rig", "reference", "across=2.0")
+    assert refused.returncode == 1
+    assert "the nearest is" in refused.stderr
     wrong = bench.rig.tell("rig", "reference", "acros=0.2")
     assert wrong.returncode == 2
     assert "did you mean 'across'?" in wrong.stderr

@@ -21,32 +21,32 @@ REST = ROD.tip(ROD.solve_static(np.zeros(4)))
 PERIOD = 0.01
 
 
-def wound(section: SimulatedServos, goals: list[float]) -> list[float]:
+def servo_displacements(section: SimulatedServos, goals: list[float]) -> list[float]:
     servos = SimulatedActuators(section, PERIOD, np.zeros(1))
     return [float(servos.follow_displacement(np.array([goal]))[0]) for goal in goals]
 
 
 def test_ideal_servos_are_where_they_are_told_to_be() -> None:
-    assert wound(SimulatedServos(), [0.01, -0.02]) == pytest.approx([0.01, -0.02])
+    assert servo_displacements(SimulatedServos(), [0.01, -0.02]) == pytest.approx([0.01, -0.02])
 
 
 def test_a_servo_keeps_its_rate_and_acceleration_and_arrives_without_overshoot() -> None:
-    way = np.array(wound(SimulatedServos(rate=0.1, acceleration=2.0), [0.02] * 100))
-    speed = np.diff(way, prepend=0.0) / PERIOD
+    trajectory = np.array(servo_displacements(SimulatedServos(rate=0.1, acceleration=2.0), [0.02] * 100))
+    speed = np.diff(trajectory, prepend=0.0) / PERIOD
     assert speed.max() == pytest.approx(0.1)
     assert np.abs(np.diff(speed, prepend=0.0)).max() <= 2.0 * PERIOD + 1e-9
-    assert way.max() <= 0.02 + 1e-9
-    assert way[-1] == pytest.approx(0.02, abs=1e-6)
+    assert trajectory.max() <= 0.02 + 1e-9
+    assert trajectory[-1] == pytest.approx(0.02, abs=1e-6)
 
 
 def test_a_lag_has_its_time_constant() -> None:
-    way = wound(SimulatedServos(lag=0.05), [0.01] * 5)
-    assert way[-1] == pytest.approx(0.01 * (1.0 - math.exp(-1.0)))
+    trajectory = servo_displacements(SimulatedServos(lag=0.05), [0.01] * 5)
+    assert trajectory[-1] == pytest.approx(0.01 * (1.0 - math.exp(-1.0)))
 
 
 def test_backlash_is_lost_when_the_direction_changes() -> None:
-    way = wound(SimulatedServos(backlash=0.001), [0.01, 0.0095, 0.0])
-    assert way == pytest.approx([0.0095, 0.0095, 0.0005])
+    trajectory = servo_displacements(SimulatedServos(backlash=0.001), [0.01, 0.0095, 0.0])
+    assert trajectory == pytest.approx([0.0095, 0.0095, 0.0005])
 
 
 def test_friction_is_hysteresis_of_the_tension() -> None:
@@ -56,7 +56,9 @@ def test_friction_is_hysteresis_of_the_tension() -> None:
     assert servos.tension == pytest.approx([5.0])
 
 
-def seen(section: SimulatedMocap, steps: int, seed: int = 0, period: float = PERIOD) -> list[tuple[int, int, bool]]:
+def mocap_samples(
+    section: SimulatedMocap, steps: int, seed: int = 0, period: float = PERIOD
+) -> list[tuple[int, int, bool]]:
     """Step, frame's exposure (as its stamp) and validity of what arrives."""
     mocap = Mocap(section, seed, Faults(4))
     arrivals = []
@@ -68,11 +70,11 @@ def seen(section: SimulatedMocap, steps: int, seed: int = 0, period: float = PER
 
 
 def test_an_ideal_camera_sees_every_step_at_once() -> None:
-    assert seen(SimulatedMocap(), 3) == [(0, 0, True), (1, 1, True), (2, 2, True)]
+    assert mocap_samples(SimulatedMocap(), 3) == [(0, 0, True), (1, 1, True), (2, 2, True)]
 
 
 def test_latency_delays_frames_and_before_the_first_one_the_arm_is_seen_at_rest() -> None:
-    assert seen(SimulatedMocap(latency=0.02), 5) == [
+    assert mocap_samples(SimulatedMocap(latency=0.02), 5) == [
         (0, 0, True),
         (1, 0, True),
         (2, 0, True),
@@ -82,12 +84,14 @@ def test_latency_delays_frames_and_before_the_first_one_the_arm_is_seen_at_rest(
 
 
 def test_frames_come_at_the_cameras_rate() -> None:
-    assert [step for step, *_ in seen(SimulatedMocap(period=0.01), 30, period=0.002)] == [0, 5, 10, 15, 20, 25]
+    assert [step for step, *_ in mocap_samples(SimulatedMocap(period=0.01), 30, period=0.002)] == [0, 5, 10, 15, 20, 25]
 
 
 def test_dropped_frames_do_not_come_and_hidden_ones_say_so() -> None:
-    assert 300 < len(seen(SimulatedMocap(dropout=0.6), 1000)) < 500
-    hidden = [not valid for *_, valid in seen(SimulatedMocap(period=0.01, occlusion=2.0, occlusion_time=0.1), 4000)]
+    assert 300 < len(mocap_samples(SimulatedMocap(dropout=0.6), 1000)) < 500
+    hidden = [
+        not valid for *_, valid in mocap_samples(SimulatedMocap(period=0.01, occlusion=2.0, occlusion_time=0.1), 4000)
+    ]
     assert 0.08 < np.mean(hidden) < 0.3  # hidden for 0.1 s every 0.6 s, on average
 
 
@@ -146,12 +150,12 @@ def injected(text: str, **options: object) -> Plant:
 def test_a_stuck_servo_stays_where_it_is_until_it_is_mended() -> None:
     text = '[simulator]\ndrive = "displacement"\n[simulator.rod]\ntendon_stiffness = 2.0e4\n'
     arm = plant(text)
-    wind = pulled(0.0).model_copy(update={"displacement": (0.01, 0.0, 0.0, 0.0)})
+    pull = pulled(0.0).model_copy(update={"displacement": (0.01, 0.0, 0.0, 0.0)})
     for _ in range(100):
-        arm.step(wind)
+        arm.step(pull)
     before = arm.observe(0)[2].displacement[0]
     arm.faults.cause(FaultRequest(fault=Fault.STUCK, servo=1))
-    further = wind.model_copy(update={"displacement": (0.03, 0.0, 0.0, 0.0)})
+    further = pull.model_copy(update={"displacement": (0.03, 0.0, 0.0, 0.0)})
     for _ in range(60):
         arm.step(further)
     assert arm.observe(0)[2].displacement[0] == pytest.approx(before, abs=1e-5)

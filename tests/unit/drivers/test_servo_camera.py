@@ -43,7 +43,7 @@ def test_the_rods_own_statics_shorten_a_tendon_by_its_distance_times_the_bend() 
 
 
 @pytest.mark.parametrize(
-    ("wound", "bend", "objection"),
+    ("displacement", "bend", "objection"),
     [
         (0.004, (0.2, 0.0), ""),
         (0.004, (0.16, 0.03), ""),  # a stretched tendon, and one beside the axis
@@ -55,8 +55,8 @@ def test_the_rods_own_statics_shorten_a_tendon_by_its_distance_times_the_bend() 
     ],
 )
 def test_a_swapped_id_a_wrong_sign_and_a_wrong_radius_are_named(
-    wound: float, bend: tuple[float, float], objection: str
+    displacement: float, bend: tuple[float, float], objection: str
 ) -> None:
-    found = camera_objection(0, POSITIONS, wound, (0.0, 0.0), bend)
+    found = camera_objection(0, POSITIONS, displacement, (0.0, 0.0), bend)
     assert objection in found
     assert bool(found) is bool(objection)

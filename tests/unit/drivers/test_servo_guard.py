@@ -221,36 +221,36 @@ def test_two_tendons_are_timed_each_for_itself() -> None:
             guard.fault(101.0, SPOOLS, readings, goals)
 
 
-WOUND, RELEASED = [0.01, 0.01], [-0.01, -0.01]
+PULLED, RELEASED = [0.01, 0.01], [-0.01, -0.01]
 
 
 def test_a_load_that_rises_while_its_tendon_is_let_out_is_named() -> None:
     watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.2, 0.1], WOUND) == {}
-    assert watch.rising([0.1, 0.02], WOUND) == {}  # the rod swings: it may come back to what it had, and a little more
-    assert watch.rising([0.27, 0.17], WOUND) == {}
-    assert watch.rising([0.27, 0.19], WOUND) == {
+    assert watch.rising([0.2, 0.1], PULLED) == {}
+    assert watch.rising([0.1, 0.02], PULLED) == {}  # the rod swings: it may come back to what it had, and a little more
+    assert watch.rising([0.27, 0.17], PULLED) == {}
+    assert watch.rising([0.27, 0.19], PULLED) == {
         1: "its load rises from 10% to 19% while it is released: is its sign right?"
     }
-    assert watch.rising([0.29, 0.15], WOUND) == {
+    assert watch.rising([0.29, 0.15], PULLED) == {
         0: "its load rises from 20% to 29% while it is released: is its sign right?"
     }
 
 
 def test_a_load_that_is_too_small_to_be_believed_does_not_rise() -> None:
     watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.0, 0.0], WOUND) == {}
-    assert watch.rising([0.139, 0.0], WOUND) == {}
-    assert list(watch.rising([0.141, 0.0], WOUND)) == [0]
+    assert watch.rising([0.0, 0.0], PULLED) == {}
+    assert watch.rising([0.139, 0.0], PULLED) == {}
+    assert list(watch.rising([0.141, 0.0], PULLED)) == [0]
 
 
 def test_a_load_that_was_there_before_is_let_out_however_large() -> None:
     watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.66, 0.98], WOUND) == {}
-    assert watch.rising([0.66, 1.0], WOUND) == {}
-    assert list(watch.rising([0.75, 0.9], WOUND)) == [0]
+    assert watch.rising([0.66, 0.98], PULLED) == {}
+    assert watch.rising([0.66, 1.0], PULLED) == {}
+    assert list(watch.rising([0.75, 0.9], PULLED)) == [0]
     with pytest.raises(ValueError, match="zip"):
-        watch.rising([0.1], WOUND)
+        watch.rising([0.1], PULLED)
 
 
 def test_a_tendon_that_takes_up_its_slack_may_pull_up_to_its_limit() -> None:

@@ -64,8 +64,8 @@ def test_axes_and_offsets_by_hand() -> None:
     section = ViconSection(base_axes=("+x", "+z", "-y"), base_offset=(0.0, 0.01, 0.0))
     base = Placement(np.array([1.0, 1.0, 1.0]), np.eye(3))
     tip = Placement(np.array([1.02, 0.61, 1.0]), np.eye(3))
-    seen = Alignment(section, GRAVITY).tip_in_base(tip, base)
-    assert np.allclose(seen.position, [0.02, 0.0, 0.4], atol=1e-12)
+    tip_pose = Alignment(section, GRAVITY).tip_in_base(tip, base)
+    assert np.allclose(tip_pose.position, [0.02, 0.0, 0.4], atol=1e-12)
 
 
 def test_every_choice_of_axes_is_a_rotation_or_refused() -> None:
@@ -100,9 +100,9 @@ def test_markers_are_placed_so_that_the_driver_sees_what_they_were_placed_for(up
     alignment = Alignment(section, GRAVITY)
     truth = random_placement(4)
     tip, base = alignment.markers(truth)
-    seen = alignment.tip_in_base(tip, base)
-    assert np.allclose(seen.position, truth.position, atol=1e-12)
-    assert np.allclose(seen.rotation, truth.rotation, atol=1e-12)
+    tip_pose = alignment.tip_in_base(tip, base)
+    assert np.allclose(tip_pose.position, truth.position, atol=1e-12)
+    assert np.allclose(tip_pose.rotation, truth.rotation, atol=1e-12)
     assert alignment.gravity_error(base) == pytest.approx(0.0, abs=1e-7)
 
 
@@ -232,15 +232,15 @@ def test_with_a_configured_sender_no_other_is_heard_whatever_it_does() -> None:
 def test_a_hidden_tip_repeats_the_last_pose_as_invalid_and_names_the_object() -> None:
     builder = PoseBuilder(ViconSection(base="", base_axes=("+z", "+x", "+y"), latency=1e-6), GRAVITY)
     assert builder.build(frame(1, tip=None)) is None
-    seen = builder.build(frame(2000, tip=PLACE))
+    tip_pose = builder.build(frame(2000, tip=PLACE))
     hidden = builder.build(frame(3000, tip=None))
     assert builder.objections == ("'tip' hidden",)
     missing = builder.build(frame(4000))
     assert builder.objections == ("'tip' not in the stream",)
-    assert seen is not None
+    assert tip_pose is not None
     assert hidden is not None
     assert missing is not None
-    assert (seen.valid, hidden.valid, missing.valid) == (True, False, False)
-    assert seen.position == hidden.position == missing.position
-    assert [pose.seq for pose in (seen, hidden, missing)] == [0, 1, 2]
-    assert [pose.stamp_ns for pose in (seen, hidden, missing)] == [1000, 2000, 3000]
+    assert (tip_pose.valid, hidden.valid, missing.valid) == (True, False, False)
+    assert tip_pose.position == hidden.position == missing.position
+    assert [pose.seq for pose in (tip_pose, hidden, missing)] == [0, 1, 2]
+    assert [pose.stamp_ns for pose in (tip_pose, hidden, missing)] == [1000, 2000, 3000]

@@ -46,7 +46,7 @@ paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
 
 test: .venv/.dev ## run all checks, then the tests
 	@$(MAKE) --no-print-directory check docs
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 3
 
 check: .venv/.dev ## lint, formatting, types, layers
 	$(BIN)/ruff check

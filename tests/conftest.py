@@ -1,10 +1,12 @@
-"""How the tests are spread over processes (`pytest -n 2`, as `make test` does).
+"""How the tests are spread over processes (`pytest -n 3`, as `make test` does).
 
 Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder runs in one
 process, one test after the other, the two folders beside each other. The others compute; they are distributed file by
-file to whichever process is free.
+file to whichever process is free, with a lower priority, so that those that wait are not late.
 """
 
+import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,19 @@ import pytest
 
 REAL_TIME = ("sil", "rig")
 
+PRIORITY = 10
+"""Niceness of the tests that compute."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the real-time tests first: they take longest."""
     items.sort(key=lambda item: not is_real_time(item.path))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Give way to the real-time tests of another process."""
+    with suppress(PermissionError):  # to raise it again is root's
+        os.setpriority(os.PRIO_PROCESS, 0, 0 if is_real_time(item.path) else PRIORITY)
 
 
 def is_real_time(path: Path) -> bool:

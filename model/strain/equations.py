@@ -101,6 +101,7 @@ class Scratch(NamedTuple):
 def scratch_for(layout: Layout) -> Scratch:
     """Return arrays for the steps of this robot."""
     n, points, tendons, nodes = len(layout.component), len(layout.mass), len(layout.straight), len(layout.polar)
+    width = padded.py_func(n)  # numba compiles a call from Python anew in each process
     lengths = np.zeros(n)
     for first, last, step in zip(layout.first, layout.last, layout.step, strict=True):
         lengths[first:last] += step
@@ -112,7 +113,7 @@ def scratch_for(layout: Layout) -> Scratch:
         np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros((points, 3)), np.zeros((points, 3)), np.zeros(nodes),
         np.zeros(nodes), np.zeros(tendons), np.zeros(tendons), np.zeros((n, n)), np.zeros(n), scale,
         np.array([unit, 0.0, 0.0]), *np.zeros((10, n)), np.zeros((n, n)),
-        *np.zeros((2, (3 * points + nodes + tendons) * padded(n))), np.zeros(padded(n) ** 2),  # type: ignore[call-arg]
+        *np.zeros((2, (3 * points + nodes + tendons) * width)), np.zeros(width**2),  # type: ignore[call-arg]
     )  # fmt: skip
 
 

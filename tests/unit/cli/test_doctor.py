@@ -95,9 +95,10 @@ def test_a_check_that_stumbles_does_not_end_the_others(computer: Computer, monke
 def test_kernels_are_missed_only_where_they_are_not_compiled(
     computer: Computer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tendond.model.warm import warm_up
+    from tendond.model.warm import warm_up, warm_up_general
 
     warm_up()
+    warm_up_general()
     assert computer.outcome(files.kernels) is CheckOutcome.PASS
     absent: Callable[[], dict[str, str]] = dict
     from tendond.model.numerics import compile as compiling

@@ -194,13 +194,13 @@ def test_check_notes_a_bend_that_the_nodes_do_not_resolve(
 ARM = '[rod]\npreset = "rao-2021"\n'
 
 
-@pytest.mark.parametrize("command", [("config", "check"), ("rig", "run"), ("rig", "simulate"), ("study", "margin")])
+@pytest.mark.parametrize("command", [("config", "check"), ("rig", "run"), ("study", "margin")])
 def test_what_only_the_general_rod_computes_is_refused_by_its_key(
     command: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ended = tendond(capsys, *command, "--config", written(tmp_path, ARM))
     assert ended.status == 2
-    assert "rod.section: 2 sections: controller and simulator run one straight, uniform section" in ended.said
+    assert "rod.section: 2 sections: the controller runs one straight, uniform section" in ended.said
     assert ended.said.count("rod.section") == 1
 
 

@@ -1,12 +1,10 @@
-"""Motor, gears and sensors of an emulated servo: profile, load, watchdog, protection, supply voltage."""
+"""Motor and gears of an emulated servo: profile, load, watchdog, protection, supply voltage."""
 
 import math
 from collections.abc import Callable
 
-from tendond.drivers.dynamixel.emulator.control_table import ControlTable
-from tendond.drivers.dynamixel.emulator.motion import Actuator
+from tendond.drivers.dynamixel.emulator.shaft import EmulatedShaft
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.table import Register
 from tendond.schemas.config.servo import NO_LOAD_SPEED, RATED_VOLTS, STALL_TORQUE, WATCHDOG_UNIT
 
 SHAFT_LAG = 0.02
@@ -16,20 +14,17 @@ BACKDRIVE = 10.0
 """Speed of a shaft without torque per external torque [rad/s per N m]."""
 
 OVERLOAD_SECONDS = 1.0
-SLIP_RATE = 0.5
+YIELD_SPEED = 0.5
 """Speed of a shaft under more torque than the motor can hold [rad/s]."""
 
 BROWN_OUT_VOLTS = 5.0
 """Voltage below which the servo's processor stops [V]; an assumption: the manual has only the motor's 6.5 V."""
 
-TICK_WRAP = 32768
-"""Number of values of Realtime Tick, which counts milliseconds."""
-
 MOVES_IN_MODE = {1: table.GOAL_VELOCITY, 16: table.GOAL_PWM}
 
 
-class EmulatedMotor:
-    """Motor with its registers.
+class EmulatedMotor(EmulatedShaft):
+    """Motor of a shaft.
 
     Args:
         position: position of the shaft at power-up [ticks]; the servo knows only the position within a turn.
@@ -37,40 +32,17 @@ class EmulatedMotor:
     Attributes:
         torque: external torque on the shaft [N m], as a function of its position [ticks]; positive towards larger
             positions.
-        temperature: [degree Celsius], voltage: [V].
         stuck: the shaft cannot move.
         grip: torque against which the gears hold a shaft without torque [N m].
     """
 
     def __init__(self, position: int) -> None:
-        self._memory = ControlTable()
+        super().__init__(position)
         self.torque: Callable[[float], float] = lambda position: 0.0
         self.stuck = False
-        self.temperature = 30.0
-        self.voltage = 12.0
         self.grip = 0.0
-        self._shaft = Actuator()
-        self._shaft.place(float(position))
-        self._milliseconds = 0.0
-        self._begun_at = float(position)
+        self._profile_start = float(position)
         self.power_up()
-
-    def value(self, register: Register) -> int:
-        """Return the value of a register."""
-        return self._memory.value(register)
-
-    def _store(self, register: Register, value: int) -> None:
-        self._memory.store(register, value)
-
-    @property
-    def position(self) -> float:
-        """Position of the shaft with all its turns, also those that the servo has lost [ticks]."""
-        return self._shaft.shaft
-
-    @property
-    def energised(self) -> bool:
-        """True while the torque is on."""
-        return bool(self.value(table.TORQUE_ENABLE))
 
     @property
     def dark(self) -> bool:
@@ -96,38 +68,6 @@ class EmulatedMotor:
             self._switch_on()
         self._measure()
 
-    def count_turns(self, turns: int) -> None:
-        """Add whole turns to the count, as if the shaft had turned."""
-        self._turns += turns
-        self._measure()
-        if self.energised:
-            self._hold()
-
-    def _forget_turns(self) -> None:
-        """Reduce the position to one within a single turn."""
-        self._turns = -math.floor(self._shaft.shaft / table.TICKS_PER_TURN)
-
-    @property
-    def _direction(self) -> int:
-        return -1 if self.value(table.DRIVE_MODE) & table.REVERSE else 1
-
-    def _reported(self, shaft: float) -> int:
-        """Return the Present Position for a position of the shaft [ticks]."""
-        counted = shaft + self._turns * table.TICKS_PER_TURN
-        return round(self._direction * counted) + self.value(table.HOMING_OFFSET)
-
-    def _meant(self, goal: int) -> float:
-        """Return the position of the shaft for a Goal Position [ticks]."""
-        counted = self._direction * (goal - self.value(table.HOMING_OFFSET))
-        return float(counted - self._turns * table.TICKS_PER_TURN)
-
-    def _hold(self) -> None:
-        """Stop at the present position."""
-        self._shaft.place(self._shaft.shaft)
-        self._store(table.GOAL_POSITION, self._reported(self._shaft.shaft))
-        self._store(table.GOAL_VELOCITY, 0)
-        self._ongoing = False
-
     def _switch_on(self) -> None:
         if self.value(table.OPERATING_MODE) == table.POSITION:
             self._forget_turns()
@@ -152,30 +92,30 @@ class EmulatedMotor:
         if self.stuck:
             self._shaft.place(self._shaft.shaft)
         elif not self.energised:
-            self._give_way(outside, duration)
-        elif abs(outside) > self._holds and not self._is_helped(outside):
-            self._shaft.place(self._shaft.shaft + math.copysign(SLIP_RATE, outside) * duration / table.TICK)
+            self._backdrive(outside, duration)
+        elif abs(outside) > self._torque_max and not self._pulled_to_goal(outside):
+            self._shaft.place(self._shaft.shaft + math.copysign(YIELD_SPEED, outside) * duration / table.TICK)
         else:
             self._drive(outside, duration)
         self._measure(outside)
 
-    def _is_helped(self, outside: float) -> bool:
+    def _pulled_to_goal(self, outside: float) -> bool:
         """Return true where an external torque turns the shaft towards its goal."""
         if self.value(table.OPERATING_MODE) in MOVES_IN_MODE:
             return False
-        return (self._meant(self.value(table.GOAL_POSITION)) - self._shaft.shaft) * outside > 0.0
+        return (self._shaft_at(self.value(table.GOAL_POSITION)) - self._shaft.shaft) * outside > 0.0
 
     def _power(self, duration: float) -> bool:
         """Stop at a brown-out and reboot after it; true while it lasts."""
         if self.voltage < BROWN_OUT_VOLTS:
             self._dark = True
             self._store(table.TORQUE_ENABLE, 0)
-            self._give_way(self.torque(self._shaft.shaft), duration)
+            self._backdrive(self.torque(self._shaft.shaft), duration)
         elif self._dark:
             self.power_up()
         return self._dark
 
-    def _give_way(self, outside: float, duration: float) -> None:
+    def _backdrive(self, outside: float, duration: float) -> None:
         """Turn a shaft without torque by what exceeds the grip of the gears."""
         rest = max(0.0, abs(outside) - self.grip)
         self._shaft.place(self._shaft.shaft + math.copysign(BACKDRIVE * rest, outside) * duration / table.TICK)
@@ -187,7 +127,7 @@ class EmulatedMotor:
         return limit / table.FULL_PWM * self.voltage / RATED_VOLTS
 
     @property
-    def _holds(self) -> float:
+    def _torque_max(self) -> float:
         """Largest torque that it can hold [N m]."""
         return STALL_TORQUE * self._duty
 
@@ -213,7 +153,7 @@ class EmulatedMotor:
             shaft.rate = max(abs(wanted), 1e-9) / table.TICK
             shaft.step(shaft.position + math.copysign(1e9, wanted) if wanted else shaft.shaft, duration)
             return
-        goal_shaft = self._meant(self.value(table.GOAL_POSITION))
+        goal_shaft = self._shaft_at(self.value(table.GOAL_POSITION))
         ahead = goal_shaft - shaft.shaft
         against = -math.copysign(1.0, ahead) * outside / STALL_TORQUE
         able = NO_LOAD_SPEED * max(0.0, self._duty - against)
@@ -227,7 +167,7 @@ class EmulatedMotor:
         if profile == 0:
             return NO_LOAD_SPEED * self.voltage / RATED_VOLTS
         if self.value(table.DRIVE_MODE) & table.TIME_BASED:
-            return abs(goal - self._begun_at) * table.TICK / (1e-3 * profile)
+            return abs(goal - self._profile_start) * table.TICK / (1e-3 * profile)
         return profile * table.VELOCITY_UNIT
 
     def _watch(self, duration: float) -> None:
@@ -239,27 +179,3 @@ class EmulatedMotor:
             self._store(table.BUS_WATCHDOG, table.WATCHDOG_TRIPPED)
             self._store(table.PROFILE_VELOCITY, 0)
             self._store(table.PROFILE_ACCELERATION, 0)
-
-    def _measure(self, outside: float = 0.0) -> None:
-        load = -outside / STALL_TORQUE if self.energised else 0.0
-        velocity = round(self._direction * self._shaft.velocity * table.TICK / table.VELOCITY_UNIT)
-        moving = abs(velocity) > self.value(table.MOVING_THRESHOLD) or self._ongoing
-        arrived = abs(self._shaft.shaft - self._meant(self.value(table.GOAL_POSITION))) < 10.0
-        store = self._store
-        store(table.REALTIME_TICK, int(self._milliseconds) % TICK_WRAP)
-        store(table.MOVING, int(moving))
-        store(table.MOVING_STATUS, self._profile_bits() | (2 if self._ongoing else 0) | (1 if arrived else 0))
-        store(table.PRESENT_PWM, round(min(max(load, -1.0), 1.0) * table.FULL_PWM))
-        store(table.PRESENT_LOAD, self._direction * round(min(max(load / table.LOAD_UNIT, -1000.0), 1000.0)))
-        store(table.PRESENT_VELOCITY, velocity)
-        store(table.PRESENT_POSITION, self._reported(self._shaft.shaft))
-        store(table.VELOCITY_TRAJECTORY, velocity if self._ongoing else 0)
-        store(table.POSITION_TRAJECTORY, self._reported(self._shaft.position))
-        store(table.PRESENT_INPUT_VOLTAGE, round(self.voltage / table.VOLTAGE_UNIT))
-        store(table.PRESENT_TEMPERATURE, round(self.temperature))
-
-    def _profile_bits(self) -> int:
-        """Return bits 4 and 5 of Moving Status: trapezoidal, rectangular or no profile."""
-        if not self.value(table.PROFILE_VELOCITY):
-            return 0
-        return 0b11 << 4 if self.value(table.PROFILE_ACCELERATION) else 0b01 << 4

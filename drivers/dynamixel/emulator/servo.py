@@ -148,7 +148,7 @@ class EmulatedServo(EmulatedMotor):
                 return Error.RESULT_FAIL
             self._switch_on()
         if register is table.GOAL_POSITION and self.energised:
-            self._begun_at = self._shaft.position
+            self._profile_start = self._shaft.position
             self._ongoing = True
         self._store(register, value)
         return error

@@ -84,7 +84,10 @@ TARGETS = {
         "daemon/control/commissioning/jump daemon/control/phases/monitors",
         "unit/commissioning/test_monitor_numbers unit/commissioning/test_report_numbers",
     ),
-    "guard": _target("drivers/dynamixel/guard", "unit/drivers/test_servo_guard unit/drivers/test_servo_limits"),
+    "guard": _target(
+        "drivers/dynamixel/driver/guard",
+        "unit/drivers/test_servo_guard unit/drivers/test_servo_release unit/drivers/test_servo_limits",
+    ),
 }
 
 SETTINGS = """\

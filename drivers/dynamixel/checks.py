@@ -19,7 +19,7 @@ def find(bus: ServoBus, identifiers: Sequence[int], tries: int = TRIES) -> None:
         names = ", ".join(map(str, missing))
         raise NoAnswerError(
             f"{bus.port}: no answer from servo {names}: is it powered, and are its id and rate right? Try"
-            f" 'tendond servo scan'{bus.lateness}"
+            f" 'tendond servo scan'{bus.transport.late.text}"
         )
 
 

@@ -1,6 +1,7 @@
 """Process of the servo driver: subscribes to commands, publishes tendon states, answers `servo/reset`."""
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -14,10 +15,11 @@ from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.bus.subscription import Subscription
 from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
-from tendond.drivers.dynamixel.driver import LOST_READS, ServoDriver
+from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
 from tendond.drivers.dynamixel.serial.adapter import latency_warning
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.late import LateReplies
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
@@ -120,13 +122,14 @@ class ServoProcess:
             states.put(encode(self._state(driver)))
             keeper.keep(driver.places)
             now = time.monotonic()
-            if line := losses.line(now, driver.counts[LOST_READS], driver.late):
+            bus = driver.session.bus  # another one after a reset
+            if line := losses.line(now, driver.lost_reads, bus.transport.late):
                 self._say(line)
             if now - health_time >= HEALTH_SECONDS:
                 health_time = now
                 health = self._health(driver)
                 healths.put(encode(health))
-                losses.note(health.round_trip - driver.wire_seconds)
+                losses.note(health.round_trip - bus.read_seconds(len(driver.displacement)))
             if now - before <= self._section.watchdog:  # a lost port or a fault needs a person, not a restart
                 self._supervisor.alive()
             before = now
@@ -139,8 +142,9 @@ class ServoProcess:
                 self._say(f"servos: {phase.value}")
             deadline = max(deadline + period, time.monotonic() - period)
             time.sleep(max(0.0, deadline - time.monotonic()))
-        if driver.counts:
-            self._say(", ".join(f"{count} {reason}" for reason, count in driver.counts.items()))
+        counts = driver.commands.counts + Counter({"reads without an answer": driver.lost_reads})
+        if counts:
+            self._say(", ".join(f"{count} {reason}" for reason, count in counts.items()))
 
     def _newest(self, commands: Subscription[TendonCommand], driver: ServoDriver) -> TendonCommand | None:
         newest: TendonCommand | None = None
@@ -148,8 +152,8 @@ class ServoProcess:
             if self._followed.admits(command, time.monotonic()):
                 newest = command
             else:
-                driver.counts["commands of another controller"] += 1
-        driver.counts.update(commands.unreadable)
+                driver.commands.counts["commands of another controller"] += 1
+        driver.commands.counts.update(commands.unreadable)
         commands.unreadable.clear()
         return newest
 
@@ -203,24 +207,24 @@ class ReadLossLog:
         """Note by how much reads take longer than on the wire alone [s]."""
         self._slow = beyond if beyond > SLOW_SECONDS else 0.0
 
-    def line(self, now: float, lost: int, late: tuple[int, float]) -> str:
+    def line(self, now: float, lost: int, late: LateReplies) -> str:
         """Return a line about reads lost or late since the last one; empty without any, or too early.
 
         Args:
             now: [s].
             lost: reads without an answer so far.
-            late: late answers so far, and the largest delay [s].
+            late: replies so far.
         """
-        count, by = late
+        count = late.count
         if now - self._since < SAY_SECONDS or ((lost, count) == (self._lost, self._late) and not self._slow):
             return ""
         new, new_late, span = lost - self._lost, count - self._late, now - self._since
         self._since, self._lost, self._late = now, lost, count
         said = f"{new} reads without an answer in {span:.0f} s"
         if new_late > 0:
-            said += f", {new_late} answers late, by up to {by * 1e3:.0f} ms"
+            said += f", {new_late} replies late, by up to {late.by * 1e3:.0f} ms"
         if self._slow:
-            said += f", answers take {self._slow * 1e3:.0f} ms more than their time on the wire"
+            said += f", replies take {self._slow * 1e3:.0f} ms more than their time on the wire"
         return said + (": is the adapter's latency timer 1 ms?" if new_late > 0 or self._slow else "")
 
 

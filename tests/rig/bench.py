@@ -5,7 +5,8 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tendond.drivers.dynamixel.driver import DriverPhase, ServoDriver
+from tendond.drivers.dynamixel.driver.driver import ServoDriver
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.serial.bus import ServoBus
 from tendond.schemas.config.servo import ServoSection
@@ -77,7 +78,9 @@ class Bench:
 
     def pull(self) -> None:
         """Arm, and pull two tendons."""
-        self.until(lambda one: one.phase is DriverPhase.OFF and not one.objection and one._disarmed, SLACK, armed=False)
+        self.until(
+            lambda one: one.phase is DriverPhase.OFF and not one.objection and one.commands.disarmed, SLACK, armed=False
+        )
         self.until(lambda one: abs(one.displacement[0] - PULLED[0]) < 1e-4, PULLED)
         assert self.driver.phase is DriverPhase.ON
 

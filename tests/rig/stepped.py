@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import ServoDriver
+from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.emulator.line import ServoLine
 from tendond.drivers.dynamixel.emulator.protocol import Receiver
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo

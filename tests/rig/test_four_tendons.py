@@ -15,7 +15,7 @@ import pytest
 from tendond.daemon.control.state import rod_from_section
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.drivers.dynamixel.calibration import save_calibration
-from tendond.drivers.dynamixel.guard import limited
+from tendond.drivers.dynamixel.driver.guard import limited
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
-from dynamixel_sdk.robotis_def import BROADCAST_ID, INST_PING, INST_READ, INST_REBOOT, INST_WRITE
+from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_REBOOT, INST_WRITE
 
 from tendond.drivers.dynamixel.serial.group_read import read_fast, read_plain
 from tendond.drivers.dynamixel.serial.port import NoAnswerError as NoAnswerError
@@ -15,20 +15,15 @@ from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
 from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
 from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading
 from tendond.drivers.dynamixel.serial.table import Register
-from tendond.drivers.dynamixel.serial.transport import STATUS_BYTES, Transport
+from tendond.drivers.dynamixel.serial.transport import HEADER, STATUS_BYTES, Transport
 
 TRIES = 8
 """Attempts for a single register: writing the same value again does no harm. Where a fifth of the answers is lost, 3 in
 a million pairs of request and answer fail so often."""
 
-PING_SLOT_SECONDS = 0.003
-"""Time for each id after a ping to all, as in the SDK [s]."""
-
-HEADER = b"\xff\xff\xfd"
 SERVOS_PER_READ = 8
 """Number of servos in one read: the SDK limits packets to 1024 bytes."""
 
-PING_BYTES = 14
 READ_BYTES = 14
 """Length of a read request without its ids."""
 
@@ -46,6 +41,7 @@ class ServoBus:
 
     Attributes:
         port: name of it.
+        transport: packets on it.
         reads: number of reads of all servos.
         round_trips: times of those that were answered, since the list was last emptied [s]; bounded.
     """
@@ -54,7 +50,7 @@ class ServoBus:
         self.port = port
         self.reads = 0
         self.round_trips: deque[float] = deque(maxlen=1000)
-        self._transport = Transport(port, baudrate, answer_timeout)
+        self.transport = Transport(port, baudrate, answer_timeout)
         self._request = 0
 
     def __enter__(self) -> "ServoBus":
@@ -63,44 +59,14 @@ class ServoBus:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def set_baudrate(self, baudrate: int) -> None:
-        """Open the port again, at another rate.
-
-        Raises:
-            PortLostError: it cannot be opened.
-        """
-        self._transport.set_baudrate(baudrate)
-
-    def set_answer_timeout(self, seconds: float) -> None:
-        """Change the timeout of an answer, beyond its time on the wire [s]."""
-        self._transport.set_answer_timeout(seconds)
-
     def close(self) -> None:
         """Close the port; repeated calls do nothing."""
-        self._transport.close()
+        self.transport.close()
 
-    @property
-    def late(self) -> int:
-        """Number of answers that came after their timeout."""
-        return self._transport.late
-
-    @property
-    def late_by(self) -> float:
-        """Largest delay of a late answer, from its request [s]."""
-        return self._transport.late_by
-
-    @property
-    def lateness(self) -> str:
-        """Late answers and their likely cause, in words; empty without any."""
-        if not self.late:
-            return ""
-        by = self.late_by * 1e3
-        return f"; {self.late} answers came late, by up to {by:.0f} ms: is the adapter's latency timer 1 ms?"
-
-    def wire_seconds(self, servos: int) -> float:
+    def read_seconds(self, servos: int) -> float:
         """Duration of a read of so many servos on the wire alone [s]."""
         length = READ_REQUESTS[0].length + STATUS_BYTES
-        return self._transport.wire_seconds(READ_BYTES + servos + servos * length)
+        return self.transport.wire_seconds(READ_BYTES + servos + servos * length)
 
     def ping(self, identifier: int) -> int | None:
         """Return the model number of a servo; none without an intelligible answer.
@@ -108,39 +74,9 @@ class ServoBus:
         Raises:
             PortLostError: the port has gone away.
         """
-        with self._transport.in_use():
-            data, result, _ = self._transport.transact(identifier, INST_PING, (), 3)
+        with self.transport.in_use():
+            data, result, _ = self.transport.transact(identifier, INST_PING, (), 3)
         return int.from_bytes(data[:2], "little") if result == COMM_SUCCESS else None
-
-    def ping_all(self, patience: float = PING_SLOT_SECONDS * BROADCAST_ID) -> tuple[dict[int, int], bool]:
-        """Ping all ids at once.
-
-        Args:
-            patience: silence of the line after which all have answered [s].
-
-        Returns:
-            Model number by id; and true where there were bytes that are not an answer: noise, or two servos of one id.
-
-        Raises:
-            PortLostError: the port has gone away.
-        """
-        received = b""
-        with self._transport.in_use():
-            self._transport.send(BROADCAST_ID, INST_PING, ())
-            wire = self._transport.wire_seconds(PING_BYTES)
-            silent_since = time.monotonic()
-            while time.monotonic() - silent_since < patience + wire:
-                if more := self._transport.available():
-                    received += more
-                    silent_since = time.monotonic()
-        found = {}
-        rest = received
-        while (start := rest.find(HEADER + b"\0")) >= 0 and len(rest) >= start + PING_BYTES:
-            packet = rest[start : start + PING_BYTES]
-            if self._transport.crc_fits(packet):
-                found[packet[4]] = int.from_bytes(packet[9:11], "little")
-            rest = rest[start + PING_BYTES :]
-        return found, len(received) != PING_BYTES * len(found)
 
     def read(self, identifier: int, register: Register) -> int:
         """Read a register.
@@ -186,7 +122,7 @@ class ServoBus:
     def _confirmed(self, identifier: int, what: str, instruction: int, parameters: bytes, length: int) -> bytes:
         """Send a request until it is answered, at most `TRIES` times."""
         result, error, data = COMM_RX_TIMEOUT, 0, b""
-        transport = self._transport
+        transport = self.transport
         for _ in range(TRIES):
             with transport.in_use():
                 transport.drain()
@@ -194,7 +130,7 @@ class ServoBus:
             if result == COMM_SUCCESS:
                 break
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"servo {identifier}: {what}: {transport.text(result)}{self.lateness}")
+            raise NoAnswerError(f"servo {identifier}: {what}: {transport.text(result)}{transport.late.text}")
         if error & ~ALERT:
             raise RefusedError(f"servo {identifier}: {what}: {transport.error_text(error & ~ALERT)}")
         return data
@@ -215,10 +151,10 @@ class ServoBus:
             parameters += bytes([identifier]) + data
         if HEADER in parameters:
             raise RefusedError(f"write {register.name}: cannot be sent: it looks like a header")
-        with self._transport.in_use():
-            result = self._transport.sync_write(register.address, register.size, parameters)
+        with self.transport.in_use():
+            result = self.transport.sync_write(register.address, register.size, parameters)
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"write {register.name}: {self._transport.text(result)}")
+            raise NoAnswerError(f"write {register.name}: {self.transport.text(result)}")
 
     def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, ServoReading]:
         """Read all servos; either all answer, or an error is raised.
@@ -239,11 +175,11 @@ class ServoBus:
         began = time.monotonic()
         for start in range(0, len(identifiers), SERVOS_PER_READ):
             some = identifiers[start : start + SERVOS_PER_READ]
-            if self._transport.pending:
+            if self.transport.pending:
                 self._request = (self._request + 1) % len(READ_REQUESTS)
-            with self._transport.in_use():
+            with self.transport.in_use():
                 request = READ_REQUESTS[self._request]
-                readings |= (read_fast if fast else read_plain)(self._transport, request, some)
+                readings |= (read_fast if fast else read_plain)(self.transport, request, some)
         self.round_trips.append(time.monotonic() - began)
         return readings
 

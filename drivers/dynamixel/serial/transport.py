@@ -14,12 +14,15 @@ from contextlib import contextmanager, suppress
 
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, Protocol2PacketHandler
 
+from tendond.drivers.dynamixel.serial.late import LateReplies
 from tendond.drivers.dynamixel.serial.port import WIRE_ERRORS, NoAnswerError, Port, PortLostError, open_failure
 from tendond.drivers.dynamixel.serial.reading import ALERT
 
 LATE_SECONDS = 0.02
 """Silence of the line after a missing answer, before the next request [s]: an FTDI adapter with its default timer
 delays answers by 16 ms. A read of all servos does not wait: its answers are distinguished by their length."""
+
+HEADER = b"\xff\xff\xfd"
 
 STATUS_BYTES = 11
 """Length of a status packet without data."""
@@ -38,19 +41,16 @@ class Transport:
 
     Attributes:
         name: name of the port.
-        late: number of answers that came after their timeout.
-        late_by: largest delay of those, from the request [s].
+        late: replies that came after their timeout.
         pending: an answer is missing and may still come.
     """
 
     def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
         self.name = port
-        self.late = 0
-        self.late_by = 0.0
+        self.late = LateReplies()
         self.pending = False
         self._port = Port(port, answer_timeout)
         self._packets = Protocol2PacketHandler()
-        self._request_time = 0.0
         self.set_baudrate(baudrate)
 
     def set_baudrate(self, baudrate: int) -> None:
@@ -120,7 +120,7 @@ class Transport:
     ) -> tuple[bytes, int, int]:
         """Send a request and read its answer: data of that length (none with an error), the SDK's result, the error."""
         self.send(identifier, instruction, parameters)
-        self._request_time = time.monotonic()
+        self.late.request_sent()
         self._port.setPacketTimeout(STATUS_BYTES + length)
         return self.answer(identifier, (length,), fast=False)
 
@@ -131,11 +131,11 @@ class Transport:
             NoAnswerError: it was not sent.
         """
         if self.pending and self._port.ser.in_waiting:
-            self.note_late()
+            self.late.note()
         result = self._packets.syncReadTx(self._port, address, length, list(identifiers), len(identifiers), fast)
         if result != COMM_SUCCESS:
             raise NoAnswerError(f"read of all servos: {self.text(result)}")
-        self._request_time = time.monotonic()
+        self.late.request_sent()
         self.pending = False
         self._port.setPacketTimeout(len(identifiers) * (length + STATUS_BYTES))  # the SDK's own is far longer
 
@@ -154,7 +154,7 @@ class Transport:
             error = packet[8]
             if packet[4] == identifier and (len(data) in lengths or (error & ~ALERT and not data)):
                 return data, result, error
-            self.note_late()
+            self.late.note()
             if self._port.isPacketTimeout():
                 self.pending = True
                 return b"", COMM_RX_TIMEOUT, 0
@@ -172,17 +172,12 @@ class Transport:
         while (now := time.monotonic()) < deadline and now - silent_since < LATE_SECONDS:
             if self.available():
                 silent_since = time.monotonic()
-                self.note_late()
+                self.late.note()
         self.pending = False
-
-    def note_late(self) -> None:
-        """Count an answer that came after its timeout."""
-        self.late += 1
-        self.late_by = max(self.late_by, time.monotonic() - self._request_time)
 
     def _note_pending(self) -> None:
         if self.pending and self._port.ser.in_waiting:
-            self.note_late()
+            self.late.note()
         self.pending = False
 
     def crc_fits(self, packet: bytes) -> bool:

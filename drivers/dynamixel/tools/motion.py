@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from tendond.drivers.dynamixel.checks import watchdog_units, within_range
-from tendond.drivers.dynamixel.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
+from tendond.drivers.dynamixel.driver.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading

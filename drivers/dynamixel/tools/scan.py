@@ -7,7 +7,8 @@ from pathlib import Path
 
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import latency_timer, latency_warning
-from tendond.drivers.dynamixel.serial.bus import PING_SLOT_SECONDS, NoAnswerError, PortLostError, RefusedError, ServoBus
+from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, RefusedError, ServoBus
+from tendond.drivers.dynamixel.serial.ping import PING_SLOT_SECONDS, ping_all
 from tendond.schemas.config.servo import BAUD_RATES
 
 PORTS = ("ttyUSB*", "ttyACM*", "serial/by-id/*")
@@ -96,14 +97,14 @@ def scan(
 def _at_rate(
     bus: ServoBus, baudrate: int, last_id: int, answer_timeout: float, progress: Callable[[str], None], patience: float
 ) -> Iterator[FoundServo]:
-    bus.set_baudrate(baudrate)
+    bus.transport.set_baudrate(baudrate)
     models: dict[int, int] = {}
     garbled = False
     for _ in range(PASSES):
-        found, unintelligible = bus.ping_all(patience)
+        found, unintelligible = ping_all(bus.transport, patience)
         models |= found
         garbled = garbled or unintelligible
-    bus.set_baudrate(baudrate)
+    bus.transport.set_baudrate(baudrate)
     for identifier, model in sorted(models.items()):
         if identifier <= last_id:
             yield FoundServo(bus.port, baudrate, identifier, model, _doubt(bus, identifier, answer_timeout))
@@ -117,7 +118,7 @@ def _at_rate(
 
 def _doubt(bus: ServoBus, identifier: int, answer_timeout: float) -> str:
     """Explain answers that are garbled, because two servos write at once, or late; empty for good ones."""
-    bus.set_answer_timeout(max(answer_timeout, PATIENT_SECONDS))
+    bus.transport.set_answer_timeout(max(answer_timeout, PATIENT_SECONDS))
     lost, took = 0, []
     for register in PROOF * PROOFS:
         began = time.monotonic()

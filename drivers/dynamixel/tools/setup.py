@@ -51,7 +51,7 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
         with suppress(NoAnswerError):
             bus.write(new, table.BAUD_RATE, code)
         changed.append(f"{table.BAUD_RATE.name} {before} -> {code}")
-        bus.set_baudrate(baudrate)
+        bus.transport.set_baudrate(baudrate)
     if _ping(bus, new) is None:
         raise ServoError(f"servo {new}: does not answer any more after it was set up: run 'tendond servo scan'")
     return changed

@@ -81,7 +81,7 @@ def test_a_silent_servo_is_an_error_and_never_a_zero(
             hasty.read_all(IDS, fast=fast)
         with pytest.raises(NoAnswerError, match=f"servo {who}: read Present Position"):
             hasty.read(who, table.PRESENT_POSITION)
-    bus.set_baudrate(BAUDRATE)
+    bus.transport.set_baudrate(BAUDRATE)
     if fast:
         assert bus.absent(IDS) == [who]
     servos.servos[who - 1].silent = False
@@ -132,9 +132,9 @@ def test_an_unplugged_port_is_named_closed_and_can_be_opened_again(servos: Emula
     with pytest.raises(PortLostError, match="is not open"):
         bus.read_all(IDS, fast=True)
     with pytest.raises(PortLostError, match="cannot be opened"):
-        bus.set_baudrate(BAUDRATE)
+        bus.transport.set_baudrate(BAUDRATE)
     servos.plug()
-    bus.set_baudrate(BAUDRATE)
+    bus.transport.set_baudrate(BAUDRATE)
     assert set(bus.read_all(IDS, fast=True)) == set(IDS)
 
 
@@ -199,14 +199,14 @@ def test_a_register_is_not_read_from_an_answer_to_another_question(servos: Emula
     servos.apply(lambda: servos.servos[0]._store(table.PROFILE_VELOCITY, 77))
     with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, 0.01) as impatient:
         servos.late = 0.018
-        with pytest.raises(NoAnswerError, match=r"answers came late, by up to \d+ ms: is the adapter's latency timer"):
+        with pytest.raises(NoAnswerError, match=r"replies came late, by up to \d+ ms: is the adapter's latency timer"):
             impatient.read(1, table.PROFILE_VELOCITY)
         servos.late = 0.0
-        impatient.set_answer_timeout(REPLY_SECONDS)
+        impatient.transport.set_answer_timeout(REPLY_SECONDS)
         assert impatient.read(1, table.PRESENT_POSITION) == 2048
         assert impatient.read(1, table.PROFILE_VELOCITY) == 77
 
 
 def test_what_a_read_takes_on_the_wire_is_known(bus: ServoBus) -> None:
     """15 or so bytes there, 94 back for each servo, ten bits each."""
-    assert bus.wire_seconds(4) == pytest.approx(1e-5 * (18 + 4 * 94))
+    assert bus.read_seconds(4) == pytest.approx(1e-5 * (18 + 4 * 94))

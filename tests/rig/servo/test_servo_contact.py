@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendond.drivers.dynamixel.driver import DriverPhase
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import GEAR_MARGIN, load_limit, speed_share
 from tendond.schemas.config.servo import STALL_TORQUE

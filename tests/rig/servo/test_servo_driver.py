@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import DriverPhase, ServoDriver
+from tendond.drivers.dynamixel.driver.driver import ServoDriver
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
@@ -18,7 +19,7 @@ pytestmark = pytest.mark.rig
 
 
 def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) -> None:
-    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     places, started = [], time.monotonic()
     while abs(bench.driver.displacement[0] - PULLED[0]) > 1e-4:
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
@@ -34,7 +35,7 @@ def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) ->
 
 
 def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_out(bench: Bench) -> None:
-    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     while bench.driver.phase is not DriverPhase.OFF:
         bench.driver.cycle(time.monotonic(), bench.command(SLACK, armed=False))
@@ -44,7 +45,7 @@ def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_o
 
 
 def test_a_tendon_that_was_let_out_but_pulls_is_not_wound_up_against_a_robot_that_stays_bent(bench: Bench) -> None:
-    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     bent = -0.012
 
@@ -118,19 +119,20 @@ def test_commands_that_do_not_fit_or_come_out_of_order_change_nothing(bench: Ben
     old = bench.command(SLACK).model_copy(update={"seq": 0})
     for command in (old, bench.command((0.0,) * 3), bench.command((0.0,) * 5)):
         bench.driver.cycle(time.monotonic(), command)
-    assert bench.driver.counts == {"out of order": 1, "wrong number of tendons": 2}
+    assert bench.driver.commands.counts == {"out of order": 1, "wrong number of tendons": 2}
+    assert bench.driver.lost_reads == 0
     assert bench.driver.session.goals == pytest.approx(PULLED)
 
 
 def test_a_command_beyond_the_range_ends_at_its_edge(bench: Bench) -> None:
-    bench.until(lambda one: one._disarmed, SLACK, armed=False)
+    bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[0] > 0.079, (0.5, -0.5, 0.0, 0.0))
     for _ in range(20):
         bench.driver.cycle(time.monotonic(), bench.command((1e300, -1e300, 0.0, 0.0)))
         time.sleep(0.01)
     assert bench.driver.phase is DriverPhase.ON
     assert bench.driver.session.goals[:2] == (bench.section.displacement_max, bench.section.displacement_min)
-    assert bench.driver.counts["beyond the range"] > 0
+    assert bench.driver.commands.counts["beyond the range"] > 0
 
 
 def test_a_late_cycle_makes_no_jump(bench: Bench) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import DriverPhase
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.process import ReadLossLog
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
+from tendond.drivers.dynamixel.serial.late import LateReplies
 from tests.rig.bench import PULLED, Bench, section
 from tests.rig.servos import SHORT_SECONDS, emulated
 
@@ -134,32 +135,33 @@ def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp
     """The adapter keeps every answer for 30 ms, and the driver waits for 16: each belongs to the question before."""
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
-        bench.until(lambda one: one._disarmed, PULLED, armed=False)
+        bench.until(lambda one: one.commands.disarmed, PULLED, armed=False)
         servos.apply(lambda: setattr(servos, "late", 0.03))
         before = bench.driver.displacement
         servos.apply(lambda: servos.servos[0]._shaft.place(2048.0 + 100.0))
         bench.until(lambda one: bool(one.fault), PULLED, armed=False)
         assert bench.driver.displacement == before
-        assert "answers came late, by up to" in bench.driver.fault
+        assert "replies came late, by up to" in bench.driver.fault
         assert "latency timer" in bench.driver.fault
-        assert bench.driver.late[0] > 0
+        assert bench.driver.session.bus.transport.late.count > 0
         bench.driver.session.bus.close()
 
 
 def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time() -> None:
-    ear = ReadLossLog(0.0)
-    assert ear.line(10.0, 0, (0, 0.0)) == ""
-    assert ear.line(10.1, 21, (0, 0.0)) == "21 reads without an answer in 10 s"
-    assert ear.line(15.0, 30, (0, 0.0)) == ""
-    assert ear.line(20.2, 30, (4, 0.017)) == (
-        "9 reads without an answer in 10 s, 4 answers late, by up to 17 ms: is the adapter's latency timer 1 ms?"
+    ear, late = ReadLossLog(0.0), LateReplies()
+    assert ear.line(10.0, 0, late) == ""
+    assert ear.line(10.1, 21, late) == "21 reads without an answer in 10 s"
+    assert ear.line(15.0, 30, late) == ""
+    late.count, late.by = 4, 0.017
+    assert ear.line(20.2, 30, late) == (
+        "9 reads without an answer in 10 s, 4 replies late, by up to 17 ms: is the adapter's latency timer 1 ms?"
     )
-    assert ear.line(40.0, 30, (4, 0.017)) == ""
+    assert ear.line(40.0, 30, late) == ""
     ear.note(0.002)
-    assert ear.line(60.0, 30, (4, 0.017)) == ""
+    assert ear.line(60.0, 30, late) == ""
     ear.note(0.0165)
-    assert ear.line(80.2, 30, (4, 0.017)) == (
-        "0 reads without an answer in 60 s, answers take 16 ms more than their time on the wire: is the adapter's"
+    assert ear.line(80.2, 30, late) == (
+        "0 reads without an answer in 60 s, replies take 16 ms more than their time on the wire: is the adapter's"
         " latency timer 1 ms?"
     )
 
@@ -205,7 +207,7 @@ def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
     def failing(*_: object) -> tuple[float, ...]:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr("tendond.drivers.dynamixel.session.release_step", failing)
+    monkeypatch.setattr("tendond.drivers.dynamixel.driver.session.release_step", failing)
     with pytest.raises(ZeroDivisionError):
         bench.driver.close(time.monotonic, time.sleep)
     assert not any(bench.torques)

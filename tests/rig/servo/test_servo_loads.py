@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import DriverPhase
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
 from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
@@ -46,7 +46,7 @@ def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
 def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: Bench) -> None:
     """The tendon is caught after 10 mm: the servo would pull with all it has."""
     pulls = hang(weak, 0, 0.010, 1)
-    weak.until(lambda one: one._disarmed, SLACK, armed=False)
+    weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(
         lambda one: one.phase is DriverPhase.STOPPED or one.phase is DriverPhase.RELEASING, (0.03, 0.0, 0.0, 0.0)
     )
@@ -57,7 +57,7 @@ def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: Bench) 
 
 
 def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak: Bench) -> None:
-    weak.until(lambda one: one._disarmed, SLACK, armed=False)
+    weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))
     for _ in range(60):
         weak.driver.cycle(time.monotonic(), weak.command((0.015, 0.0, 0.0, 0.0)))
@@ -85,7 +85,7 @@ def test_output_and_load_are_shared_as_in_a_motor() -> None:
 
 def test_a_tendon_whose_load_rises_while_it_is_let_out_is_dropped_alone_and_named(weak: Bench) -> None:
     """The sign is wrong in the calibration: 'releasing' pulls a stiff tendon, after 3 mm of slack."""
-    weak.until(lambda one: one._disarmed, SLACK, armed=False)
+    weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))
     pulls = hang(weak, 0, -0.012, -1)
     weak.until(lambda one: one.phase is DriverPhase.OFF, SLACK, armed=False)
@@ -100,7 +100,7 @@ def test_a_load_beyond_the_limit_does_not_wait_for_fault_hold(tmp_path: Path) ->
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(fault_hold=5.0), TENSION_MAX)
         hang(bench, 0, 0.010, 1)
-        bench.until(lambda one: one._disarmed, SLACK, armed=False)
+        bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
         bench.until(lambda one: bool(one.fault), (0.03, 0.0, 0.0, 0.0))
         began = time.monotonic()
         bench.until(lambda one: one.phase is DriverPhase.RELEASING)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tendond.drivers.dynamixel.driver import DriverPhase
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tests.rig.bench import PULLED, SLACK, Bench
 

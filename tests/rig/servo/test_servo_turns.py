@@ -76,7 +76,7 @@ def test_a_servo_that_is_rebooted_under_the_driver_is_found_again_on_reset(tmp_p
         bench = Bench(servos, tmp_path / "ttyUSB0", section())
         first = servos.servos[0]
         first.torque = lambda position: 0.0
-        bench.until(lambda one: one._disarmed, (0.0,) * 4, armed=False)
+        bench.until(lambda one: one.commands.disarmed, (0.0,) * 4, armed=False)
         bench.until(lambda one: one.displacement[0] > 0.059, (0.0593, 0.0, 0.0, 0.0))
         servos.apply(first.power_up)
         bench.until(lambda one: one.phase.value == "off", (0.0593, 0.0, 0.0, 0.0))

@@ -5,29 +5,14 @@ from typing import Any
 
 import pytest
 
-from tendond.drivers.dynamixel.guard import Guard, ReleaseMonitor, away_from_zero, limited, release_step, standing_fault
+from tendond.drivers.dynamixel.driver.guard import Guard, away_from_zero, limited, release_step, standing_fault
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.turns import Located
-from tendond.schemas.config.servo import ServoSection
 from tests.rig.servos import calibration
+from tests.unit.drivers.servo_section import SECTION
 
-SECTION = ServoSection(
-    period=0.01,
-    displacement_min=-0.08,
-    displacement_max=0.06,
-    displacement_rate=0.08,
-    release_rate=0.05,
-    slow_rate=0.01,
-    temperature_max=65.0,
-    voltage_min=10.0,
-    voltage_max=12.5,
-    home_window=0.01,
-    load_time=0.25,
-    following_error=0.01,
-    following_time=0.5,
-)
 SPOOLS = [Spool(one) for one in calibration().tendons[:2]]
 WELL = ServoReading(
     torque=1, hardware_error=0, watchdog=10, goal=2048, load=0, position=2048, voltage=111, temperature=30, alert=False
@@ -51,38 +36,6 @@ def test_goals_are_within_range_and_rate_and_all_slowed_down_alike(
     wanted: tuple[float, ...], last: tuple[float, ...], duration: float, goals: tuple[float, ...]
 ) -> None:
     assert limited(SECTION, wanted, last, duration) == pytest.approx(goals, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("last", "duration", "places", "taut", "goals"),
-    [
-        # 0.5 mm of 20 mm are let out, of the others as large a part
-        ((0.02, 0.01, -0.01), 0.01, (0.0, 0.0, 0.0), (True, False, False), (0.0195, 0.00975, -0.00975)),
-        ((0.02, 0.0, 0.0), 0.015, (0.0, 0.0, 0.0), (False, False, False), (0.01925, 0.0, 0.0)),
-        ((0.02, 0.0, 0.0), 3.0, (0.0, 0.0, 0.0), (False, False, False), (0.019, 0.0, 0.0)),
-        # half of 100 mm would be taken up in a cycle: no further than the step
-        ((0.001, -0.1, 0.0), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0005, -0.0995, 0.0)),
-        # what pulls waits for the robot, and gives way to it
-        ((0.02, -0.01, -0.01), 0.01, (0.0, -0.005, -0.02), (True, True, True), (0.0195, -0.01, -0.02)),
-        # nothing is wound up any more: slowly
-        ((0.0, -0.01, -0.00005), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0, -0.0099, 0.0)),
-        ((-0.003, -0.01, 0.0), 0.01, (-0.003, -0.012, 0.0), (True, True, False), (-0.003, -0.012, 0.0)),
-        ((0.0004, 0.0, 0.0), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0, 0.0, 0.0)),
-    ],
-)
-def test_tendons_are_let_out_steadily_and_slack_is_taken_up_in_proportion(
-    last: tuple[float, ...],
-    duration: float,
-    places: tuple[float, ...],
-    taut: tuple[bool, ...],
-    goals: tuple[float, ...],
-) -> None:
-    assert release_step(SECTION, last, duration, places, taut) == pytest.approx(goals, abs=1e-12)
-
-
-def test_tendons_are_let_out_no_faster_than_the_servos_may_go() -> None:
-    slow = SECTION.model_copy(update={"displacement_rate": 0.02})
-    assert release_step(slow, (0.02,), 0.01, (0.0,), (False,)) == pytest.approx((0.0198,))
 
 
 def test_values_of_another_number_of_servos_are_refused_and_not_cut() -> None:
@@ -219,42 +172,3 @@ def test_two_tendons_are_timed_each_for_itself() -> None:
     for readings, goals in (([WELL], well), ([WELL, WELL], [0.0])):
         with pytest.raises(ValueError, match="zip"):
             guard.fault(101.0, SPOOLS, readings, goals)
-
-
-PULLED, RELEASED = [0.01, 0.01], [-0.01, -0.01]
-
-
-def test_a_load_that_rises_while_its_tendon_is_let_out_is_named() -> None:
-    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.2, 0.1], PULLED) == {}
-    assert watch.rising([0.1, 0.02], PULLED) == {}  # the rod swings: it may come back to what it had, and a little more
-    assert watch.rising([0.27, 0.17], PULLED) == {}
-    assert watch.rising([0.27, 0.19], PULLED) == {
-        1: "its load rises from 10% to 19% while it is released: is its sign right?"
-    }
-    assert watch.rising([0.29, 0.15], PULLED) == {
-        0: "its load rises from 20% to 29% while it is released: is its sign right?"
-    }
-
-
-def test_a_load_that_is_too_small_to_be_believed_does_not_rise() -> None:
-    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.0, 0.0], PULLED) == {}
-    assert watch.rising([0.139, 0.0], PULLED) == {}
-    assert list(watch.rising([0.141, 0.0], PULLED)) == [0]
-
-
-def test_a_load_that_was_there_before_is_let_out_however_large() -> None:
-    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.66, 0.98], PULLED) == {}
-    assert watch.rising([0.66, 1.0], PULLED) == {}
-    assert list(watch.rising([0.75, 0.9], PULLED)) == [0]
-    with pytest.raises(ValueError, match="zip"):
-        watch.rising([0.1], PULLED)
-
-
-def test_a_tendon_that_takes_up_its_slack_may_pull_up_to_its_limit() -> None:
-    watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
-    assert watch.rising([0.0, 0.0], RELEASED) == {}
-    assert watch.rising([0.49, 0.39], RELEASED) == {}
-    assert watch.rising([0.49, 0.41], RELEASED) == {1: "load 41% while it is released, limit 40%"}

@@ -124,8 +124,8 @@ def bus_health(bus: ServoBus, lost: int, readings: TendonReadings) -> BusHealth:
     return BusHealth(
         reads=bus.reads,
         lost=lost,
-        late=bus.late,
-        late_by=bus.late_by,
+        late=bus.transport.late.count,
+        late_by=bus.transport.late.by,
         round_trip=trips[len(trips) // 2] if trips else 0.0,
         round_trip_max=trips[-1] if trips else 0.0,
         load=tuple(one.load * table.LOAD_UNIT for one in readings.servo),

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 from tendond.drivers.dynamixel.calibration import Calibration
-from tendond.drivers.dynamixel.guard import (
+from tendond.drivers.dynamixel.driver.guard import (
     RANGE_MARGIN,
     Guard,
     ReleaseMonitor,
@@ -12,8 +12,8 @@ from tendond.drivers.dynamixel.guard import (
     release_step,
     standing_fault,
 )
-from tendond.drivers.dynamixel.output import OutputRates
-from tendond.drivers.dynamixel.readings import TendonReadings
+from tendond.drivers.dynamixel.driver.output import OutputRates
+from tendond.drivers.dynamixel.driver.readings import TendonReadings
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.servos import ServoGroup

@@ -1,0 +1,1 @@
+"""Servos of a rig under a stream of commands: the cycle and its phases, faults and their reset."""

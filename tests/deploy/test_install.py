@@ -4,11 +4,10 @@ import json
 import os
 import re
 import shutil
+import socket
 import subprocess
-import sys
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -16,9 +15,9 @@ import pytest
 from tendond import __version__
 from tendond.cli.include import parse_with_includes
 from tendond.schemas.config.rig import parse_config
+from tests.deploy.installation import ROOT, Installation, build_and_install, tool
 from tests.rig.tracker import free_port
 
-ROOT = Path(__file__).parents[2]
 SERVICES = ("tendond-controller@bench.service", "tendond-vicon@bench.service", "tendond-servo@bench.service")
 EXPOSURE_MAX = 2.0
 """Maximum exposure of a service by `systemd-analyze security`, from 0 (sealed off) to 10."""
@@ -26,56 +25,10 @@ EXPOSURE_MAX = 2.0
 UDEV_TOKEN = re.compile(r'[A-Z_]+(\{[\w/]+\})?(==|!=|=|\+=|:=)"[^"]*"')
 
 
-def tool(name: str, package: str) -> str:
-    """A program of the machine; without it the test is skipped, but not in CI, which installs it."""
-    found = shutil.which(name)
-    if found is None:
-        assert not os.environ.get("CI"), f"no {name}: .ci/run must install Debian's {package}"
-        pytest.skip(f"no {name}: apt install {package}")
-    return found
-
-
-@dataclass
-class Installation:
-    """Below a folder, as a package's build does it."""
-
-    source: Path
-    wheel: Path
-    root: Path
-
-    def run(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
-        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"  # has uv, which is faster than pip
-        settings = {"DESTDIR": str(self.root), "PATH": path, "UV_COMPILE_BYTECODE": "0"}
-        command = [str(self.source / "deploy" / "install"), *arguments]
-        return subprocess.run(
-            command, env={**os.environ, **settings}, cwd=self.source, capture_output=True, text=True, timeout=600
-        )
-
-    def install(self) -> "subprocess.CompletedProcess[str]":
-        options = ("--python", sys.executable, "--wheel", str(self.wheel), "--rig", "bench", "--rig", "arm")
-        return self.run("install", *options)
-
-    def tendond(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
-        """Run the installed program in a folder with a trap in it: code in the current folder must not be run."""
-        trap = self.root / "trap"
-        (trap / "tendond").mkdir(parents=True, exist_ok=True)
-        (trap / "tendond" / "__init__.py").write_text("raise SystemExit('the code in the current folder was run')\n")
-        program = str(self.root / "opt/tendond/bin/tendond")
-        return subprocess.run([program, *arguments], cwd=trap, capture_output=True, text=True, timeout=300)
-
-
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installation]:
     folder = tmp_path_factory.mktemp("install")
-    build = [sys.executable, "-m", "uv", "build", "-q", "--no-build-isolation", "--python", sys.executable]
-    subprocess.run([*build, "-o", str(folder), str(ROOT)], check=True, timeout=300)
-    (archive,) = folder.glob("*.tar.gz")
-    subprocess.run(["tar", "-xf", str(archive), "-C", str(folder)], check=True)
-    (wheel,) = folder.glob("*.whl")
-    one = Installation(folder / archive.name.removesuffix(".tar.gz"), wheel, folder / "root")
-    result = one.install()
-    assert result.returncode == 0, result.stderr
-    yield one
+    yield build_and_install(folder)
     shutil.rmtree(folder)  # half a gigabyte
 
 
@@ -114,8 +67,6 @@ def test_the_doctor_examines_the_new_rig(installed: Installation, tmp_path: Path
     other = parse_config((installed.root / "etc/tendond/arm/rig.toml").read_text(), "rig.toml")
     assert other.bus.endpoint != parse_config(text, "rig.toml").bus.endpoint
     own = tmp_path / "rig.toml"
-    import socket
-
     own.write_text(text.replace("7460", str(free_port(socket.SOCK_STREAM))))
     result = installed.tendond("doctor", "--json", "-c", str(own), "--log", str(tmp_path))
     report = json.loads(result.stdout)

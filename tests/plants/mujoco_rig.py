@@ -1,8 +1,8 @@
 """The MuJoCo plant as a process in real time: a camera and a tendon driver as others would write them.
 
 It knows the documented messages and a Zenoh client, and no line of tendond. `python -m tests.plants.mujoco_rig
---endpoint tcp/127.0.0.1:7460 --mass 0.035` is the paper's robot with a weight of 35 g; a line a second says where the
-tip is, and with `--duration` the last one sums the last 2 s up as JSON.
+--endpoint tcp/127.0.0.1:7460 --mass 0.035` is the paper's robot with a weight of 35 g; it prints the
+tip's position once a second, and with `--duration` a summary of the last 2 s as JSON.
 """
 
 import argparse
@@ -15,40 +15,44 @@ import time
 import numpy as np
 import zenoh
 
-from tests.plants.mujoco_robot import Robot
+from tests.plants.mjcf import Robot
 from tests.plants.rig import MujocoRig, Rig
 
 CONNECT_SECONDS = 60.0
 WATCHDOG_SECONDS = 0.5
-"""Time without a command after which the drive lets go [s]."""
+"""Time without a command after which the drive releases the tendons [s]."""
 
 WINDOW_SECONDS = 2.0
 REPORT_SECONDS = 1.0
 
 
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
-    """The command line's."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.plants.mujoco_rig", description=__doc__)
-    parser.add_argument("--endpoint", default="tcp/127.0.0.1:7460", help="of the controller (default: %(default)s)")
+    parser.add_argument(
+        "--endpoint", default="tcp/127.0.0.1:7460", help="endpoint of the controller (default: %(default)s)"
+    )
     parser.add_argument("--rig", default="paper", help="first part of every key (default: %(default)s)")
-    parser.add_argument("--mass", type=float, default=0.0, help="of a rigid body on the tip [kg]")
-    parser.add_argument("--attach-at", type=float, default=0.0, help="time at which it is put there [s]")
+    parser.add_argument("--mass", type=float, default=0.0, help="mass of a rigid body on the tip [kg]")
+    parser.add_argument("--attach-at", type=float, default=0.0, help="time at which the body is attached [s]")
     parser.add_argument("--e-scale", type=float, default=1.0, help="E, as a multiple of 190 GPa")
     parser.add_argument("--damping-scale", type=float, default=1.0, help="Bbt, as a multiple of 0.008 N m^2 s")
-    parser.add_argument("--delay", type=int, default=0, help="of a pose, in periods")
+    parser.add_argument("--delay", type=int, default=0, help="delay of a pose, in periods")
     parser.add_argument("--noise", type=float, default=0.0, help="standard deviation of a pose, each axis [m]")
-    parser.add_argument("--rate", type=float, default=100.0, help="of the poses [Hz]")
-    parser.add_argument("--drive", choices=("tension", "displacement"), default="tension", help="what is followed")
-    parser.add_argument("--duration", type=float, default=math.inf, help="[s]; left out: until it is ended")
-    parser.add_argument("--seed", type=int, default=0, help="of the noise")
+    parser.add_argument("--rate", type=float, default=100.0, help="rate of the poses [Hz]")
+    parser.add_argument(
+        "--drive", choices=("tension", "displacement"), default="tension", help="command that is followed"
+    )
+    parser.add_argument("--duration", type=float, default=math.inf, help="duration [s] (default: until it is ended)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the noise")
     return parser.parse_args(arguments)
 
 
 def connect(endpoint: str) -> zenoh.Session:
-    """Open a client session of one endpoint, trying again until the controller is there.
+    """Open a client session of one endpoint, trying again until a controller listens.
 
     Raises:
-        SystemExit: it was not there in time.
+        SystemExit: there is no controller in time.
     """
     zenoh.init_log_from_env_or("off")
     config = zenoh.Config()
@@ -67,7 +71,7 @@ def connect(endpoint: str) -> zenoh.Session:
 
 
 def newest(commands: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]) -> dict[str, object] | None:
-    """The last command that came in since the last call, if any did."""
+    """Return the newest command since the last call; none without one."""
     command = None
     while (sample := commands.try_recv()) is not None:
         if sample.kind == zenoh.SampleKind.PUT:
@@ -76,7 +80,7 @@ def newest(commands: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]) -> 
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Simulate in real time until ended, or for the duration asked for; the exit status."""
+    """Simulate in real time until ended, or for the given duration; return the exit status."""
     asked = options(arguments)
     paper, period = Robot(), 1.0 / asked.rate
     robot = Robot(

@@ -1,71 +1,27 @@
-"""The paper's robot in MuJoCo: a chain of links on ball joints, tendons through sites. No line of tendond is in it.
+"""The paper's robot in MuJoCo, driven by tensions or by winches. No line of tendond is in it.
 
-A clamped rod of length L is N ball joints at (i + 1/2) L/N with rigid links between them. A joint stands for L/N of
-rod: its stiffness is EI N/L, its damping Bbt N/L (moment = EI u + Bbt u_t). Torsion is as stiff as bending. Tendons
-pass the links parallel to the backbone through two sites each, a quarter of a link from its ends. The tip carries a
-body of its own, which may be heavy. Drag is quadratic, in the links' own axes: minus C q |q| for each metre, applied to
-the links' centres.
+Drag is quadratic, in the links' own axes: minus C q |q| for each metre, applied to the links' centres.
 """
 
 import math
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.plants.mjcf import Robot, mjcf
+
 Array = NDArray[np.float64]
 
-SITE_GAP = 0.25
-"""Distance g of a tendon's sites from the joint, as a part of a link h. A bend of a joint shortens a tendon of radius r
-by r + g h / 2 times the bend per radian, nearly; from 2 g h / r on (0.42 rad) the sites would pass each other."""
-
 STEEL = 7850.0
-"""[kg/m^3] Of the sphere that a tip mass is."""
+"""Density of the sphere that stands for a tip mass [kg/m^3]."""
 
 SLACK = 10.0
-"""[m] Length to which a tendon's winch is let out when it is not to pull."""
+"""Length of a tendon that does not pull, beyond any that the shape needs [m]."""
 
 
 class DivergedError(Exception):
     """The integrator has no solution any more."""
-
-
-@dataclass(frozen=True)
-class Robot:
-    """Parameters; the defaults are the paper's robot.
-
-    Attributes:
-        length: of the backbone [m]. radius: of its section [m].
-        youngs_modulus: [Pa]. density: [kg/m^3]. damping: Bbt, of bending [N m^2 s]. drag: C, of each axis [kg/m^2].
-        gravity: world frame, the straight robot along +z [m/s^2].
-        tendons: (x, y) of each in the section [m]. stiffness: of a wound tendon [N/m].
-        tip_mass: of the body on the tip [kg].
-        links: ball joints. step: of the integrator [s].
-    """
-
-    length: float = 0.5
-    radius: float = 1e-3
-    youngs_modulus: float = 190e9
-    density: float = 17189.0
-    damping: float = 0.008
-    drag: float = 0.1
-    gravity: tuple[float, float, float] = (-9.81, 0.0, 0.0)
-    tendons: tuple[tuple[float, float], ...] = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
-    stiffness: float = 2e4
-    tip_mass: float = 0.0
-    links: int = 30
-    step: float = 1e-3
-
-    @property
-    def bending_stiffness(self) -> float:
-        """EI [N m^2]."""
-        return self.youngs_modulus * math.pi * self.radius**4 / 4.0
-
-    @property
-    def mass_per_length(self) -> float:
-        """[kg/m]"""
-        return self.density * math.pi * self.radius**2
 
 
 def sphere(mass: float) -> tuple[float, float]:
@@ -74,15 +30,15 @@ def sphere(mass: float) -> tuple[float, float]:
     return radius, 0.4 * mass * radius**2
 
 
-def _quiet(_: str) -> None:
+def _ignore_warning(_: str) -> None:
     """Keep MuJoCo from writing a file of warnings: `advance` raises instead."""
 
 
-mujoco.set_mju_user_warning(_quiet)
+mujoco.set_mju_user_warning(_ignore_warning)
 
 
 class MujocoRobot:
-    """The robot at rest under gravity, slack; then wherever tensions or winches take it.
+    """Robot, at rest under gravity and slack until it is driven.
 
     Args:
         robot: parameters.
@@ -90,7 +46,7 @@ class MujocoRobot:
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.model = mujoco.MjModel.from_xml_string(_mjcf(robot))
+        self.model = mujoco.MjModel.from_xml_string(mjcf(robot))
         self.data = mujoco.MjData(self.model)
         self._count = len(robot.tendons)
         self._tip_body = self.model.body("tip_mass").id
@@ -101,7 +57,7 @@ class MujocoRobot:
         self._drag = robot.drag * lengths[:, None]
         self._straight = self.model.tendon_length0.copy()
         self.attach(robot.tip_mass)
-        self.let_go()
+        self.release()
         self.settle()
 
     def attach(self, mass: float) -> None:
@@ -110,20 +66,20 @@ class MujocoRobot:
         self.model.body_inertia[self._tip_body] = sphere(mass)[1]
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
-    def let_go(self) -> None:
-        """Torque off: no tendon pulls."""
-        self._wound = False
+    def release(self) -> None:
+        """Switch the torque off: no tendon pulls."""
+        self._by_displacement = False
         self.data.ctrl[: self._count] = 0.0
         self.data.ctrl[self._count :] = SLACK
 
-    def pull(self, tension: Array) -> None:
-        """Pull the tendons with `tension` [N], shape (n,); less than zero is zero."""
-        self.let_go()
+    def set_tension(self, tension: Array) -> None:
+        """Pull the tendons with `tension` [N], shape (n,); negative values are zero."""
+        self.release()
         self.data.ctrl[: self._count] = np.maximum(tension, 0.0)
 
-    def wind(self, displacement: Array) -> None:
-        """Wind the tendons' ends to `displacement` [m], shape (n,), from the straight robot; they are elastic."""
-        self._wound = True
+    def set_displacement(self, displacement: Array) -> None:
+        """Place the tendons' ends at `displacement` [m], shape (n,), from straight; the tendons are elastic."""
+        self._by_displacement = True
         self.data.ctrl[: self._count] = 0.0
         self.data.ctrl[self._count :] = self._straight - displacement
 
@@ -142,7 +98,7 @@ class MujocoRobot:
         mujoco.mj_forward(self.model, self.data)
 
     def settle(self, duration: float = 20.0, speed: float = 1e-7) -> None:
-        """Come to rest, with more damping than the robot has, for `duration` [s] at most.
+        """Come to rest, with more damping than the robot has, for up to `duration` [s].
 
         Args:
             duration: [s].
@@ -160,7 +116,7 @@ class MujocoRobot:
         mujoco.mj_forward(self.model, self.data)
 
     def push(self, force: Array) -> None:
-        """Push the tip with a dead force [N], world frame, shape (3,), until told otherwise."""
+        """Push the tip with a dead force [N], world frame, shape (3,), until the next call."""
         self.data.xfrc_applied[self._tip_body, :3] = force
 
     @property
@@ -188,8 +144,8 @@ class MujocoRobot:
 
     @property
     def displacement(self) -> Array:
-        """Displacements of the tendons' ends from straight [m], shape (n,): as commanded, or as the shape has it."""
-        if self._wound:
+        """Displacements of the tendons' ends from straight [m], shape (n,): commanded, or that of the shape."""
+        if self._by_displacement:
             return np.array(self._straight - self.data.ctrl[self._count :])
         return np.array(self._straight - self.data.ten_length)
 
@@ -198,54 +154,3 @@ class MujocoRobot:
         force = -self._drag * speed * np.abs(speed)
         axes = self.data.xmat[self._links].reshape(-1, 3, 3)
         self.data.xfrc_applied[self._links, :3] = np.einsum("kij,kj->ki", axes, force)
-
-
-def _mjcf(robot: Robot) -> str:
-    """The robot as MuJoCo reads it."""
-    h = robot.length / robot.links
-    section = robot.density * math.pi * robot.radius**4 / 4.0
-    names: list[list[str]] = [[] for _ in robot.tendons]
-
-    def sites(link: str, heights: tuple[float, ...]) -> str:
-        text = ""
-        for tendon, (x, y) in enumerate(robot.tendons):
-            for end, z in enumerate(heights):
-                name = f"{link}_t{tendon}_{end}"
-                names[tendon].append(name)
-                text += f'<site name="{name}" pos="{x} {y} {z!r}"/>'
-        return text
-
-    chain = sites("base", (0.0, h / 2.0 - SITE_GAP * h))
-    for i in range(robot.links):
-        last = i == robot.links - 1
-        length = h / 2.0 if last else h
-        mass = robot.mass_per_length * length
-        bend = mass * length**2 / 12.0 + section * length
-        place = h / 2.0 if i == 0 else h
-        chain += (
-            f'<body name="link{i}" pos="0 0 {place!r}"><joint type="ball" stiffness="{robot.bending_stiffness / h!r}" '
-            f'damping="{robot.damping / h!r}"/>'
-            f'<inertial pos="0 0 {length / 2.0!r}" mass="{mass!r}" diaginertia="{bend!r} {bend!r} '
-            f'{2.0 * section * length!r}"/><site name="centre{i}" pos="0 0 {length / 2.0!r}"/>'
-        )
-        chain += sites(f"link{i}", (SITE_GAP * h, length if last else length - SITE_GAP * h))
-    chain += f'<body name="tip_mass" pos="0 0 {h / 2.0!r}"><inertial pos="0 0 0" mass="1e-12" '
-    chain += 'diaginertia="1e-18 1e-18 1e-18"/><site name="tip"/></body>' + "</body>" * robot.links
-    strings = "".join(
-        f'<spatial name="t{tendon}">' + "".join(f'<site site="{name}"/>' for name in through) + "</spatial>"
-        for tendon, through in enumerate(names)
-    )
-    motors = "".join(f'<motor tendon="t{tendon}" gear="-1"/>' for tendon in range(len(names)))
-    winches = "".join(
-        f'<position tendon="t{tendon}" kp="{robot.stiffness!r}" forcelimited="true" forcerange="-10000 0"/>'
-        for tendon in range(len(names))
-    )
-    speeds = "".join(f'<velocimeter site="centre{i}"/>' for i in range(robot.links))
-    x, y, z = robot.gravity
-    return (
-        f'<mujoco><compiler angle="radian"/><option timestep="{robot.step!r}" integrator="implicitfast" '
-        f'gravity="{x!r} {y!r} {z!r}"><flag contact="disable" constraint="disable" '
-        f'autoreset="disable"/></option>'
-        f"<worldbody>{chain}</worldbody><tendon>{strings}</tendon><actuator>{motors}{winches}</actuator>"
-        f"<sensor>{speeds}</sensor></mujoco>"
-    )

@@ -1,4 +1,4 @@
-"""Camera and tendon drive about a plant: what is reported is delayed and noisy, what is commanded is held.
+"""Camera and tendon drive about a plant: poses are delayed and noisy, commands are held.
 
 Units, signs and frames are those of docs/messages; no line of tendond is in it.
 """
@@ -9,22 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plants.mujoco_robot import MujocoRobot, Robot
+from tests.plants.mjcf import Robot
+from tests.plants.mujoco_robot import MujocoRobot
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Surroundings of the robot.
+    """Camera and drive of the robot.
 
     Attributes:
         period: between poses [s].
-        delay: of a pose, in periods.
+        delay: delay of a pose, in periods.
         noise: standard deviation of a pose's position, each axis [m].
-        displacement: winches hold the tendons' ends; else their tension is as commanded.
-        winch_rate: of the tendons' ends [m/s]; 0: as fast as asked.
-        seed: of the noise.
+        displacement: winches follow the displacement command, else motors the tension command.
+        winch_rate: largest speed of the tendons' ends [m/s]; 0: no limit.
+        seed: seed of the noise.
     """
 
     period: float = 0.01
@@ -36,42 +37,42 @@ class Rig:
 
 
 class MujocoRig:
-    """A robot at rest with a camera and a drive for its tendons.
+    """Robot at rest with a camera and a drive for its tendons.
 
     Args:
-        robot: of the plant. rig: what is about it.
+        robot: parameters of the plant. rig: parameters of camera and drive.
     """
 
     def __init__(self, robot: Robot, rig: Rig) -> None:
         self.plant = MujocoRobot(robot)
         self._rig = rig
         self._random = np.random.default_rng(rig.seed)
-        self._seen: deque[tuple[Array, Array]] = deque(maxlen=rig.delay + 1)
+        self._poses: deque[tuple[Array, Array]] = deque(maxlen=rig.delay + 1)
         self._ends: Array | None = None
 
     def pose(self) -> tuple[Array, Array]:
-        """Position [m], shape (3,), and quaternion w, x, y, z, shape (4,), that the camera reports now.
+        """Return the position [m], shape (3,), and quaternion w, x, y, z, shape (4,), that the camera reports now.
 
         Call it once a period.
         """
         noise = self._random.normal(0.0, self._rig.noise, 3) if self._rig.noise else np.zeros(3)
-        self._seen.append((self.plant.position + noise, self.plant.quaternion))
-        return self._seen[0]
+        self._poses.append((self.plant.position + noise, self.plant.quaternion))
+        return self._poses[0]
 
     def advance(self, tension: Array, displacement: Array, armed: bool) -> None:
-        """One period under a command.
+        """Simulate one period under a command.
 
         Args:
-            tension: [N], shape (n,). displacement: [m], shape (n,). armed: false: torque off.
+            tension: [N], shape (n,). displacement: [m], shape (n,). armed: false switches the torque off.
         """
         if not armed:
-            self.plant.let_go()
+            self.plant.release()
             self._ends = None
         elif not self._rig.displacement:
-            self.plant.pull(tension)
+            self.plant.set_tension(tension)
         else:
             at = self.plant.displacement if self._ends is None else self._ends
             reach = self._rig.winch_rate * self._rig.period if self._rig.winch_rate else np.inf
             self._ends = at + np.clip(displacement - at, -reach, reach)
-            self.plant.wind(self._ends)
+            self.plant.set_displacement(self._ends)
         self.plant.advance(self._rig.period)

@@ -10,7 +10,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import ellipeinc, ellipkinc
 
-from tests.plants.mujoco_robot import SITE_GAP, MujocoRobot, Robot
+from tests.plants.mjcf import SITE_GAP, Robot
+from tests.plants.mujoco_robot import MujocoRobot
 from tests.plants.rig import MujocoRig, Rig
 
 WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -84,7 +85,7 @@ def test_a_tendon_bends_the_weightless_rod_into_an_arc_to_its_own_side(tendon: i
     plant = MujocoRobot(robot)
     tension = np.zeros(4)
     tension[tendon] = 20.0
-    plant.pull(tension)
+    plant.set_tension(tension)
     plant.settle()
     h = robot.length / robot.links
     u = brentq(  # the tendon's arm at a joint of the chain is r cos(a/2) + g h sin(a/2), a = u h
@@ -127,10 +128,10 @@ def test_a_dead_force_on_the_tip_bends_the_rod_into_the_elastica() -> None:
 def test_a_winch_holds_what_a_tension_holds() -> None:
     """The ends' displacement is the tendon's shortening and its stretch."""
     plant = MujocoRobot(Robot(step=5e-4))
-    plant.pull(np.array([20.0, 0.0, 0.0, 0.0]))
+    plant.set_tension(np.array([20.0, 0.0, 0.0, 0.0]))
     plant.settle()
     pulled, shortening = plant.position, plant.displacement
-    plant.wind(np.array([shortening[0] + 20.0 / plant.robot.stiffness, -0.1, -0.1, -0.1]))
+    plant.set_displacement(np.array([shortening[0] + 20.0 / plant.robot.stiffness, -0.1, -0.1, -0.1]))
     plant.settle()
     assert plant.position == pytest.approx(pulled, abs=1e-5)
     assert plant.tension == pytest.approx([20.0, 0.0, 0.0, 0.0], abs=1e-3)

@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from tests.plants.weights import Case, main, run
+from tests.plants.weight_run import Case, run
+from tests.plants.weights import main
 
 CASES = [
     Case(mass=50.0, stiffness=0.85, unknown_delay=1),

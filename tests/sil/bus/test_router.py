@@ -16,7 +16,7 @@ from tendond.schemas.config.rig import ConfigError, check_config
 from tendond.schemas.keys import STATUS, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.requests import ControlAction
 from tendond.schemas.wire import encode
-from tests.sil.bus.test_bus_security import POSE, STATE, certificates, gets, put_in_place, until
+from tests.sil.bus.guarded import POSE, STATE, certificates, gets, put_in_place, until
 from tests.sil.rig import Rig
 
 pytestmark = pytest.mark.sil

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import load_config, present, say, say_to, stop_on_signals
+from tendond.drivers.host import Host
 from tendond.drivers.vicon.process import ViconDriver
 
 
@@ -16,7 +17,7 @@ def run_vicon(config_file: Path | None) -> None:
     config = load_config(config_file)
     section = present(config.vicon, "vicon", config_file)
     supervisor = Supervisor()
-    driver = ViconDriver(config, section, stop_on_signals(), say_to(supervisor), supervisor)
+    driver = ViconDriver(config, section, Host(stop_on_signals(), say_to(supervisor), supervisor))
     where = f"UDP port {section.port}" if section.source == "udp" else f"DataStream server {section.server}"
     base = f"relative to '{section.base}'" if section.base else "in the Vicon world"
     say(f"rig '{config.rig.name}': tip '{section.tip}' {base}, from {where}")

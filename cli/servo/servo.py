@@ -12,6 +12,7 @@ from tendond.drivers.dynamixel.tools.calibrate import Ask
 from tendond.drivers.dynamixel.tools.rig import open_bus
 from tendond.drivers.dynamixel.tools.scan import GARBLED, PATIENCE, ports, scan
 from tendond.drivers.dynamixel.tools.setup import reboot, set_up
+from tendond.drivers.host import Host
 from tendond.schemas.config.servo import BAUD_RATES, ServoSection
 
 
@@ -24,7 +25,8 @@ def run_servo(config_file: Path | None) -> None:
     config = load_config(config_file)
     section = present(config.servo, "servo", config_file)
     supervisor = Supervisor()
-    ServoProcess(config, section, folder_of(config_file), stop_on_signals(), say_to(supervisor), supervisor).run()
+    host = Host(stop_on_signals(), say_to(supervisor), supervisor)
+    ServoProcess(config, section, folder_of(config_file), host).run()
 
 
 def reset_servos(config_file: Path | None, with_reboot: bool) -> None:

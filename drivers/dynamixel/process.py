@@ -2,7 +2,6 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,13 +12,13 @@ from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
 from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.bus.subscription import Subscription
-from tendond.bus.systemd import Supervisor
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
 from tendond.drivers.dynamixel.serial.adapter import latency_warning
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.late import LateReplies
+from tendond.drivers.host import Host, await_controller
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.keys import SERVO_HEALTH, SERVO_RESET, TENDON_COMMAND, TENDON_STATE, key
@@ -27,7 +26,6 @@ from tendond.schemas.messages import ENCODING, ServoHealth, TendonCommand, Tendo
 from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 
-CONNECT_SECONDS = 120.0
 REPLY_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
@@ -48,9 +46,7 @@ class ServoProcess:
         config: configuration of the rig.
         section: its [servo].
         folder: folder of the configuration, to which the calibration's path is relative.
-        stopped: true when the process is to end.
-        say: a line for people.
-        supervisor: notified when the servos are ready, of each cycle done in time, and of the end.
+        host: surroundings of the process.
     """
 
     def __init__(
@@ -58,16 +54,12 @@ class ServoProcess:
         config: RigConfig,
         section: ServoSection,
         folder: Path,
-        stopped: Callable[[], bool],
-        say: Callable[[str], None],
-        supervisor: Supervisor | None = None,
+        host: Host,
     ) -> None:
         self._config = config
         self._section = section
         self._folder = folder
-        self._stopped = stopped
-        self._say = say
-        self._supervisor = supervisor or Supervisor({})
+        self._host = host
         self._seq = 0
         self._source = new_source("servo")
         self._followed = FollowedController()
@@ -88,25 +80,25 @@ class ServoProcess:
             return ServoBus(section.port, section.baudrate, section.answer_timeout)
 
         try:
-            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+            session = await_controller(self._config, self._host.stopped)
         except StoppedError:
             return
         file = places_file(self._folder, section)
         last = read_places(file, calibration)
-        with session, PlaceKeeper(file, calibration, self._say) as keeper:
+        with session, PlaceKeeper(file, calibration, self._host.say) as keeper:
             driver = ServoDriver(section, calibration, open_bus, last, self._config.limits.tension_max)
             if warning := latency_warning(section.port):
-                self._say(warning)
+                self._host.say(warning)
             ready = f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
-            self._say(ready)
-            self._supervisor.ready(ready)
+            self._host.say(ready)
+            self._host.supervisor.ready(ready)
             try:
                 self._run(session, driver, keeper)
             finally:
-                self._supervisor.stopping()
+                self._host.supervisor.stopping()
                 driver.close(time.monotonic, time.sleep)
                 keeper.keep(driver.places)
-                self._say(f"stopped; {driver.final_state}")
+                self._host.say(f"stopped; {driver.final_state}")
 
     def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
         name, period = self._config.rig.name, self._section.period
@@ -117,34 +109,34 @@ class ServoProcess:
         healths = session.declare_publisher(key(name, SERVO_HEALTH), encoding=ENCODING)
         deadline = before = health_time = time.monotonic()
         losses = ReadLossLog(before)
-        while not self._stopped():
+        while not self._host.stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
             states.put(encode(self._state(driver)))
             keeper.keep(driver.places)
             now = time.monotonic()
             bus = driver.session.bus  # another one after a reset
             if line := losses.line(now, driver.lost_reads, bus.transport.late):
-                self._say(line)
+                self._host.say(line)
             if now - health_time >= HEALTH_SECONDS:
                 health_time = now
                 health = self._health(driver)
                 healths.put(encode(health))
                 losses.note(health.round_trip - bus.read_seconds(len(driver.displacement)))
             if now - before <= self._section.watchdog:  # a lost port or a fault needs a person, not a restart
-                self._supervisor.alive()
+                self._host.supervisor.alive()
             before = now
             self._reset(resets, driver)
             if (report := self._report(driver)) != reported:
                 reported = report
-                self._say(f"fault: {reported}" if reported else "fault cleared")
+                self._host.say(f"fault: {reported}" if reported else "fault cleared")
             if driver.phase is not phase:
                 phase = driver.phase
-                self._say(f"servos: {phase.value}")
+                self._host.say(f"servos: {phase.value}")
             deadline = max(deadline + period, time.monotonic() - period)
             time.sleep(max(0.0, deadline - time.monotonic()))
         counts = driver.commands.counts + Counter({"reads without an answer": driver.lost_reads})
         if counts:
-            self._say(", ".join(f"{count} {reason}" for reason, count in counts.items()))
+            self._host.say(", ".join(f"{count} {reason}" for reason, count in counts.items()))
 
     def _newest(self, commands: Subscription[TendonCommand], driver: ServoDriver) -> TendonCommand | None:
         newest: TendonCommand | None = None

@@ -6,10 +6,11 @@ from collections.abc import Callable
 import zenoh
 
 from tendond import TendondError
-from tendond.bus.client import StoppedError, open_client
+from tendond.bus.client import StoppedError
 from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
 from tendond.bus.subscription import Subscription
+from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
@@ -19,7 +20,6 @@ from tendond.schemas.messages import ENCODING, SimulatorTruth, TendonCommand, Te
 from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 
-CONNECT_SECONDS = 120.0
 QUEUE = 8
 WATCHDOG_SECONDS = 0.5
 """Time without a command after which the simulated servos switch off [s]."""
@@ -71,7 +71,7 @@ class Simulator:
         """
         name = self._config.rig.name
         try:
-            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+            session = await_controller(self._config, self._stopped)
         except StoppedError:
             return
         if lockstep:

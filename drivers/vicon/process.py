@@ -5,9 +5,9 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Protocol
 
-from tendond.bus.client import StoppedError, open_client
+from tendond.bus.client import StoppedError
 from tendond.bus.identity import new_source
-from tendond.bus.systemd import Supervisor
+from tendond.drivers.host import Host, await_controller
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
 from tendond.drivers.vicon.poses import PoseBuilder
@@ -18,7 +18,6 @@ from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import ENCODING
 from tendond.schemas.wire import encode
 
-CONNECT_SECONDS = 120.0
 REPORT_SECONDS = 10.0
 """Time between two reports of irregular frames [s]; without any there is none."""
 
@@ -77,25 +76,19 @@ class ViconDriver:
     Args:
         config: configuration of the rig.
         section: its [vicon].
-        stopped: true when the process is to end.
-        say: a line for people.
-        supervisor: notified when port and controller are open, of each read, and of the end.
+        host: surroundings of the process.
     """
 
     def __init__(
         self,
         config: RigConfig,
         section: ViconSection,
-        stopped: Callable[[], bool],
-        say: Callable[[str], None],
-        supervisor: Supervisor | None = None,
+        host: Host,
     ) -> None:
         self._config = config
         self._section = section
-        self._stopped = stopped
-        self._say = say
-        self._log = LimitedLog(say)
-        self._supervisor = supervisor or Supervisor({})
+        self._host = host
+        self._log = LimitedLog(host.say)
         self._builder = PoseBuilder(section, config.rod.gravity)
         wanted = {section.tip, section.base} - {""}
         self._sequencer = Sequencer(frozenset(wanted))
@@ -116,15 +109,15 @@ class ViconDriver:
         section = self._section
         source: FrameSource = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
         try:
-            with open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped) as session:
+            with await_controller(self._config, self._host.stopped) as session:
                 expression = key(self._config.rig.name, TIP_POSE)
                 publisher = session.declare_publisher(expression, encoding=ENCODING, express=True)
                 identity = new_source("vicon")
                 report = time.monotonic() + REPORT_SECONDS
                 self._heard = time.monotonic()
-                self._supervisor.ready("connected; no frame yet")
-                while not self._stopped():
-                    self._supervisor.alive()
+                self._host.supervisor.ready("connected; no frame yet")
+                while not self._host.stopped():
+                    self._host.supervisor.alive()
                     block = source.receive()
                     for line in source.news():
                         self._log(line)
@@ -140,7 +133,7 @@ class ViconDriver:
         except StoppedError:
             return
         finally:
-            self._supervisor.stopping()
+            self._host.supervisor.stopping()
             source.close()
             self._report(source)
 
@@ -175,5 +168,5 @@ class ViconDriver:
         total["lines withheld"] = self._log.withheld
         new = total - self._reported
         if new:
-            self._say("since the last report: " + ", ".join(f"{count} {reason}" for reason, count in new.items()))
+            self._host.say("since the last report: " + ", ".join(f"{count} {reason}" for reason, count in new.items()))
         self._reported = total

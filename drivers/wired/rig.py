@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import zenoh
 
-from tendond.bus.client import StoppedError, open_client
+from tendond.bus.client import StoppedError
 from tendond.bus.identity import new_source
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
+from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
@@ -30,7 +31,6 @@ from tendond.schemas.keys import SIMULATOR_TRUTH, key
 from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
 from tendond.schemas.wire import encode
 
-CONNECT_SECONDS = 120.0
 HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Placement of the rig in the simulated Vicon world."""
@@ -120,7 +120,7 @@ class WiredRig:
         """
         name, period = self._config.rig.name, self._config.simulator.period
         try:
-            session = open_client(self._config.bus.endpoint, CONNECT_SECONDS, self._stopped)
+            session = await_controller(self._config, self._stopped)
         except StoppedError:
             return
         with session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:

@@ -7,6 +7,7 @@ import pytest
 
 from tests.rig.bench import Bench, section
 from tests.rig.servos import emulated
+from tests.sil.supervision import manager as manager
 
 
 @pytest.fixture

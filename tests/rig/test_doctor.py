@@ -28,6 +28,7 @@ from tendond.schemas.requests import ControlAction
 from tendond.schemas.wire import encode
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import BASE, TIP, Tracker, free_port
+from tests.sil.background import running
 from tests.sil.rig import Rig, rig
 
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
@@ -64,13 +65,8 @@ def poses_at(one: Rig, hertz: float) -> Iterator[None]:
                 pose = TipPose(seq=seq, stamp_ns=time.monotonic_ns(), position=REST, orientation=TURNED)
                 session.put(key(one.name, TIP_POSE), encode(pose))
 
-    thread = threading.Thread(target=publish)
-    thread.start()
-    try:
+    with running(publish, ending):
         yield
-    finally:
-        ending.set()
-        thread.join()
 
 
 def test_a_rig_from_its_first_start_to_a_running_driver(tmp_path: Path) -> None:
@@ -210,10 +206,5 @@ def frames_to(port: int, roll: float | None) -> Iterator[None]:
             while not ending.wait(0.005):
                 tracker.send(objects)
 
-    thread = threading.Thread(target=send)
-    thread.start()
-    try:
+    with running(send, ending):
         yield
-    finally:
-        ending.set()
-        thread.join()

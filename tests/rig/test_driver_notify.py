@@ -3,7 +3,6 @@
 import signal
 import socket
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,18 +12,9 @@ from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tests.rig.servos import calibration, emulated
 from tests.rig.tracker import BASE, TIP, Tracker, free_port
 from tests.sil.rig import rig
-from tests.sil.supervision import WATCHDOG_SECONDS, Manager
+from tests.sil.supervision import PING, WATCHDOG_SECONDS, Manager
 
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
-
-PING = "WATCHDOG=1"
-
-
-@pytest.fixture
-def manager(tmp_path: Path) -> Iterator[Manager]:
-    one = Manager(tmp_path)
-    yield one
-    one.close()
 
 
 def test_a_servo_driver_is_ready_with_its_servos_and_lives_on_without_its_port(

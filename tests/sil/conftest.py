@@ -8,6 +8,7 @@ from tendond.schemas.config.rig import parse_config
 from tests.sil.bench import QUICK, Bench
 from tests.sil.peer import Peer
 from tests.sil.rig import rig
+from tests.sil.supervision import manager as manager
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from tendond.schemas.keys import control_key
 from tendond.schemas.messages import Mode, Status
 from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import encode
+from tests.sil.background import running
 
 PATIENCE_SECONDS = 120.0
 
@@ -155,10 +156,5 @@ def flooded(one: Rig, session: zenoh.Session) -> Iterator[list[int]]:
                 put[0] += 1
             time.sleep(0.002)
 
-    thread = threading.Thread(target=flood)
-    thread.start()
-    try:
+    with running(flood, ending):
         yield put
-    finally:
-        ending.set()
-        thread.join()

@@ -3,6 +3,7 @@
 import socket
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,11 @@ from tendond.bus.systemd import Supervisor
 from tests.sil.rig import PATIENCE_SECONDS
 
 WATCHDOG_SECONDS = 0.4
+PING = "WATCHDOG=1"
 
 
 class Manager:
-    """A notify socket in a folder; processes started while it is `in_charge` tell it how they are."""
+    """A notify socket in a folder; processes started while it is `in_charge` notify it."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "notify"
@@ -43,26 +45,33 @@ class Manager:
             self.received += data.decode().splitlines()
 
     def in_charge(self, patch: pytest.MonkeyPatch, watchdog: float = WATCHDOG_SECONDS) -> None:
-        """Of the processes that are started from now on, as systemd is by its variables."""
+        """Supervise the processes that are started from now on, by systemd's variables."""
         patch.setenv("NOTIFY_SOCKET", str(self.path))
         patch.setenv("WATCHDOG_USEC", str(round(watchdog * 1e6)))
         self.listen()
 
     def supervisor(self, **environment: str) -> Supervisor:
-        """Of this process, with a millisecond for its watchdog."""
+        """Return a supervisor of this process, with a watchdog of a millisecond."""
         own = Supervisor({"NOTIFY_SOCKET": str(self.path), "WATCHDOG_USEC": "1000", **environment})
         self._supervisors.append(own)
         return own
 
     def hear(self, seconds: float) -> list[str]:
-        """The lines that come within a time."""
+        """Return the lines that come within a time [s]."""
         before = len(self.received)
         time.sleep(seconds)
         return self.received[before:]
 
     def await_line(self, wanted: str, after: int = 0) -> None:
-        """Until there is a line that begins so, among those after the first so many."""
+        """Wait for a line that begins so, among those after the first so many."""
         until = time.monotonic() + PATIENCE_SECONDS
         while not any(line.startswith(wanted) for line in self.received[after:]):
             assert time.monotonic() < until, (wanted, self.received)
             time.sleep(0.02)
+
+
+@pytest.fixture
+def manager(tmp_path: Path) -> Iterator[Manager]:
+    one = Manager(tmp_path)
+    yield one
+    one.close()

@@ -11,6 +11,7 @@ from typing import Any
 import zenoh
 
 from tendond.daemon.runtime.bus import Hub
+from tendond.drivers.host import Host
 from tendond.drivers.vicon.packet import ObjectReading
 from tendond.drivers.vicon.process import ViconDriver
 from tendond.schemas.config.rig import RigConfig, check_config
@@ -63,7 +64,7 @@ def driver(**section: Any) -> Iterator[tuple[Listener, Tracker]]:
     ended = threading.Event()
     with Hub(config) as hub, Tracker(port) as tracker:
         listener = Listener(config, hub._session)
-        one = ViconDriver(config, listener.section, ended.is_set, listener.said.append)
+        one = ViconDriver(config, listener.section, Host(ended.is_set, listener.said.append))
         thread = threading.Thread(target=one.run)
         thread.start()
         try:

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from tendond.drivers.host import Host
 from tendond.drivers.vicon import sockets
 from tendond.drivers.vicon.packet import Block, ObjectReading, build
 from tendond.drivers.vicon.process import ViconDriver
@@ -23,7 +24,7 @@ def test_a_second_driver_on_the_same_port_is_refused_in_one_line() -> None:
     with driver() as (listener, tracker):
         listener.heard(tracker)
         with pytest.raises(ViconError, match=r"cannot listen on UDP .*another driver running"):
-            ViconDriver(listener.config, listener.section, lambda: False, print).run()
+            ViconDriver(listener.config, listener.section, Host(lambda: False, print)).run()
 
 
 def test_other_groups_objects_cost_the_robot_no_pose_and_are_named_once() -> None:

@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,18 +17,9 @@ from tendond.daemon.runtime.pacing import Wake
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import Mode
 from tests.sil.rig import Rig, rig
-from tests.sil.supervision import WATCHDOG_SECONDS, Manager
+from tests.sil.supervision import PING, WATCHDOG_SECONDS, Manager
 
 pytestmark = pytest.mark.sil
-
-PING = "WATCHDOG=1"
-
-
-@pytest.fixture
-def manager(tmp_path: Path) -> Iterator[Manager]:
-    one = Manager(tmp_path)
-    yield one
-    one.close()
 
 
 def test_a_run_from_ready_to_stopping(tmp_path: Path, manager: Manager, monkeypatch: pytest.MonkeyPatch) -> None:

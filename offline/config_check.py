@@ -47,7 +47,8 @@ def law_objections(control: ControlSection | None) -> list[str]:
 def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[str]:
     """Build controller and simulator as they start, with any law; a message for each error."""
     from tendond.daemon.control.selection import tip_objection
-    from tendond.daemon.control.state import CycleSetup, initial_state
+    from tendond.daemon.control.setup import CycleSetup
+    from tendond.daemon.control.state import initial_state
     from tendond.drivers.simulator.plant import Plant
     from tendond.drivers.simulator.rods import plant_rod
     from tendond.model import ModelError
@@ -79,7 +80,7 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
     """Compare the rod's tip at limits.tension_max with that of a finer rod; a message where its nodes are too few."""
     import numpy as np
 
-    from tendond.daemon.control.state import rod_from_section
+    from tendond.daemon.control.setup import rod_from_section
     from tendond.model import ModelError
 
     tensions = [0.0] * len(config.rod.tendon_positions)
@@ -102,7 +103,7 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
 def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     """Yield what is valid, but keeps a process from running as the machine is now, or makes it run badly."""
     from tendond.daemon.control.gains import lowered
-    from tendond.daemon.control.state import rod_from_section
+    from tendond.daemon.control.setup import rod_from_section
     from tendond.daemon.runtime.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed

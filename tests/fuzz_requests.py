@@ -19,7 +19,8 @@ from pydantic import ValidationError
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state, rod_from_section
+from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.runtime.planner import make_plan
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant

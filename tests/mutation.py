@@ -76,7 +76,8 @@ TARGETS = {
     ),
     "rests": _target(
         "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "
-        "daemon/control/commissioning/rests",
+        "daemon/control/commissioning/rests daemon/control/commissioning/rest_grid "
+        "daemon/control/commissioning/rotations",
         "unit/commissioning/test_rest_numbers",
     ),
     "monitors": _target(

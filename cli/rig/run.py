@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import chosen_config, say, stop_on_signals
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.daemon.recording.retention import retention
 from tendond.daemon.recording.run_log import RunLog

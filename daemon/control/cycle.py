@@ -10,7 +10,8 @@ from tendond.daemon.control.phases.modes import ACTIVE, advance_mode
 from tendond.daemon.control.phases.monitors import watch_tip
 from tendond.daemon.control.phases.prediction import Predicted, limit, predict
 from tendond.daemon.control.record import Response, write_record
-from tendond.daemon.control.state import CycleSetup, CycleState, changed
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.base import SCHEMA_VERSION
 from tendond.schemas.messages import Mode, TendonCommand
 from tendond.schemas.record import CycleInputs, CycleRecord, ReferencePoint

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.phases.modes import Reply
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.numerics.rotation import quaternion

@@ -1,4 +1,4 @@
-"""Setup of the cycle, which never changes, and its state, which each cycle replaces."""
+"""State of the controller between two cycles, which each cycle replaces."""
 
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -6,28 +6,17 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.actuation import lag_share
 from tendond.daemon.control.commissioning.averages import RESTLESS, RestWatch
 from tendond.daemon.control.commissioning.jump import JumpWatch
 from tendond.daemon.control.commissioning.probe import Probe
-from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_limits
-from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests
-from tendond.daemon.control.commissioning.tracking import TrackingBounds, TrackingWatch
-from tendond.daemon.control.gains import observer_gains
+from tendond.daemon.control.commissioning.tracking import TrackingWatch
 from tendond.daemon.control.law_state import LawState
-from tendond.daemon.control.selection import PlanCache, Selection
+from tendond.daemon.control.selection import Selection
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.sources import Sources
-from tendond.daemon.control.thresholds import Thresholds
-from tendond.model.errors import ParameterError
 from tendond.model.estimation.observer import ObserverState, start_observer
-from tendond.model.estimation.observer_gains import ObserverGains
-from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 from tendond.model.rod.tip import Tip
-from tendond.schemas.config.control import LimitsSection
-from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import Mode, TendonState, TipPose
 
 Array = NDArray[np.float64]
@@ -43,78 +32,6 @@ def changed(old: T, **changes: Any) -> T:
     new.__dict__.update(old.__dict__)
     new.__dict__.update(changes)
     return new
-
-
-def rod_from_section(section: RodSection, time_step: float) -> Rod:
-    """Make the rod that a configuration describes.
-
-    Args:
-        section: [rod] or [simulator.rod].
-        time_step: [s].
-
-    Raises:
-        ParameterError: a robot that this rod does not describe.
-    """
-    if section.refusal:
-        raise ParameterError(section.refusal)
-    return Rod(RodParameters(**section.parameters()), section.space, section.nodes, time_step, section.alpha)
-
-
-@dataclass(frozen=True)
-class CycleSetup:
-    """Constant input of `cycle.step`: the configuration, and what follows from it.
-
-    Attributes:
-        config: configuration of the rig, with the robot's own rates where it names none.
-        rod: the model.
-        selection: law and reference that the configuration names.
-        observer: its gains.
-        lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
-        thresholds: thresholds of faults, in cycles.
-        rests: all that a right rig may have; none: they are not compared.
-        probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
-        plans: references that were planned beforehand.
-        tracking_bounds: limits of what is tolerated while tracking.
-    """
-
-    config: RigConfig
-    rod: Rod
-    selection: Selection
-    observer: ObserverGains
-    lag_factor: float
-    thresholds: Thresholds
-    rests: RestFamily | None
-    probe: ProbePlan
-    probe_limits: LimitsSection
-    tracking_bounds: TrackingBounds
-    plans: PlanCache = field(default_factory=PlanCache)
-
-    @staticmethod
-    def from_config(config: RigConfig) -> "CycleSetup":
-        """Make the setup of a configuration.
-
-        Raises:
-            LawError: an unknown law or parameter.
-            ParameterError: a rod that cannot be.
-            TargetError: a reference that the rod cannot reach.
-            ConvergenceError: the rod has no equilibrium.
-        """
-        config = config.with_own_rates()
-        rod = rod_from_section(config.rod, config.loop.period)
-        section, period = config.observer, config.loop.period
-        rests = configured_rests(config, rod.parameters)
-        return CycleSetup(
-            config=config,
-            rod=rod,
-            selection=Selection.from_config(config, rod),
-            observer=observer_gains(config, rod.parameters),
-            lag_factor=lag_share(section.lag, period),
-            thresholds=Thresholds.from_config(config),
-            rests=rests,
-            probe=ProbePlan.from_config(config, rod.parameters, rests),
-            probe_limits=probe_limits(config),
-            tracking_bounds=TrackingBounds.from_config(config),
-        )
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from tendond.bus.systemd import Supervisor
 from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.phases.modes import ACTIVE, is_taut
 from tendond.daemon.control.record import Response, write_record
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Arrivals, Hub

@@ -16,7 +16,7 @@ from types import FrameType
 
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.selection import select
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError, TargetError
 from tendond.model.errors import ModelError
 from tendond.schemas.config.reference import ReferenceSection

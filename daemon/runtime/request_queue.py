@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.requests import Question, Requests
 from tendond.schemas.messages import Mode, Status

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.errors import LawError
 from tendond.model.errors import ModelError
 from tendond.schemas.messages import Mode, TipPose

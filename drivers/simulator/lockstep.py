@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.rods import plant_rod
 from tendond.schemas.config.rig import RigConfig

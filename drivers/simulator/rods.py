@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters

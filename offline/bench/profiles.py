@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.assumed_rig import RESOLUTION

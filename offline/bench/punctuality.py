@@ -12,7 +12,8 @@ from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.phases.modes import ACTIVE
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import closed_loop

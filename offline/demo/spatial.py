@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from tendond.daemon.control.reference.spatial import SpatialReference
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError
 from tendond.offline.demo.chain import run_chain, run_wired_chain
 from tendond.offline.logs.arrays import load

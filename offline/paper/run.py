@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.planar import PLANES
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.rod.static_curve import StaticCurve, static_curve

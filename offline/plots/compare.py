@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.model.rod.static_curve import static_curve
 from tendond.offline.files import as_text
 from tendond.offline.logs.log import LogFile

@@ -14,8 +14,9 @@ from pathlib import Path
 from pydantic import BaseModel, ValidationError
 
 from tendond.daemon.control.cycle import step
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import decode_state, encode_state
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.runtime.warm_up import warm_up
 from tendond.model import ModelError

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model import ModelError
 from tendond.offline.files import as_text

@@ -11,7 +11,7 @@ import numpy as np
 from tendond.daemon.control.gains import law_rates, observer_gains, unknown_tip_mass
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.reference.planar import PLANES
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.model.estimation.compliance import tip_compliance

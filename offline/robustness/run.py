@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.offline.files import write_whole
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of

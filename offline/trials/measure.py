@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.spatial import SpatialReference
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.trials.paths import Trial, config_of

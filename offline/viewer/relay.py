@@ -7,7 +7,7 @@ from typing import Any
 
 from tendond.bus.client import open_client
 from tendond.bus.subscription import Subscription
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import (
     ROD_SHAPE,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.commissioning.rests import rotation_matrix, turn_by
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, turn_by
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import Wires
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.config.rig import RigConfig

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from tendond.daemon.control.commissioning.rests import turn_by
+from tendond.daemon.control.commissioning.rotations import turn_by
 from tendond.daemon.control.laws import LAWS
 from tendond.drivers.simulator.lockstep import Wires, watched_loop
 from tendond.model.errors import ConvergenceError

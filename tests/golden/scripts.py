@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig, parse_config

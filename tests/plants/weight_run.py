@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import zenoh
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.process import request_reset
 from tendond.drivers.simulator.plant import Plant

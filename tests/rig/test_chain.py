@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.faults import Faults, request_fault

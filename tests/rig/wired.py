@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.drivers.dynamixel.calibration import Calibration, save_calibration
 from tendond.drivers.simulator.plant import Plant

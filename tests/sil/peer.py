@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 import zenoh
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.plant import Plant
 from tendond.model.errors import ConvergenceError
 from tendond.schemas.config.rig import RigConfig

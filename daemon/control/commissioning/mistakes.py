@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.commissioning.rests import FREE, Fit, RestFamily, rotation_matrix, rotation_vectors, turn_by
+from tendond.daemon.control.commissioning.rests import FREE, Fit, RestFamily
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
 
 Array = NDArray[np.float64]
 Quaternion = tuple[float, float, float, float]

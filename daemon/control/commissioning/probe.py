@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.averages import EMPTY, Average, RestWatch
 from tendond.daemon.control.commissioning.probe_plan import MORE, Phase, ProbePlan
-from tendond.daemon.control.commissioning.rests import RestFamily, rotation_matrix, turn_by
+from tendond.daemon.control.commissioning.rests import RestFamily
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, turn_by
 from tendond.daemon.control.commissioning.verdict import Motion
 from tendond.schemas.base import Vector3
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.mistakes import likely_mistakes
-from tendond.daemon.control.commissioning.rests import RestFamily, rotation_matrix, rotation_vectors
+from tendond.daemon.control.commissioning.rests import RestFamily
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors
 
 
 def rest_objection(rests: RestFamily, watch: RestWatch) -> str:

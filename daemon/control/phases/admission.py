@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.sources import Sources, hear, with_unnamed
-from tendond.daemon.control.state import CycleSetup, CycleState, changed
+from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.probe import probe_tension
 from tendond.daemon.control.law_state import LawState
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tasks.decision import Decision
 from tendond.daemon.control.tasks.task import Ruling, Situation
 from tendond.schemas.messages import Mode

@@ -11,7 +11,8 @@ from tendond.daemon.control.phases.admission import lengthened
 from tendond.daemon.control.phases.faults import slack_tendon
 from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.daemon.control.phases.monitors import watch_jumps
-from tendond.daemon.control.state import CycleSetup, CycleState, changed
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, changed
 from tendond.model.estimation.observer import observe
 from tendond.schemas.messages import Mode
 

@@ -5,7 +5,8 @@ import numpy as np
 from tendond.daemon.control.phases.monitors import (
     monitored_fault,
 )
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.schemas.messages import Mode
 
 

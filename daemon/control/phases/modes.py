@@ -19,7 +19,8 @@ from tendond.daemon.control.phases.monitors import (
     watch_pose_age,
     watch_reports,
 )
-from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, changed
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
 from tendond.model.estimation.observer import start_observer

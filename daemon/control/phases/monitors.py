@@ -9,7 +9,8 @@ import numpy as np
 
 from tendond.daemon.control.commissioning.jump import JumpWatch, watch_jump
 from tendond.daemon.control.commissioning.tracking import TrackingWatch, tip_angle, tracking_fault, watch_tracking
-from tendond.daemon.control.state import CycleSetup, CycleState, PoseAge, changed
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, PoseAge, changed
 from tendond.model.estimation.observer import ObserverState
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.messages import Mode

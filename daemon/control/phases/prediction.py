@@ -10,7 +10,8 @@ from tendond.daemon.control.actuation import attainable, follow, lead, limit_dis
 from tendond.daemon.control.commissioning.probe import TAKE_UP
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.modes import ACTIVE, enter
-from tendond.daemon.control.state import BadCycles, CycleSetup, CycleState, changed
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.state import RodState
 from tendond.schemas.config.control import LimitsSection

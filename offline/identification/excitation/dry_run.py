@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.offline.identification.excitation.plan import IdentificationPlan, PlanError

@@ -10,7 +10,8 @@ import zenoh
 
 from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.record import Response
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime import loop as loop_module
 from tendond.daemon.runtime.bus import Hub

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tendond.bus.systemd import Supervisor
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.loop import Loop

@@ -5,8 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.commissioning.rests import RestFamily, configured_rests, turn_by
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.commissioning.rest_grid import configured_rests
+from tendond.daemon.control.commissioning.rests import RestFamily
+from tendond.daemon.control.commissioning.rotations import turn_by
+from tendond.daemon.control.setup import rod_from_section
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion
 from tendond.schemas.config.rig import RigConfig

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.verdict import Bounds, Motion, judge
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import decode_state, encode_state
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.state import CycleState
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.offline.replay.offline import record_lockstep
 from tendond.offline.replay.rerun import rerun

@@ -11,7 +11,7 @@ from tendond.daemon.control.commissioning.averages import EMPTY, RESTLESS, RestW
 from tendond.daemon.control.commissioning.probe import Probe, start_probe
 from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
-from tendond.daemon.control.commissioning.rests import rotation_matrix
+from tendond.daemon.control.commissioning.rotations import rotation_matrix
 from tendond.schemas.messages import TipPose
 from tests.unit.commissioning.blocks import BASE, LEVEL, PLAN, REST, STILL, at, block, end_block, plan, report
 from tests.unit.commissioning.rests import FAMILY, as_quaternion, rest

@@ -8,8 +8,9 @@ import pytest
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.mistakes import FRAMES, likely_mistakes
 from tendond.daemon.control.commissioning.rest_check import rest_objection
-from tendond.daemon.control.commissioning.rests import configured_rests, rotation_matrix, rotation_vectors, turn_by
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.commissioning.rest_grid import configured_rests
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
+from tendond.daemon.control.setup import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs

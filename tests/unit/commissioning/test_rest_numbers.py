@@ -11,18 +11,10 @@ from numpy.typing import NDArray
 from tendond.daemon.control.commissioning.averages import RESTLESS, RestWatch
 from tendond.daemon.control.commissioning.mistakes import _frames, likely_mistakes
 from tendond.daemon.control.commissioning.rest_check import rest_objection
-from tendond.daemon.control.commissioning.rests import (
-    Fit,
-    RestFamily,
-    Tolerances,
-    configured_rests,
-    largest_weight,
-    rest_family,
-    rotation_matrix,
-    rotation_vectors,
-    turn_by,
-)
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.commissioning.rest_grid import configured_rests, largest_weight, rest_family
+from tendond.daemon.control.commissioning.rests import Fit, RestFamily, Tolerances
+from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
+from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.rod import Rod
 from tendond.schemas.config.rig import parse_config

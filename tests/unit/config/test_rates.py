@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.simulator.lockstep import closed_loop, without_probe
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rates import natural_frequency, own_displacement_rate, own_tension_rate

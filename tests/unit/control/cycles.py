@@ -1,7 +1,8 @@
 """A setup of the pure cycle with a real rod, and ways to drive it."""
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion

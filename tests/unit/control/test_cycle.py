@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.reference import ReferenceSection

@@ -9,7 +9,8 @@ import pytest
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
-from tendond.daemon.control.state import CycleSetup, changed, rod_from_section
+from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.state import changed
 from tendond.daemon.runtime.planner import make_plan
 from tendond.daemon.runtime.warm_up import warm_up
 from tendond.drivers.simulator.lockstep import without_probe

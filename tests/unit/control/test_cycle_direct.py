@@ -3,7 +3,8 @@
 import numpy as np
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.rig import parse_config

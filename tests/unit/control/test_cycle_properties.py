@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig, parse_config

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, changed, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import changed, initial_state
 from tendond.daemon.runtime import pacing
 from tendond.daemon.runtime.bus import Arrivals
 from tendond.schemas.config.rig import parse_config

@@ -11,7 +11,8 @@ from tendond.daemon.control.commissioning.jump import POSES_AFTER, JumpWatch, wa
 from tendond.daemon.control.commissioning.swing import Swing
 from tendond.daemon.control.commissioning.tracking import TrackingBounds, TrackingWatch, tracking_fault, watch_tracking
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.drivers.simulator.lockstep import STRAIGHT, Wires, watched_loop
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig, parse_config

@@ -6,7 +6,8 @@ import pytest
 
 from tendond.bus.followed import FollowedController
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.schemas.keys import ALIVE, TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import Mode, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.renamed import RenamedKeyWarning

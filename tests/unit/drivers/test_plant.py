@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.dynamixel.tools.calibrate import camera_objection
 from tendond.drivers.dynamixel.tools.camera import bend_of, shortened
 from tendond.model.numerics.rotation import quaternion

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.cycle import step
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import StateSnapshot, decode_state, encode_state
-from tendond.daemon.control.state import CycleSetup, CycleState, initial_state
+from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.recording.channels import CYCLE, STATE
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.logs import load

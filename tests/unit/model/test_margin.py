@@ -15,7 +15,7 @@ from tendond.daemon.control import gains as feedback
 from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.gains import law_rates, lowered, observer_gains
 from tendond.daemon.control.laws import BENDING_PLANE, LAWS, SPACE, Convergence, StatelessLaw, backstepping
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.estimation.margin import (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.reference.planar import PLANES, PlanarReference
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode

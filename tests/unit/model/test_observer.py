@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.schemas.config.rig import RigConfig, parse_config

@@ -9,7 +9,8 @@ import pytest
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import sensitivity
 from tendond.daemon.control.laws.law import SpatialObservation
-from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.model.estimation.compliance import LATERAL_VARIANCE, UNOBSERVABLE, tip_compliance
 from tendond.model.estimation.observer import INNOVATION_LIMIT, PULL_MAX, observe, start_observer

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.recording import scene
 from tendond.offline.logs.log import load
 from tendond.offline.logs.paths import TipPath

@@ -7,7 +7,7 @@ import pytest
 
 from tendond.daemon.control.reference.feasibility import displacement_rate_max
 from tendond.daemon.control.reference.planar import PlanarReference
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.schemas.config.presets import PROFILES, WIRED
 from tendond.schemas.config.rig import parse_config
 

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.control.laws import LAWS, select_law
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import decode_state, encode_state
-from tendond.daemon.control.state import CycleSetup, CycleState
+from tendond.daemon.control.state import CycleState
 from tendond.daemon.errors import LawError, LawPackageError
 from tendond.drivers.simulator.lockstep import watched_loop, without_probe
 from tendond.offline.logs import load

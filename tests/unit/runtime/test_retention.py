@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.retention import DAY, Retention, retention
 from tendond.daemon.recording.run_log import RunLog
 from tendond.offline.logs.log import load

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.state import CycleSetup, initial_state, rod_from_section
+from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.recording.thinning import HELD_SECONDS, QUIET_SECONDS
 from tendond.drivers.simulator.plant import Plant

@@ -6,7 +6,7 @@ import sys
 FRESH = """
 from tendond.daemon.control.cycle import step
 from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
-from tendond.daemon.control.state import CycleSetup
+from tendond.daemon.control.setup import CycleSetup
 from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
 from tendond.model.warm import warm_up, warm_up_general

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import rod_from_section
+from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ParameterError
 from tendond.model.strain import Robot, StrainRod
 from tendond.model.strain.analysis.modes import natural_modes

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.record import Response
-from tendond.daemon.control.state import CycleSetup, CycleState, changed, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import CycleState, changed, initial_state
 from tendond.model.errors import ConvergenceError
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode, TipPose

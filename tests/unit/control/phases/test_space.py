@@ -7,7 +7,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from tendond.daemon.control.state import CycleSetup, initial_state
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
 from tendond.daemon.control.tasks.space import PERIODS_MIN, SPACE, TIP_LOAD_MAX, SpatialTask, tendon_allocation
 from tendond.daemon.control.tasks.task import Situation

@@ -1,0 +1,91 @@
+"""Setup of the cycle, which never changes: the configuration, and what follows from it."""
+
+from dataclasses import dataclass, field
+
+from tendond.daemon.control.actuation import lag_share
+from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_limits
+from tendond.daemon.control.commissioning.rest_grid import configured_rests
+from tendond.daemon.control.commissioning.rests import RestFamily
+from tendond.daemon.control.commissioning.tracking import TrackingBounds
+from tendond.daemon.control.gains import observer_gains
+from tendond.daemon.control.selection import PlanCache, Selection
+from tendond.daemon.control.thresholds import Thresholds
+from tendond.model.errors import ParameterError
+from tendond.model.estimation.observer_gains import ObserverGains
+from tendond.model.rod.parameters import RodParameters
+from tendond.model.rod.rod import Rod
+from tendond.schemas.config.control import LimitsSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
+
+
+def rod_from_section(section: RodSection, time_step: float) -> Rod:
+    """Make the rod that a configuration describes.
+
+    Args:
+        section: [rod] or [simulator.rod].
+        time_step: [s].
+
+    Raises:
+        ParameterError: a robot that this rod does not describe.
+    """
+    if section.refusal:
+        raise ParameterError(section.refusal)
+    return Rod(RodParameters(**section.parameters()), section.space, section.nodes, time_step, section.alpha)
+
+
+@dataclass(frozen=True)
+class CycleSetup:
+    """Constant input of `cycle.step`: the configuration, and what follows from it.
+
+    Attributes:
+        config: configuration of the rig, with the robot's own rates where it names none.
+        rod: the model.
+        selection: law and reference that the configuration names.
+        observer: its gains.
+        lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
+        thresholds: thresholds of faults, in cycles.
+        rests: all that a right rig may have; none: they are not compared.
+        probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
+        plans: references that were planned beforehand.
+        tracking_bounds: limits of what is tolerated while tracking.
+    """
+
+    config: RigConfig
+    rod: Rod
+    selection: Selection
+    observer: ObserverGains
+    lag_factor: float
+    thresholds: Thresholds
+    rests: RestFamily | None
+    probe: ProbePlan
+    probe_limits: LimitsSection
+    tracking_bounds: TrackingBounds
+    plans: PlanCache = field(default_factory=PlanCache)
+
+    @staticmethod
+    def from_config(config: RigConfig) -> "CycleSetup":
+        """Make the setup of a configuration.
+
+        Raises:
+            LawError: an unknown law or parameter.
+            ParameterError: a rod that cannot be.
+            TargetError: a reference that the rod cannot reach.
+            ConvergenceError: the rod has no equilibrium.
+        """
+        config = config.with_own_rates()
+        rod = rod_from_section(config.rod, config.loop.period)
+        section, period = config.observer, config.loop.period
+        rests = configured_rests(config, rod.parameters)
+        return CycleSetup(
+            config=config,
+            rod=rod,
+            selection=Selection.from_config(config, rod),
+            observer=observer_gains(config, rod.parameters),
+            lag_factor=lag_share(section.lag, period),
+            thresholds=Thresholds.from_config(config),
+            rests=rests,
+            probe=ProbePlan.from_config(config, rod.parameters, rests),
+            probe_limits=probe_limits(config),
+            tracking_bounds=TrackingBounds.from_config(config),
+        )

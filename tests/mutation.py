@@ -46,12 +46,14 @@ TARGETS = {
     "admission": _target(
         "daemon/control/phases/admission daemon/control/sources",
         "unit/control/test_admission_numbers unit/control/test_cycle_faults "
+        "unit/control/test_cycle_tendon_faults "
         "unit/control/test_fault_table unit/control/test_missed_ticks "
         "unit/commissioning/test_refusals unit/control/test_sources unit/control/test_thresholds",
     ),
     "modes": _target(
         "daemon/control/phases/modes daemon/control/phases/faults",
         "unit/runtime/test_requests unit/control/test_cycle unit/control/test_cycle_faults "
+        "unit/control/test_cycle_tendon_faults "
         "unit/control/test_fault_table unit/commissioning/test_refusals "
         "unit/control/test_sources unit/commissioning/test_probe",
     ),
@@ -59,7 +61,8 @@ TARGETS = {
         "daemon/control/cycle daemon/control/phases/decision daemon/control/phases/estimation "
         "daemon/control/phases/prediction daemon/control/tasks/plane",
         "unit/control/phases/test_command unit/control/phases/test_decision unit/control/phases/test_estimation "
-        "unit/control/phases/test_prediction",
+        "unit/control/phases/test_law_state unit/control/phases/test_prediction "
+        "unit/control/phases/test_prediction_faults unit/control/phases/test_prediction_probe",
     ),
     "observer": _target(
         "model/estimation/observer model/estimation/observer_gains model/estimation/compliance",
@@ -78,7 +81,8 @@ TARGETS = {
         "daemon/control/commissioning/mistakes daemon/control/commissioning/rest_check "
         "daemon/control/commissioning/rests daemon/control/commissioning/rest_grid "
         "daemon/control/commissioning/rotations",
-        "unit/commissioning/test_rest_numbers",
+        "unit/commissioning/rest/test_mistakes unit/commissioning/rest/test_rest_fit "
+        "unit/commissioning/rest/test_rest_grid",
     ),
     "monitors": _target(
         "daemon/control/commissioning/tracking daemon/control/commissioning/swing "

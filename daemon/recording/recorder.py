@@ -1,4 +1,4 @@
-"""The log: one MCAP file per run, or several in a row, written by one thread behind a bounded queue.
+"""The recorder: a thread that writes the messages of a run to its files, behind a bounded queue.
 
     with Recorder(path, metadata, {CONFIG: config.model_dump_json()}, queue_size=4000) as recorder:
         recorder.put(CYCLE, time_ns, record)
@@ -9,27 +9,17 @@ Of a process that is killed, `StreamReader` reads everything up to the last flus
 import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple, Self
 
 from pydantic import BaseModel
 
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.recording.batch_queue import BatchQueue, Message
 from tendond.daemon.recording.channels import BEGINNING, Channel, M
-from tendond.daemon.recording.mcap_file import McapFile, reason_of
-
-CONFIG = "rig.json"
-"""Name of the attachment that holds the configuration, so that the file replays on its own."""
-
-CALIBRATION = "calibration.json"
-"""Name of the attachment that holds the calibration of the servos, where the rig has one."""
-
-PART = "part"
-"""Name in the metadata of the number of a file in its run, from 0."""
+from tendond.daemon.recording.mcap_file import reason_of
+from tendond.daemon.recording.run_files import RunFiles
 
 FLUSH_SECONDS = 0.5
 """Longest wait of an entry before it is flushed to the disk [s]."""
@@ -37,33 +27,17 @@ FLUSH_SECONDS = 0.5
 LOOK_SECONDS = 0.25
 """Longest wait in the queue where the thread is not woken [s]; both together stay below the promised second."""
 
-WAKE_AT = 4
-"""Calls of `put_all` in the queue, at which the thread is woken."""
-
 REST_SECONDS = 0.05
 """Longest rest of the thread for a caller who wants the interpreter [s]: a hung one must not end the log."""
 
 FAR_BEHIND = 40
-"""Calls of `put_all` in the queue, from which on it does not rest: the log must not fall behind by a second."""
+"""Batches in the queue, from which on it does not rest: the log must not fall behind by a second."""
 
 CLOSE_SECONDS = 5.0
 
 
-def part_path(path: Path, part: int) -> Path:
-    """Return the path of a further file of the run whose first is `path`."""
-    return path.with_name(f"{path.stem}-{part:03d}{path.suffix}")
-
-
 class RecorderError(DaemonError):
     """A log that cannot be begun: file, reason, remedy."""
-
-
-Message = tuple[Channel[Any], BaseModel | Callable[[], BaseModel], int]
-"""Channel; message, or what makes it, called in the recorder's thread; log time [ns]."""
-
-
-_Batch = tuple[int, int, Callable[..., list[Message]], tuple[Any, ...]]
-"""Log time [ns], number of messages, what makes them, of what."""
 
 
 class Counts(NamedTuple):
@@ -82,8 +56,7 @@ class Recorder:
         metadata: metadata of the run, by name: revision, versions.
         attachments: texts by name, `CONFIG` among them.
         queue_size: messages that may wait for the disk; more are dropped.
-        split_bytes, split_seconds: size and age from which on the run goes on in another file, `run-001.mcap` after
-            `run.mcap`; metadata and attachments are in each, and so is the number of the part.
+        split_bytes, split_seconds, before_file: see `RunFiles`.
     """
 
     def __init__(
@@ -97,22 +70,13 @@ class Recorder:
         before_file: Callable[[Path], None] | None = None,
     ) -> None:
         self.path = path
-        self._split_bytes = split_bytes
-        self._split_seconds = split_seconds
-        self._before_file = before_file
-        self._part = 0
-        self._metadata = metadata
-        self._attachments = attachments
-        self._queue_size = queue_size
-        self._queue: deque[_Batch] = deque()  # of one time each: a file of the run may end before it, not within
-        self._bell: SimpleQueue[None] = SimpleQueue()  # rung when the thread should look into the queue
+        self._files = RunFiles(path, metadata, attachments, split_bytes, split_seconds, before_file)
+        self._queue = BatchQueue(queue_size)
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
-        self._lock = threading.Lock()  # of all below; held for a few instructions, never over I/O
-        self._accepting = False
-        self._queued = self._refused = self._written = self._unwritable = 0
-        self._taken = 0  # from the queue; the recorder's thread alone writes it
+        self._lock = self._queue.lock  # of the next three
+        self._written = self._unwritable = 0
         self._error = ""
-        self._resting, self._rested = False, math.inf
+        self._rested = math.inf
         self.rest_from = math.inf
         """Time from which on the thread leaves the interpreter to the caller, who sets it [s, monotonic clock]."""
 
@@ -130,20 +94,13 @@ class Recorder:
             RecorderError: it cannot be written.
         """
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._next_file()
+            self._files.open()
         except OSError as error:
             raise RecorderError(
                 f"{self.path}: no log can be written: {reason_of(error)}; choose another file"
             ) from error
-        self._accepting = True
+        self._queue.accepting = True
         self._thread.start()
-
-    def _next_file(self) -> "McapFile":
-        path = self.path if self._part == 0 else part_path(self.path, self._part)
-        if self._before_file is not None:
-            self._before_file(path)
-        return McapFile(path, {**self._metadata, PART: str(self._part)}, self._attachments)
 
     def put(self, channel: Channel[M], log_time_ns: int, message: M | Callable[[], M]) -> bool:
         """Queue a message; never waits, never raises.
@@ -157,36 +114,28 @@ class Recorder:
         Returns:
             Whether it was queued. If not (queue full, file ended or not open), it is counted as dropped.
         """
-        return self.put_all(log_time_ns, 1, _single, channel, message, log_time_ns)
+        return self.put_all(1, _single, channel, message, log_time_ns)
 
-    def put_all(self, log_time_ns: int, count: int, make: Callable[..., list[Message]], *arguments: Any) -> bool:
+    def put_all(self, count: int, make: Callable[..., list[Message]], *arguments: Any) -> bool:
         """Queue `count` messages of one time, as `put` does: all or none.
 
         The recorder's thread makes them, by `make(*arguments)`, and is woken when a few calls have come together: the
         caller comes here with cold caches, and each line costs it microseconds. `make` may leave messages out, or bring
         some that an earlier one has left out: those that never come are neither written nor dropped.
         """
-        with self._lock:
-            if not self._accepting or self._queued - self._taken + count > self._queue_size:
-                self._refused += count
-                return False
-            self._queued += count
-            self._queue.append((log_time_ns, count, make, arguments))
-            if self._resting or len(self._queue) == WAKE_AT:
-                self._bell.put(None)
-            return True
+        return self._queue.put(count, make, arguments)
 
     @property
     def dropped(self) -> int:
         """Messages that are not in the file and never will be."""
         with self._lock:
-            lost = self._queued - self._written if self._error else self._unwritable
-            return self._refused + lost
+            lost = self._queue.queued - self._written if self._error else self._unwritable
+            return self._queue.refused + lost
 
     @property
     def waiting(self) -> int:
         """Messages that wait for the disk."""
-        return self._queued - self._taken
+        return self._queue.waiting
 
     @property
     def error(self) -> str:
@@ -199,26 +148,23 @@ class Recorder:
         Args:
             timeout: for the disk [s]; after that the file is left as it is, readable to its last flush.
         """
-        with self._lock:
-            if self._accepting:
-                self._accepting = False
-                self._bell.put(None)
+        self._queue.close()
         if self._thread.ident is not None:
             self._thread.join(timeout)
             if self._thread.is_alive():
                 self._end(f"not finished within {timeout:g} s")
         with self._lock:
-            put = self._queued + self._refused
+            put = self._queue.queued + self._queue.refused
             return Counts(put, self._written, put - self._written)
 
     def _run(self) -> None:
         """The writer thread."""
         try:
             self._write_until_closed()
-            self._file.finish()
+            self._files.finish()
         except Exception as error:  # a full disk, as a rule: control goes on without a log, and says so
             self._end(reason_of(error))
-            self._file.abandon()
+            self._files.abandon()
 
     def _write_until_closed(self) -> None:
         unflushed = 0
@@ -226,21 +172,19 @@ class Recorder:
         accepting = True
         while accepting or self._queue:
             if not self._queue:
-                with suppress(Empty):
-                    left = flush_at - time.monotonic() if unflushed else math.inf
-                    self._bell.get(timeout=max(0.0, min(LOOK_SECONDS, left)))
-            accepting = self._accepting
+                left = flush_at - time.monotonic() if unflushed else math.inf
+                self._queue.wait(max(0.0, min(LOOK_SECONDS, left)))
+            accepting = self._queue.accepting
             if self._queue:
-                _, count, make, arguments = self._queue.popleft()
-                messages = make(*arguments)
-                if len(messages) != count:
-                    self._count_left_out(count - len(messages))
-                if messages and messages[0][0] is BEGINNING and self._is_full():
-                    self._split(unflushed)
+                messages = self._queue.take()
+                if messages and messages[0][0] is BEGINNING and self._files.is_full:
+                    self._files.finish()
+                    self._count(unflushed)
                     unflushed = 0
+                    self._files.begin_next()
                 if not unflushed:
                     flush_at = time.monotonic() + FLUSH_SECONDS
-                self._taken += len(messages)
+                self._queue.count_taken(len(messages))
                 for channel, message, time_ns in messages:
                     self._rest()
                     unflushed += self._write(channel, time_ns, message)
@@ -255,34 +199,17 @@ class Recorder:
         if len(self._queue) > FAR_BEHIND:
             return
         if moment != self._rested and time.monotonic() >= moment:
-            self._resting = True
-            with suppress(Empty):
-                self._bell.get(timeout=REST_SECONDS)
-            self._resting, self._rested = False, moment
+            self._queue.rest(REST_SECONDS)
+            self._rested = moment
 
     def _flush(self, unflushed: int) -> None:
         """Hand everything to the kernel; what was not is in the file from here on."""
-        self._file.flush()
+        self._files.flush()
         self._count(unflushed)
-
-    def _is_full(self) -> bool:
-        return self._file.size >= self._split_bytes or self._file.age >= self._split_seconds
 
     def _count(self, written: int) -> None:
         with self._lock:
             self._written += written
-
-    def _count_left_out(self, messages: int) -> None:
-        """Take messages that were put off the count of those that were queued; negative: they come after all."""
-        with self._lock:
-            self._queued -= messages
-
-    def _split(self, unflushed: int) -> None:
-        """End the file and go on in the next one."""
-        self._file.finish()
-        self._count(unflushed)
-        self._part += 1
-        self._file = self._next_file()
 
     def _write(self, channel: Channel[Any], log_time_ns: int, message: BaseModel | Callable[[], BaseModel]) -> bool:
         try:
@@ -292,12 +219,12 @@ class Recorder:
             with self._lock:
                 self._unwritable += 1
             return False
-        self._file.write(channel.topic, log_time_ns, data)
+        self._files.write(channel.topic, log_time_ns, data)
         return True
 
     def _end(self, reason: str) -> None:
         with self._lock:
-            self._accepting = False
+            self._queue.accepting = False
             self._error = self._error or f"{self.path}: the log ended after {self._written} messages: {reason}"
 
 

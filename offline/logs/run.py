@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from tendond.daemon.recording.channels import M
 from tendond.daemon.recording.mcap_file import METADATA
-from tendond.daemon.recording.recorder import CALIBRATION, CONFIG, PART
+from tendond.daemon.recording.run_files import CALIBRATION, CONFIG, PART
 from tendond.offline.logs.container import Damage, records
 from tendond.offline.logs.container import LogError as LogError
 from tendond.schemas.calibration import Calibration

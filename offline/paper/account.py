@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from tendond.offline.paper.edge import EDGE
 from tendond.offline.paper.facts import deviation, gains, tpl
 from tendond.offline.paper.lyapunov import along_share, find_rises
 from tendond.offline.paper.published import LAWS, SIMULATION
 from tendond.offline.paper.rig_account import rig_load_paragraphs, rig_paragraphs
 from tendond.offline.paper.run import Runs
-from tendond.offline.paper.scenarios import DISTURBANCE, DISTURBANCE_CYCLES, DISTURBED_AT, EDGE, HUNG_AT, WEIGHTS_G
+from tendond.offline.paper.scenarios import DISTURBANCE, DISTURBANCE_CYCLES, DISTURBED_AT, HUNG_AT, WEIGHTS_G
 
 BACK, SLIDE = LAWS
 

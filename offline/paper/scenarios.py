@@ -4,12 +4,12 @@ An iteration is a cycle since tracking began; a force 'at iteration 50' acts in 
 """
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from tendond.offline.paper.edge import EDGE_NEIGHBOURS, PAPERS_Z, edge_tables
 from tendond.offline.paper.published import LAWS
 from tendond.schemas.assumed_rig import RESOLUTION, TENDON_STIFFNESS
 from tendond.schemas.config.presets import PAPER
@@ -53,32 +53,12 @@ IMPACT_GAP = (18, 36)
 
 IMPACT_CYCLES = (1, 3)
 
-EDGE: dict[str, float] = {
-    "youngs_modulus": 1.035,
-    "density": 1.42,
-    "bending_damping": 0.89,
-    "tension_max": 87.5,
-    "pretension": 1.42,
-}
-"""The edge of stability: the first three are the controller's model as a multiple of the plant, then [N], [N].
-
-Beside these, `edge_tables` gives both laws the measured velocity, a pair of tendons and the target as the paper writes
-it. The five numbers were found by a search (differential evolution) for a condition under which both rows of the paper
-come out; they are one such condition, not a measurement of the paper's.
-"""
-
-EDGE_NEIGHBOURS: dict[str, dict[str, float]] = {
-    f"{name} {factor:g}": {**EDGE, name: EDGE[name] * factor} for name in EDGE for factor in (0.98, 1.02)
-}
-"""One number of `EDGE` at a time, ±2 %: the edge's sensitivity."""
-
 EXCHANGED: Tables = {
     "control": {"laws": {"backstepping": {"alpha1": 2100.0, "alpha2": 12.0}, "sliding_mode": {"c": 1500.0, "k": 12.5}}}
 }
 """Each law with the other's gains: kp = 1 + alpha1 alpha2 or c k, kd = alpha1 + alpha2 or c + k."""
 
 DIRECT: Tables = {"control": {"feedback": "direct"}}
-PAPERS_Z: Tables = {"reference": {"position": [TARGET_X, 0.0, 0.0], "unreachable": "track", "path": "direct"}}
 CONVERGED: Tables = {
     "rod": {"space": "rk6", "nodes": None},
     "simulator": {"rod": {"space": "rk6", "nodes": None}},
@@ -136,25 +116,6 @@ class Scenario:
 def start_of(config: RigConfig) -> int:
     """Return the tick of iteration 0."""
     return ARMED + round(config.pretension.duration / config.loop.period)
-
-
-def edge_tables(edge: Mapping[str, float] = EDGE) -> Tables:
-    """Return the configuration of `EDGE`: model, feedback and limits of the controller."""
-    plant = RodSection()
-    return {
-        "rod": {
-            "youngs_modulus": edge["youngs_modulus"] * plant.youngs_modulus,
-            "density": edge["density"] * plant.density,
-            "bending_damping": [edge["bending_damping"] * value for value in plant.bending_damping],
-        },
-        "simulator": {
-            "rod": {name: getattr(plant, name) for name in ("youngs_modulus", "density", "bending_damping")},
-        },
-        "control": {"feedback": "direct", "antagonist": 2},
-        "limits": {"tension_max": edge["tension_max"]},
-        "pretension": {"tension": edge["pretension"]},
-        **PAPERS_Z,
-    }
 
 
 def paper_scenarios() -> list[Scenario]:

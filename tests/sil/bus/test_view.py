@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.sil.rig import rig
-from tests.unit.offline.test_viewers import viewing
+from tests.unit.offline.test_foxglove import viewing
 
 pytestmark = pytest.mark.sil
 

@@ -14,7 +14,7 @@ from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.commissioning.rotations import rotation_matrix
 from tendond.schemas.messages import TipPose
 from tests.unit.commissioning.blocks import BASE, LEVEL, PLAN, REST, STILL, at, block, end_block, plan, report
-from tests.unit.commissioning.rests import FAMILY, as_quaternion, rest
+from tests.unit.commissioning.rest.rests import FAMILY, as_quaternion, rest
 
 
 def test_a_plan_follows_from_the_rod_the_tendons_and_the_period() -> None:

@@ -7,7 +7,7 @@ from tendond.drivers.simulator.lockstep import without_probe
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import Mode, TipPose
+from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction
 
@@ -46,3 +46,8 @@ def follow(state: CycleState) -> TipPose:
     assert state.pose is not None
     tip = SETUP.rod.tip(state.rod)
     return pose(state.pose.seq + 1, tuple(tip.position.tolist()), quaternion(tip.rotation))
+
+
+def sick(seq: int, fault: str = "") -> TendonState:
+    """A driver's report of tendons that are taut."""
+    return TendonState(seq=seq, stamp_ns=0, displacement=(0.0,) * 4, tension=(12.0,) * 4, fault=fault)

@@ -9,7 +9,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer
 
 from tendond.daemon.recording.channels import CYCLE, STATE
-from tendond.daemon.recording.recorder import CALIBRATION, CONFIG
+from tendond.daemon.recording.run_files import CALIBRATION, CONFIG
 from tendond.offline.logs.container import records
 
 Change = Callable[[str, bytes], bytes | None]

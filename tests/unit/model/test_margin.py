@@ -1,22 +1,14 @@
 """The margin of the sampled loop: what it predicts happens in the real loop, and the gains keep it."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from tendond.cli.app import app
 from tendond.daemon.control import gains as feedback
-from tendond.daemon.control import selection as selection_module
-from tendond.daemon.control.gains import law_rates, lowered, observer_gains
-from tendond.daemon.control.laws import BENDING_PLANE, LAWS, SPACE, Convergence, StatelessLaw, backstepping
+from tendond.daemon.control.gains import lowered, observer_gains
 from tendond.daemon.control.setup import rod_from_section
-from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.estimation.margin import (
     GAIN_MARGIN,
@@ -31,11 +23,14 @@ from tendond.offline.robustness.evaluate import evaluate
 from tendond.offline.robustness.margin import LoopRow, run_loop, stiffness_rows
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
 ROD = RodParameters()
+
+
 RATES = LawRates(12.4, 30.0, 100.0)
+
+
 ASKED = FeedbackGains(integral=5.0, proportional=0.8, derivative=0.15, time=0.07, noise_share=0.75)
 
 
@@ -176,115 +171,3 @@ def test_a_robot_whose_tip_is_known_keeps_its_gains() -> None:
     parameters = rod_from_section(config.rod, 0.01).parameters
     assert observer_gains(config, parameters).integral == config.observer.integral
     assert lowered(config, parameters) == ""
-
-
-def test_the_laws_rates_follow_from_their_parameters() -> None:
-    rates = law_rates(parse_config("[control.laws.backstepping]\nalpha1 = 100.0\nalpha2 = 40.0\n", "fast"))
-    assert rates.velocity == pytest.approx(4001.0 / 140.0)
-    assert law_rates(RigConfig()).velocity == pytest.approx(12.4, rel=0.01)
-
-
-def law_with(name: str, convergence: Convergence | None) -> StatelessLaw[Any, Any]:
-    return StatelessLaw(
-        name, backstepping.Parameters, backstepping.decide, BENDING_PLANE,
-        rates=None if convergence is None else lambda parameters: convergence,
-    )  # fmt: skip
-
-
-@pytest.fixture
-def registered() -> Iterator[None]:
-    """Laws of packages: two that say their rate, and one that does not."""
-    LAWS.register(law_with("swift", Convergence(40.0)))
-    LAWS.register(law_with("swift_ahead", Convergence(50.0, 200.0)))
-    LAWS.register(law_with("silent", None))
-    yield
-    LAWS.forget()
-
-
-@pytest.mark.usefixtures("registered")
-def test_the_margin_is_that_for_the_rate_that_a_packages_law_says() -> None:
-    swift, ahead = (parse_config(f'[control]\nlaw = "{name}"\n', name) for name in ("swift", "swift_ahead"))
-    listed, silent = (parse_config(text, "law") for text in ("[control.laws.swift]\n", '[control]\nlaw = "silent"\n'))
-    assert law_rates(swift) == law_rates(listed) == replace(law_rates(RigConfig()), velocity=40.0)
-    assert law_rates(ahead) == replace(law_rates(RigConfig()), position=50.0, smoothing=200.0)
-    assert law_rates(silent) == law_rates(RigConfig())
-
-
-@pytest.mark.usefixtures("registered")
-def test_a_law_with_which_the_gains_would_be_lower_is_not_selected_while_running(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    config, rod = RigConfig(), rod_from_section(RigConfig().rod, 0.01)
-    selection = selection_module.Selection.from_config(config, rod)
-    assert selection.with_law(config, rod, "swift").law_name == "swift"  # as fast as it is, the gains stay
-    assert selection.with_law(config, rod, "silent").law_name == "silent"
-
-    def lowered_for_swift(rod: Any, period: float, alpha: float, wanted: Any, rates: LawRates, *rest: Any) -> Any:
-        return replace(wanted, integral=1.0 if rates.velocity == 40.0 else 2.0)
-
-    monkeypatch.setattr(feedback, "_admitted", lowered_for_swift)
-    with pytest.raises(LawError, match=r"swift is faster than .* add \[control\.laws\.swift\] to the configuration"):
-        selection.with_law(config, rod, "swift")
-    listed = parse_config("[control.laws.swift]\n", "law")
-    assert selection.with_law(listed, rod, "swift").law_name == "swift"
-
-
-def with_configured_tip(law: str, mass: float, rate: float, delay: int = 0) -> RigConfig:
-    """A rig whose model and plant have the same body on the tip [kg], at a rate [Hz] and with a delay [cycles]."""
-    return parse_config(
-        f'[rod]\ntip_mass = {mass}\n[simulator.rod]\ntip_mass = {mass}\n[control]\nlaw = "{law}"\n'
-        f"[loop]\nperiod = {1.0 / rate}\n[simulator]\nperiod = {1.0 / rate}\n"
-        f"[simulator.mocap]\nlatency = {delay / rate}\n[observer]\ndelay = {delay / rate}\n",
-        "tip",
-    )
-
-
-def end_of(config: RigConfig, seconds: float = 8.0) -> tuple[Mode, float]:
-    """Mode at the end of a run, and the true tip's largest peak to peak in its last second [m]."""
-    rate = round(1.0 / config.loop.period)
-    tips, mode = [], Mode.STARTING
-    for watched in watched_loop(config, round(seconds * rate), {rate: ControlAction.ARM}):
-        mode = watched.record.mode
-        tips.append(watched.truth.position)
-    return mode, float(np.max(np.ptp(np.array(tips[-rate:]), axis=0)))
-
-
-@pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
-@pytest.mark.parametrize("delay", [0, 2])
-def test_the_law_in_space_settles_with_the_heaviest_tip_that_it_is_allowed(rate: float, delay: int) -> None:
-    bound = SPACE.tip_mass_max(with_configured_tip("sensitivity", 0.0, rate))
-    mode, ripple = end_of(with_configured_tip("sensitivity", bound, rate, delay))
-    assert mode is Mode.TRACKING
-    assert ripple < 0.2e-3
-
-
-@pytest.mark.parametrize(("rate", "mass"), [(50.0, 0.01), (100.0, 0.02), (100.0, 0.1), (250.0, 0.035)])
-def test_the_law_in_space_is_refused_where_it_would_swing(
-    rate: float, mass: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    config = with_configured_tip("sensitivity", mass, rate)
-    with pytest.raises(
-        LawError, match=r"swings the arm with rod\.tip_mass = .* bears 0 to .* set rod\.tip_mass = 0\.0"
-    ):
-        end_of(config)
-    monkeypatch.setattr(selection_module, "tip_objection", lambda config, law: "")
-    mode, _ = end_of(config)
-    assert mode is Mode.FAULT
-
-
-@pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])
-@pytest.mark.parametrize("rate", [100.0, 250.0])
-def test_the_papers_laws_settle_with_a_hundred_grams_in_the_model(law: str, rate: float) -> None:
-    mode, ripple = end_of(with_configured_tip(law, 0.1, rate))
-    assert mode is Mode.TRACKING
-    assert ripple < 0.2e-3
-
-
-def test_config_check_names_a_tip_that_the_law_does_not_bear(tmp_path: Path) -> None:
-    file = tmp_path / "rig.toml"
-    file.write_text('[rod]\ntip_mass = 0.02\n[control]\nlaw = "sensitivity"\n', encoding="utf-8")
-    result = CliRunner().invoke(app, ["config", "check", str(file)])
-    assert result.exit_code != 0
-    assert "rig.toml:4: control.law: sensitivity swings the arm with rod.tip_mass = 0.02 kg" in str(result.exception)
-    file.write_text("[rod]\ntip_mass = 0.02\n", encoding="utf-8")
-    assert CliRunner().invoke(app, ["config", "check", str(file)]).exit_code == 0

@@ -7,7 +7,8 @@ import numpy as np
 
 from tendond.daemon.recording import scene
 from tendond.daemon.recording.channels import CYCLE, ROD_SHAPE, TIMING
-from tendond.daemon.recording.recorder import CONFIG, Recorder
+from tendond.daemon.recording.recorder import Recorder
+from tendond.daemon.recording.run_files import CONFIG
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode, TendonCommand, TipPose

@@ -14,6 +14,7 @@ from tendond.cli.study.paper import run_paper
 from tendond.daemon.control.laws import LAWS as REGISTERED
 from tendond.daemon.errors import DaemonError
 from tendond.offline.paper.draw import figures
+from tendond.offline.paper.edge import EDGE_NEIGHBOURS
 from tendond.offline.paper.lyapunov import CAUSES, along_share, find_rises, measured_rate, rate_of
 from tendond.offline.paper.page import page
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
@@ -21,7 +22,6 @@ from tendond.offline.paper.run import PaperRun, Runs, process_pool, run_all, run
 from tendond.offline.paper.scenarios import (
     DISTURBANCE,
     DISTURBED_AT,
-    EDGE_NEIGHBOURS,
     IMPACT_PLACE,
     IMPACT_SIZE,
     IMPACTS,

@@ -1,7 +1,6 @@
 """The recorder: what is put is in the file, and nothing that befalls the file reaches the caller."""
 
 import json
-import random
 import subprocess
 import sys
 import threading
@@ -13,11 +12,12 @@ import pytest
 from mcap.reader import make_reader
 from pydantic import model_serializer
 
-from tendond.daemon.control.snapshot import StateSnapshot
 from tendond.daemon.recording import foxglove
-from tendond.daemon.recording.channels import CHANNELS, CYCLE, LOG, STATE
+from tendond.daemon.recording.batch_queue import WAKE_AT
+from tendond.daemon.recording.channels import CHANNELS, CYCLE, LOG
 from tendond.daemon.recording.mcap_file import METADATA
-from tendond.daemon.recording.recorder import CONFIG, WAKE_AT, Recorder, RecorderError
+from tendond.daemon.recording.recorder import Recorder, RecorderError
+from tendond.daemon.recording.run_files import CONFIG
 from tendond.offline.logs.container import LogError
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import RigConfig
@@ -25,6 +25,8 @@ from tendond.schemas.record import CycleRecord
 from tests.unit.offline.records import cycle_record
 
 ROOT = Path(__file__).parents[3]
+
+
 PATIENCE = 60.0  # [s] for another process on a busy machine
 
 
@@ -63,26 +65,6 @@ def test_a_file_names_its_run_and_lists_its_channels(tmp_path: Path) -> None:
     assert schema is not None
     assert (schema.name, schema.encoding) == ("foxglove.Log", "jsonschema")
     assert json.loads(message.data)["message"] == "begun"
-
-
-def foxglove_parses(schema: dict[str, Any]) -> bool:
-    """The rules of parseJsonSchema in Foxglove Studio and Lichtblick: anything else makes the channel unreadable."""
-    match schema.get("type"):
-        case "boolean" | "number" | "integer" | "string":
-            return True
-        case "array":
-            return schema["items"].get("type") != "array" and foxglove_parses(schema["items"])
-        case "object":
-            return all(foxglove_parses(value) for value in schema["properties"].values())
-    return False
-
-
-@pytest.mark.parametrize("channel", CHANNELS, ids=lambda channel: channel.topic)
-def test_viewers_can_parse_the_schema_of_every_channel(channel: Any) -> None:
-    schema = json.loads(channel.schema())
-    assert schema["title"] == channel.schema_name
-    assert foxglove_parses(schema)
-    assert set(schema["properties"]) == set(channel.model.model_fields)
 
 
 class Slow(foxglove.Log):
@@ -226,60 +208,6 @@ def test_a_full_disk_ends_the_file_and_nothing_else(tmp_path: Path) -> None:
     assert read == list(range(len(read)))
     assert 0 < put - dropped <= len(read) < put
     assert not log.complete
-
-
-def state(tick: int) -> StateSnapshot:
-    """First message of each file of a split run."""
-    return StateSnapshot(tick=tick, state="{}")
-
-
-def test_a_long_run_is_split_into_files_that_stand_alone_and_miss_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    log = Recorder(path, {"revision": "abc"}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=100_000)
-    with log:
-        for tick in range(2000):
-            if tick % 20 == 0:
-                log.put(STATE, tick, state(tick))
-            log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
-            log.put(LOG, tick, line(str(tick)))
-    assert log.close() == (4100, 4100, 0)
-    assert [record.tick for record in load(path).records] == list(range(2000))
-    parts = []
-    for number, file in enumerate(sorted(tmp_path.glob("*.mcap"), key=lambda file: (len(file.name), file.name))):
-        alone = tmp_path / str(number) / file.name
-        alone.parent.mkdir()
-        parts.append(load(file.rename(alone)))
-    assert len(parts) > 3
-    assert [part.path.name for part in parts[:3]] == ["run.mcap", "run-001.mcap", "run-002.mcap"]
-    assert all(part.complete and part.config == RigConfig() for part in parts)
-    assert [part.metadata["part"] for part in parts] == [str(k) for k in range(len(parts))]
-    assert [record.tick for part in parts for record in part.records] == list(range(2000))
-    for part in parts:  # a cycle is never torn apart
-        assert [record.tick for record in part.records] == [int(entry.message) for entry in part.log_lines]
-
-
-def test_a_run_is_split_by_time_as_well(tmp_path: Path) -> None:
-    log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 1000, split_seconds=0.05)
-    with log:
-        for tick in range(20):
-            log.put(STATE, tick, state(tick))
-            log.put(CYCLE, tick, cycle_record(tick))
-            time.sleep(0.01)
-    assert len(list(tmp_path.iterdir())) > 1
-
-
-def test_a_next_file_that_cannot_be_opened_ends_the_log_and_says_so(tmp_path: Path) -> None:
-    (tmp_path / "run-001.mcap").write_text("precious")
-    log = Recorder(tmp_path / "run.mcap", {}, {CONFIG: RigConfig().model_dump_json()}, 100_000, split_bytes=10_000)
-    with log:
-        for tick in range(500):
-            log.put(STATE, tick, state(tick))
-            log.put(CYCLE, tick, cycle_record(tick, terms=[random.random() for _ in range(50)]))
-    put, written, dropped = log.close()
-    assert (put, written + dropped) == (1000, 1000)
-    assert "File exists" in log.error
-    assert [record.tick for record in load(log.path).records] == list(range(written // 2))  # a state to each cycle
-    assert (tmp_path / "run-001.mcap").read_text() == "precious"
 
 
 def test_it_rests_while_its_caller_works_and_a_caller_that_hangs_does_not_end_the_log(tmp_path: Path) -> None:

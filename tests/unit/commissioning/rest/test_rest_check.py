@@ -15,7 +15,7 @@ from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
-from tests.unit.commissioning.rests import FAMILY, Array, as_quaternion, degrees, rest, unit
+from tests.unit.commissioning.rest.rests import FAMILY, Array, as_quaternion, degrees, rest, unit
 from tests.unit.control.cycles import START, go, pose
 
 LOADS = [(1.0, 0.0), (0.8, 0.0), (1.2, 0.0), (1.0, 0.05), (0.8, 0.1), (1.2, 0.1)]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
-from tendond.daemon.control.commissioning.rests import RestFamily
+from tendond.daemon.control.commissioning.rests import RestFamily, Tolerances
 from tendond.daemon.control.commissioning.rotations import turn_by
 from tendond.daemon.control.setup import rod_from_section
 from tendond.model.numerics.rotation import quaternion
@@ -19,6 +19,8 @@ ROD = rod_from_section(CONFIG.rod, CONFIG.loop.period)
 _FAMILY = configured_rests(CONFIG, ROD.parameters)
 assert _FAMILY is not None
 FAMILY: RestFamily = _FAMILY
+TILT, OFFSET, MARKERS = 0.03, 0.004, 0.2
+LENGTH = 0.5
 
 
 def rest(
@@ -50,3 +52,14 @@ def unit(random: np.random.Generator) -> Array:
     """A direction, all alike, shape (3,)."""
     vector = random.normal(size=3)
     return vector / math.hypot(*vector.tolist())
+
+
+def family(*positions: tuple[float, float, float]) -> RestFamily:
+    """Rests of upright tips, each with a weight and a stiffness of its own."""
+    places = np.array(positions or ((0.0, 0.0, LENGTH),))
+    count = len(places)
+    index = np.arange(count, dtype=np.float64)
+    return RestFamily(
+        LENGTH, Tolerances(TILT, OFFSET, MARKERS), 0.01 * index, 1.0 + index, places,
+        np.tile(np.eye(3), (count, 1, 1)),
+    )  # fmt: skip

@@ -1,0 +1,77 @@
+"""A configured body on the tip: the laws settle with the heaviest that they are allowed, and are refused beyond."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tendond.cli.app import app
+from tendond.daemon.control import selection as selection_module
+from tendond.daemon.control.laws import SPACE
+from tendond.daemon.errors import LawError
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
+
+
+def with_configured_tip(law: str, mass: float, rate: float, delay: int = 0) -> RigConfig:
+    """A rig whose model and plant have the same body on the tip [kg], at a rate [Hz] and with a delay [cycles]."""
+    return parse_config(
+        f'[rod]\ntip_mass = {mass}\n[simulator.rod]\ntip_mass = {mass}\n[control]\nlaw = "{law}"\n'
+        f"[loop]\nperiod = {1.0 / rate}\n[simulator]\nperiod = {1.0 / rate}\n"
+        f"[simulator.mocap]\nlatency = {delay / rate}\n[observer]\ndelay = {delay / rate}\n",
+        "tip",
+    )
+
+
+def end_of(config: RigConfig, seconds: float = 8.0) -> tuple[Mode, float]:
+    """Mode at the end of a run, and the true tip's largest peak to peak in its last second [m]."""
+    rate = round(1.0 / config.loop.period)
+    tips, mode = [], Mode.STARTING
+    for watched in watched_loop(config, round(seconds * rate), {rate: ControlAction.ARM}):
+        mode = watched.record.mode
+        tips.append(watched.truth.position)
+    return mode, float(np.max(np.ptp(np.array(tips[-rate:]), axis=0)))
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
+@pytest.mark.parametrize("delay", [0, 2])
+def test_the_law_in_space_settles_with_the_heaviest_tip_that_it_is_allowed(rate: float, delay: int) -> None:
+    bound = SPACE.tip_mass_max(with_configured_tip("sensitivity", 0.0, rate))
+    mode, ripple = end_of(with_configured_tip("sensitivity", bound, rate, delay))
+    assert mode is Mode.TRACKING
+    assert ripple < 0.2e-3
+
+
+@pytest.mark.parametrize(("rate", "mass"), [(50.0, 0.01), (100.0, 0.02), (100.0, 0.1), (250.0, 0.035)])
+def test_the_law_in_space_is_refused_where_it_would_swing(
+    rate: float, mass: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = with_configured_tip("sensitivity", mass, rate)
+    with pytest.raises(
+        LawError, match=r"swings the arm with rod\.tip_mass = .* bears 0 to .* set rod\.tip_mass = 0\.0"
+    ):
+        end_of(config)
+    monkeypatch.setattr(selection_module, "tip_objection", lambda config, law: "")
+    mode, _ = end_of(config)
+    assert mode is Mode.FAULT
+
+
+@pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])
+@pytest.mark.parametrize("rate", [100.0, 250.0])
+def test_the_papers_laws_settle_with_a_hundred_grams_in_the_model(law: str, rate: float) -> None:
+    mode, ripple = end_of(with_configured_tip(law, 0.1, rate))
+    assert mode is Mode.TRACKING
+    assert ripple < 0.2e-3
+
+
+def test_config_check_names_a_tip_that_the_law_does_not_bear(tmp_path: Path) -> None:
+    file = tmp_path / "rig.toml"
+    file.write_text('[rod]\ntip_mass = 0.02\n[control]\nlaw = "sensitivity"\n', encoding="utf-8")
+    result = CliRunner().invoke(app, ["config", "check", str(file)])
+    assert result.exit_code != 0
+    assert "rig.toml:4: control.law: sensitivity swings the arm with rod.tip_mass = 0.02 kg" in str(result.exception)
+    file.write_text("[rod]\ntip_mass = 0.02\n", encoding="utf-8")
+    assert CliRunner().invoke(app, ["config", "check", str(file)]).exit_code == 0

@@ -5,6 +5,7 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 from tendond.bus.systemd import Supervisor
 from tendond.daemon.control.cycle import respond
@@ -152,7 +153,7 @@ class Loop:
             if not wake.missed_ticks and wake.lateness + work_us * 1e-6 <= self._setup.config.loop.period:
                 self._supervisor.alive()  # a log that has ended is no reason to be killed: control goes on without it
             record = write_record(self._setup, response)
-            self._request_queue.reply(record, lambda record=record: self._status(record))  # type: ignore[misc]
+            self._request_queue.reply(record, partial(self._status, record))
             timing = LoopTiming.trusted(
                 tick=record.tick,
                 lateness_us=wake.lateness * 1e6,

@@ -7,11 +7,11 @@ from typing import Protocol
 
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.phase import PhaseLock
+from tendond.schemas.messages import TendonCommand
 
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 5.0
 """Longest step of a simulator before it counts as gone [s]."""
-
 
 SPECULATION_SHARE = 0.3
 """Longest speculation, of the period: one that ends after the deadline does harm."""
@@ -65,6 +65,17 @@ class Pacer(Protocol):
         """The next cycle's start; none when the loop is to end and no cycle will come."""
 
 
+class MessageSource(Protocol):
+    """Part of the `Hub` that a clock needs."""
+
+    @property
+    def last_command(self) -> TendonCommand | None:
+        """Newest command that was published."""
+
+    def receive(self, arrivals: Arrivals) -> Arrivals:
+        """Add all that has come in since the last call to `arrivals`; never block."""
+
+
 class Clock:
     """Absolute deadlines on the monotonic clock; one that has passed is skipped and counted, never made up.
 
@@ -81,7 +92,7 @@ class Clock:
 
     def __init__(
         self,
-        hub: Hub,
+        hub: MessageSource,
         period: float,
         speculate: Callable[[Arrivals], None] | None = None,
         announce: Callable[[float], None] = lambda moment: None,

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +105,7 @@ def nominal_and_axes(law: str, feedback: str) -> list[Point]:
     start = Point("axes", law, feedback)
     points = [start]
     for name, values in AXES.items():
-        points += [replace(start, **{name: value}) for value in values]  # type: ignore[arg-type]
+        points += [_at(start, {name: value}) for value in values]
     points += [_with_impact(start, impact) for impact in IMPACTS]
     points += [
         replace(start, delay_cycles=int(delay), lag_part=float(lag))
@@ -221,9 +222,14 @@ def _factorial(
     combinations = list(itertools.product(*axes.values()))
     order = np.random.default_rng(3).permutation(len(combinations)) % len(impacts)
     return [
-        _with_impact(replace(start, **dict(zip(axes, values, strict=True))), impacts[which])  # type: ignore[arg-type]
+        _with_impact(_at(start, dict(zip(axes, values, strict=True))), impacts[which])
         for values, which in zip(combinations, order.tolist(), strict=True)
     ]
+
+
+def _at(point: Point, place: Mapping[str, Any]) -> Point:
+    """Return the point with the values of some axes, by their names."""
+    return replace(point, **place)
 
 
 def _with_impact(point: Point, impact: tuple[float, str, float]) -> Point:

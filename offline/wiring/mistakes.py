@@ -58,6 +58,34 @@ def with_poses(change: Change) -> Callable[[], Wires]:
     return lambda: Wires(pose=pose)
 
 
+def _turned(turn: Array) -> Change:
+    return lambda position, rotation: (turn @ position, turn @ rotation)
+
+
+def _displaced(offset: Array) -> Change:
+    return lambda position, rotation: (position + offset, rotation)
+
+
+def _scaled(scale: float) -> Change:
+    return lambda position, rotation: (scale * position, rotation)
+
+
+def _reordered(order: Sequence[int]) -> Callable[[], Wires]:
+    """Wires on which the components of each quaternion are in another order."""
+
+    def pose(_: int, pose: TipPose | None) -> TipPose | None:
+        if pose is None:
+            return None
+        w, x, y, z = (pose.orientation[index] for index in order)
+        return pose.model_copy(update={"orientation": (w, x, y, z)})
+
+    return lambda: Wires(pose=pose)
+
+
+def _resting_at(position: Array) -> Callable[[int], Array]:
+    return lambda tick: position
+
+
 def _frames() -> Iterator[Mistake]:
     """Axes swapped, mirrored, turned; once with the orientation turned as well, once with it left alone."""
 
@@ -76,7 +104,7 @@ def _frames() -> Iterator[Mistake]:
     for axis, angle in itertools.product(range(3), (10.0, -10.0, 90.0, -90.0, 180.0)):
         turn = turn_by(math.radians(angle) * np.eye(3)[axis])
         group = f"frame rotated by {abs(angle):.0f} degrees"
-        yield Mistake(group, f"{angle:.0f} about {AXES[axis]}", with_poses(lambda p, r, t=turn: (t @ p, t @ r)))  # type: ignore[misc]
+        yield Mistake(group, f"{angle:.0f} about {AXES[axis]}", with_poses(_turned(turn)))
 
 
 def _bases(length: float) -> Iterator[Mistake]:
@@ -84,26 +112,19 @@ def _bases(length: float) -> Iterator[Mistake]:
         offset = part * length * np.eye(3)[axis]
         name = f"{part * length * 1e3:+.0f} mm along {AXES[axis]}"
         group = f"base off by {abs(part) * 100:.0f} % of the length"
-        yield Mistake(group, name, with_poses(lambda p, r, o=offset: (p + o, r)))  # type: ignore[misc]
+        yield Mistake(group, name, with_poses(_displaced(offset)))
 
 
 def _scales() -> Iterator[Mistake]:
     for scale in (0.9, 1.1, 0.01, 1000.0):
         group = "lengths 0.9 or 1.1 of the true" if scale in (0.9, 1.1) else "lengths in another unit"
-        yield Mistake(group, f"times {scale:g}", with_poses(lambda p, r, s=scale: (s * p, r)))  # type: ignore[misc]
+        yield Mistake(group, f"times {scale:g}", with_poses(_scaled(scale)))
 
 
 def _quaternions() -> Iterator[Mistake]:
     orders = {"x y z w": (1, 2, 3, 0), "z y x w": (3, 2, 1, 0)}
     for name, order in orders.items():
-
-        def pose(_: int, pose: TipPose | None, order: Sequence[int] = order) -> TipPose | None:
-            if pose is None:
-                return None
-            w, x, y, z = (pose.orientation[index] for index in order)
-            return pose.model_copy(update={"orientation": (w, x, y, z)})
-
-        yield Mistake("quaternion in another order", name, lambda pose=pose: Wires(pose=pose))  # type: ignore[misc]
+        yield Mistake("quaternion in another order", name, _reordered(order))
 
 
 def _others(config: RigConfig) -> Iterator[Mistake]:
@@ -123,7 +144,7 @@ def _others(config: RigConfig) -> Iterator[Mistake]:
         tip = rod.tip(rod.solve_static(pulled, tip_force=weight * np.array(config.rod.gravity)))
         still[name] = ("an arm left straight, sagging, or bent", tip.position, tip.rotation)
     for name, (group, position, rotation) in still.items():
-        yield Mistake(group, name, _elsewhere(lambda _, p=position: p, rotation))  # type: ignore[misc]
+        yield Mistake(group, name, _elsewhere(_resting_at(position), rotation))
     tip = rod.tip(rod.solve_static(np.zeros(rod.parameters.tendon_count)))
     for frequency in (0.3, 1.0, 3.0):
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeGuard
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
@@ -62,7 +62,7 @@ class Varies:
 
     def _read(self, value: object) -> Along | None:
         if _is_number(value):
-            return float(value) if self.scalar else None  # type: ignore[arg-type]
+            return float(value) if self.scalar else None
         if not isinstance(value, list | tuple) or not value:
             return None
         if all(_is_number(one) for one in value):
@@ -93,7 +93,7 @@ def constant_of(value: Along, width: int) -> tuple[float, ...] | None:
     if isinstance(value, float):
         return (value,) * width
     if not is_table(value):
-        return value  # type: ignore[return-value]
+        return _row(value)
     rows = rows_of(value, width)
     return rows[0][1:] if all(row[1:] == rows[0][1:] for row in rows) else None
 
@@ -113,7 +113,7 @@ def end_of(value: Along) -> float:
     return _table(value)[-1][0] if is_table(value) else 0.0
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -126,9 +126,14 @@ def _table(value: Along) -> Rows:
     return tuple(rows)
 
 
+def _row(value: tuple[float, ...] | Rows) -> tuple[float, ...]:
+    """Return the numbers of a value that is no table."""
+    return tuple(one for one in value if not isinstance(one, tuple))
+
+
 def _numbers(value: Along) -> tuple[float, ...]:
     if isinstance(value, float):
         return (value,)
     if is_table(value):
         return tuple(one for row in _table(value) for one in row[1:])
-    return value  # type: ignore[return-value]
+    return _row(value)

@@ -8,9 +8,16 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
+from typer.core import TyperGroup
 from typer.main import get_command
 
 from tendond.cli.app import app, main
+
+
+def subcommands(command: object) -> dict[str, Any]:
+    """Commands of a group, by name."""
+    assert isinstance(command, TyperGroup)
+    return dict(command.commands)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from tendond.cli.app import app
 from tendond.cli.program import EVERYDAY, MOVED
 from tendond.offline.demo.scenarios import SCENARIOS
 from tests.golden.scripts import FOLDER
-from tests.unit.cli.commands import COMMANDS, RUNNABLE, few_lines, tendond
+from tests.unit.cli.commands import COMMANDS, RUNNABLE, few_lines, subcommands, tendond
 
 NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
 
@@ -28,8 +28,8 @@ def test_there_are_commands_to_walk() -> None:
 
 @pytest.mark.parametrize("name", EVERYDAY)
 def test_an_everyday_command_is_that_of_its_group(name: str) -> None:
-    groups = get_command(app).commands  # type: ignore[attr-defined]
-    assert groups[name] is groups[EVERYDAY[name]].commands[name]
+    groups = subcommands(get_command(app))
+    assert groups[name] is subcommands(groups[EVERYDAY[name]])[name]
 
 
 @pytest.mark.parametrize("name", RUNNABLE, ids=" ".join)
@@ -77,7 +77,7 @@ def test_json_is_json_and_nothing_else(tmp_path: Path, capsys: pytest.CaptureFix
 def test_an_old_spelling_is_hidden_and_runs_with_a_line_that_names_the_new_one(
     old: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    command, ran = get_command(app).commands[old], []  # type: ignore[attr-defined]
+    command, ran = subcommands(get_command(app))[old], []
     assert command.hidden
     assert f"\n  {old} " not in tendond(capsys, "--help").out
     for scenario in ("wired", "spatial"):

@@ -22,6 +22,7 @@ from tendond.schemas.messages import LoopHealth, Status
 from tendond.schemas.requests import ControlAction
 from tendond.schemas.topics import TOPICS
 from tests.golden.scripts import FOLDER
+from tests.unit.cli.commands import subcommands
 
 ROOT = Path(__file__).parents[3]
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("deploy/**/*.md")])
@@ -64,7 +65,7 @@ def test_there_is_something_to_check() -> None:
 def test_every_command_in_the_documents_exists(words: list[str]) -> None:
     command = get_command(app)
     while words and words[0] in getattr(command, "commands", {}):
-        command = command.commands[words[0]]  # type: ignore[attr-defined]
+        command = subcommands(command)[words[0]]
         words = words[1:]
         assert not command.hidden, "an old spelling"
     command = getattr(command, "commands", {}).get(getattr(command, "default", ""), command)

@@ -234,5 +234,6 @@ def test_the_angle_between_orientations_is_that_of_the_turn_whatever_the_sign() 
     for angle in (0.0, 0.3, 2.0):
         other = (math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0)
         assert tip_angle(one, other) == pytest.approx(angle, abs=1e-7)
-        assert tip_angle(one, tuple(-x for x in other)) == pytest.approx(angle, abs=1e-7)  # type: ignore[arg-type]
+        w, x, y, z = other
+        assert tip_angle(one, (-w, -x, -y, -z)) == pytest.approx(angle, abs=1e-7)
     assert tip_angle((1.0000001, 0.0, 0.0, 0.0), one) == 0.0

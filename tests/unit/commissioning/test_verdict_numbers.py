@@ -143,8 +143,9 @@ def test_the_power_is_asked_about_where_no_tendon_moves_the_tip() -> None:
     weak = [(0.24 * x, 0.24 * y, z) for x, y, z in SQUARE]
     assert words in verdict(**{f"t{k}": one for k, one in enumerate(weak)})
     assert words not in verdict(t0=DEAD, t1=DEAD, t2=DEAD)
-    strong = [*weak[:3], tuple(0.26 * x for x in SQUARE[3])]
-    assert words not in verdict(**{f"t{k}": one for k, one in enumerate(strong)})  # type: ignore[arg-type]
+    x, y, z = SQUARE[3]
+    strong = [*weak[:3], (0.26 * x, 0.26 * y, 0.26 * z)]
+    assert words not in verdict(**{f"t{k}": one for k, one in enumerate(strong)})
 
 
 def test_a_tendon_moves_as_the_nearest_other_within_the_angle_that_passes() -> None:

@@ -80,7 +80,7 @@ def test_each_deadline_that_passed_before_the_loop_was_ready_is_counted(
     """`work` is what a cycle takes, in periods: the next deadline is the first one after it."""
     watch, period = Watch(), 0.01
     monkeypatch.setattr(pacing, "time", watch)
-    clock = pacing.Clock(Silence(), period)  # type: ignore[arg-type]
+    clock = pacing.Clock(Silence(), period)
     first = clock.wait()
     assert first.missed_ticks == 0
     assert first.at == pytest.approx(100.0 + period)

@@ -7,6 +7,7 @@ import pytest
 
 from tendond.offline.identification.recordings.checks import check
 from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.simulation.simulate import Drive
 from tests.unit.identification.recordings import CONFIG, TRUE, recording
 
 
@@ -15,9 +16,9 @@ def good() -> Recording:
     return recording()
 
 
-def named(*recordings: Recording, level: str = "error", drive: str = "measured") -> set[str]:
+def named(*recordings: Recording, level: str = "error", drive: Drive = "measured") -> set[str]:
     """Names of what is found."""
-    return {one.name for one in check(recordings, drive) if one.level == level}  # type: ignore[arg-type]
+    return {one.name for one in check(recordings, drive) if one.level == level}
 
 
 def test_good_data_have_no_errors(good: Recording) -> None:

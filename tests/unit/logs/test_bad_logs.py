@@ -1,5 +1,6 @@
 """A bad log is one line and exit status 2 for every function and command that reads it."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,7 @@ def future_state(path: Path) -> None:
     rewritten(NORMAL, path, change)
 
 
-BAD = {
+BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "no-mcap": (lambda path: path.write_bytes(b"time,x\n0,1\n" * 9), "is not an MCAP file"),
     "empty": (lambda path: path.write_bytes(b""), "is not an MCAP file"),
     "else": (something_else, "is an MCAP file, but not a log of tendond"),
@@ -64,7 +65,7 @@ def test_a_bad_log_is_one_line_for_whatever_reads_it(tmp_path: Path, name: str) 
 
     make, message = BAD[name]
     path = tmp_path / "a.mcap"
-    make(path)  # type: ignore[no-untyped-call]
+    make(path)
     for read in (rerun,) if name == "future-state" else (load, load_log, rerun):
         with pytest.raises(LogError) as caught:
             read(path)
@@ -100,7 +101,7 @@ WORKS = {  # health is what `log info` is for, and repair what `log recover` is 
 def test_every_command_refuses_a_bad_log_in_one_line_with_exit_status_2(tmp_path: Path, name: str) -> None:
     path = tmp_path / "a.mcap"
     make, message = BAD[name]
-    make(path)  # type: ignore[no-untyped-call]
+    make(path)
     for command, arguments in COMMANDS.items():
         if (command, name) in WORKS:
             continue
@@ -116,7 +117,7 @@ def test_every_command_refuses_a_bad_log_in_one_line_with_exit_status_2(tmp_path
 @pytest.mark.parametrize("name", ["damaged", "future-state"])
 def test_what_a_command_does_not_need_may_be_bad(tmp_path: Path, name: str) -> None:
     make, _ = BAD[name]
-    make(tmp_path / "a.mcap")  # type: ignore[no-untyped-call]
+    make(tmp_path / "a.mcap")
     for command in ("info", "recover"):
         result = run_command(*COMMANDS[command], str(tmp_path / "a.mcap"))
         assert (result.returncode, result.stderr) == (0, ""), (command, result)

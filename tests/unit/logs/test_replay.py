@@ -25,7 +25,7 @@ from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction
 from tests.golden.scripts import CONFIG, CYCLES, FOLDER
 from tests.unit.logs.commands import run_command
-from tests.unit.logs.logs import rewritten, write_parts
+from tests.unit.logs.logs import Change, rewritten, write_parts
 
 NORMAL = FOLDER / "normal.mcap"
 
@@ -84,7 +84,7 @@ def test_replaying_from_a_tick_starts_from_the_last_state_before_it(recorded: Pa
     assert (outcome.compared, outcome.first) == (CYCLES - 100, None)
 
 
-def changed(field: str) -> object:
+def changed(field: str) -> Change:
     """A rewriter that changes a number of cycle 120 by its last bit."""
 
     def change(topic: str, data: bytes) -> bytes:
@@ -106,7 +106,7 @@ def changed(field: str) -> object:
 def test_one_changed_bit_of_an_output_is_found_and_named_with_both_values(
     recorded: Path, tmp_path: Path, field: str
 ) -> None:
-    spoiled = rewritten(recorded, tmp_path / "spoiled.mcap", changed(field))  # type: ignore[arg-type]
+    spoiled = rewritten(recorded, tmp_path / "spoiled.mcap", changed(field))
     outcome = rerun(spoiled)
     assert outcome.first is not None
     assert (outcome.differing, outcome.first.tick) == (1, 120)
@@ -192,7 +192,7 @@ def test_the_command_says_equal_and_exits_0_or_differing_and_exits_1(recorded: P
     result = run_command("replay", str(recorded))
     assert result.returncode == 0, result.stderr
     assert f"{CYCLES} cycles (1.9 s) replayed: bit-identical" in result.stdout
-    spoiled = rewritten(recorded, tmp_path / "spoiled.mcap", changed("command.displacement"))  # type: ignore[arg-type]
+    spoiled = rewritten(recorded, tmp_path / "spoiled.mcap", changed("command.displacement"))
     result = run_command("replay", str(spoiled))
     assert result.returncode == 1
     assert "first differing cycle: 120" in result.stdout

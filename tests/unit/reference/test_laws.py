@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -135,9 +136,9 @@ def test_the_law_in_the_documentation_works_as_it_stands(request: pytest.Fixture
     text = (Path(__file__).parents[3] / "docs" / "control.md").read_text(encoding="utf-8")
     code = re.search(r"This is a complete one:\n\n```python\n(.*?)```", text, re.DOTALL)
     assert code is not None
-    module: dict[str, object] = {"__name__": __name__}
+    module: dict[str, Any] = {"__name__": __name__}
     exec(code[1], module)
-    law: Law = module["LAW"]  # type: ignore[assignment]
+    law: Law = module["LAW"]
     LAWS.register(law)
     request.addfinalizer(LAWS.forget)
     config = parse_config(f'[control]\nlaw = "{law.name}"\n', "test")

@@ -23,7 +23,8 @@ class Camera:
     """
 
     def __init__(self, period: float, jitter: float = 0.0, first: float = 100.0037, seed: int = 0) -> None:
-        self.now, self.period, self.jitter, self.last_command = 100.0, period, jitter, None
+        self.now, self.period, self.jitter = 100.0, period, jitter
+        self.last_command: TendonCommand | None = None
         self.next, self.seq, self.draw = first, 0, random.Random(seed)
         self.arrives = first
 
@@ -56,7 +57,7 @@ def wakes(
 ) -> list[tuple[Wake, float]]:
     """The cycles, and the age of the newest pose in each [s]."""
     monkeypatch.setattr(pacing, "time", camera)
-    clock = Clock(camera, period, phase=PhaseLock(period))  # type: ignore[arg-type]
+    clock = Clock(camera, period, phase=PhaseLock(period))
     found = []
     for _ in range(cycles):
         wake = clock.wait()
@@ -99,7 +100,7 @@ def test_jitter_widens_the_margin_and_hardly_a_pose_is_late(monkeypatch: pytest.
 def test_the_rate_stays_nominal_while_tendons_are_taut(monkeypatch: pytest.MonkeyPatch) -> None:
     """A camera whose clock is 80 ppm slow is followed; the mean rate differs by no more than that."""
     camera = Camera(PERIOD * (1.0 + 80e-6), jitter=1e-4)
-    camera.last_command = ARMED  # type: ignore[assignment]
+    camera.last_command = ARMED
     found = [wake for wake, _ in wakes(camera, monkeypatch, 6000)]
     deadlines = [wake.at - wake.lateness for wake in found]
     steps = [b - a for a, b in pairwise(deadlines)]
@@ -120,7 +121,7 @@ def test_poses_without_a_phase_leave_the_loop_alone(monkeypatch: pytest.MonkeyPa
 def test_poses_that_stop_or_jump_are_given_up_and_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
     camera = Camera(PERIOD)
     monkeypatch.setattr(pacing, "time", camera)
-    clock = Clock(camera, PERIOD, phase=PhaseLock(PERIOD))  # type: ignore[arg-type]
+    clock = Clock(camera, PERIOD, phase=PhaseLock(PERIOD))
     assert [clock.wait().locked for _ in range(300)][-1]
     camera.next = camera.arrives = camera.now + 1.0 + 0.4 * PERIOD
     free = [clock.wait() for _ in range(50)]

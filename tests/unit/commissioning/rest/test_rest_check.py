@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import RestWatch
-from tendond.daemon.control.commissioning.mistakes import FRAMES, likely_mistakes
+from tendond.daemon.control.commissioning.mistakes import FRAMES, Signed, likely_mistakes
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
@@ -46,9 +46,9 @@ def test_no_right_rig_is_refused(extreme: bool) -> None:
 @pytest.mark.parametrize(("stiffness", "weight"), LOADS[::4])
 @pytest.mark.parametrize("frame", FRAMES, ids=lambda frame: frame.name)
 def test_every_wrong_frame_that_the_rest_can_show_is_refused_and_named(
-    frame: object, stiffness: float, weight: float
+    frame: Signed, stiffness: float, weight: float
 ) -> None:
-    matrix, name = frame.matrix, frame.name  # type: ignore[attr-defined]
+    matrix, name = frame.matrix, frame.name
     if name == "with y mirrored":
         return  # the arm rests in y = 0: only the probe can tell
     position, rotation = rest(stiffness, weight)

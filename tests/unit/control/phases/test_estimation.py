@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ import pytest
 from tendond.daemon.control.commissioning.jump import JumpWatch
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
-from tendond.daemon.control.state import BadCycles, changed
+from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.schemas.messages import Mode, TendonState
-from tests.unit.control.phases.scripted_rod import MakeBench
+from tests.unit.control.phases.scripted_rod import Bench, MakeBench
 
 PULLING = np.array([2.0, 0.0, 0.0, 0.0])
 
@@ -25,6 +26,12 @@ def test_the_observer_takes_a_pose_that_is_new_and_coasts_without_one(bench: Mak
     coasting = one.go(changed(state, observer=seen)).state.observer
     assert coasting.innovation == pytest.approx([0.004, -0.002, 0.001])
     assert not any(coasting.pull)
+
+
+def probe_after(one: Bench, state: CycleState, **inputs: Any) -> Probe:
+    probe = one.go(state, **inputs).state.probe
+    assert probe is not None
+    return probe
 
 
 def test_in_the_probe_the_observer_sees_the_tip_in_the_bases_frame_and_nothing_while_a_tendon_is_pulled(
@@ -41,16 +48,16 @@ def test_in_the_probe_the_observer_sees_the_tip_in_the_bases_frame_and_nothing_w
     assert response.state.bad_cycles.mismatches == 0
     assert response.state.probe is not None
     assert response.state.probe.measured.count == 1
-    assert one.go(pulling).state.probe.measured.count == 0  # type: ignore[union-attr]
+    assert probe_after(one, pulling).measured.count == 0
 
 
 def test_a_probe_reads_a_new_report_of_the_tendons_only(bench: MakeBench) -> None:
     one = bench(probe=True)
     state = one.state(Mode.PROBE, probe=Probe(Phase.REST))
     heavy = TendonState(seq=1, stamp_ns=0, tension=(0.0, 0.0, 20.0, 0.0), displacement=(0.0,) * 4)
-    assert one.go(state, tendon_state=heavy).state.probe.verdict.startswith("tendon 2 reports")  # type: ignore[union-attr]
+    assert probe_after(one, state, tendon_state=heavy).verdict.startswith("tendon 2 reports")
     old = changed(state, tendon_state=heavy, tendon_age=0)
-    assert one.go(old).state.probe.verdict == ""  # type: ignore[union-attr]
+    assert probe_after(one, old).verdict == ""
     assert one.go(changed(state, mode=Mode.TRACKING)).state.probe is state.probe
 
 

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
@@ -41,7 +42,8 @@ class ScriptedRod:
     """A model whose linearisation is written down; none where it has no solution."""
 
     def __init__(self, solves: bool = True) -> None:
-        self.solves, self.asked = solves, ()
+        self.solves = solves
+        self.asked: tuple[Any, ...] = ()
 
     def predict(self, *arguments: Any) -> Any:
         self.asked = arguments
@@ -64,7 +66,7 @@ def situation(rod: ScriptedRod, position: Any = POSITION) -> Situation:
 
 
 def task(aim: str = "position") -> SpatialTask:
-    return SpatialTask(ScriptedReference(aim), tendon_allocation(CONFIG), PERIOD, 1.5)  # type: ignore[arg-type]
+    return SpatialTask(cast(Reference, ScriptedReference(aim)), tendon_allocation(CONFIG), PERIOD, 1.5)
 
 
 def test_the_pretension_is_the_minimum_of_every_tendon() -> None:
@@ -75,7 +77,7 @@ def test_a_position_is_predicted_as_far_beside_the_model_as_the_tip_is_now() -> 
     rod = ScriptedRod()
     beside = np.array([0.001, -0.002, 0.003])
     seen = task().observe(situation(rod, START.tip.position + beside))
-    model, tension, shares, force = rod.asked  # type: ignore[misc]
+    model, tension, shares, force = rod.asked
     assert model is START.rod
     assert tension is TENSION
     assert np.array_equal(shares, tendon_allocation(CONFIG).shares)

@@ -23,6 +23,9 @@ TRUE = {
     **nominal(CONFIG), "E": 1.8e11, "rho": 18000.0, "Bbt": 0.007, "C": 0.12, "tendon_stiffness": 1.8e4, "delay": 0.012,
     "lag": 0.02,
 }  # fmt: skip
+NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
+"""All parameters that these recordings identify."""
+
 PERIOD, RATE = 0.01, 0.08
 STEP = 0.00125
 """[s] A quarter of the fit's own."""

@@ -11,19 +11,7 @@ from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import chosen, starts, with_values
 from tendond.offline.identification.recordings.recording import DataError, Recording
 from tendond.offline.identification.results.result import Identification
-from tests.unit.identification.recordings import CONFIG, TRUE, recording
-
-NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
-
-
-@pytest.fixture(scope="module")
-def free() -> Recording:
-    return recording()
-
-
-@pytest.fixture(scope="module")
-def weighted() -> Recording:
-    return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
+from tests.unit.identification.recordings import CONFIG, NAMES, TRUE, recording
 
 
 @pytest.fixture(scope="module")

@@ -15,17 +15,7 @@ from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import chosen, nominal, starts
 from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.simulation.simulate import Simulation
-from tests.unit.identification.recordings import CONFIG, recording
-
-
-@pytest.fixture(scope="module")
-def free() -> Recording:
-    return recording()
-
-
-@pytest.fixture(scope="module")
-def weighted() -> Recording:
-    return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
+from tests.unit.identification.recordings import CONFIG
 
 
 def test_a_step_to_a_bound_is_the_best_one_there() -> None:

@@ -15,28 +15,11 @@ from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.results.parameter_file import parameter_file
 from tendond.offline.identification.results.report import report
 from tendond.offline.identification.simulation.simulate import Simulation
-from tests.unit.identification.recordings import CONFIG, TRUE, recording
-
-NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
-
+from tests.unit.identification.recordings import CONFIG, NAMES, TRUE, recording
 
 TOOL = {**TRUE, "tip_mass": 0.03}
-
-
 FORCES = ("E", "rho", "Bbt", "tendon_stiffness", "tip_mass", "delay")
-
-
 SMALL = (0.02, 0.01, 0.025)
-
-
-@pytest.fixture(scope="module")
-def free() -> Recording:
-    return recording()
-
-
-@pytest.fixture(scope="module")
-def weighted() -> Recording:
-    return recording(seed=1, weight=0.04, levels=(0.02, 0.01, 0.025))
 
 
 @pytest.fixture(scope="module")

@@ -26,11 +26,7 @@ from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.requests import ControlAction
 
 ROD = RodParameters()
-
-
 RATES = LawRates(12.4, 30.0, 100.0)
-
-
 ASKED = FeedbackGains(integral=5.0, proportional=0.8, derivative=0.15, time=0.07, noise_share=0.75)
 
 

@@ -19,11 +19,7 @@ from mcap.reader import make_reader
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[3]
-
-
 NORMAL = FOLDER / "normal.mcap"
-
-
 DRAWN = {"foxglove.PoseInFrame", "foxglove.SceneUpdate", "foxglove.FrameTransforms"}
 """Topics of the 3D panel."""
 

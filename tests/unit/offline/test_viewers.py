@@ -23,11 +23,7 @@ from tendond.schemas.requests import ControlAction
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[3]
-
-
 NORMAL = FOLDER / "normal.mcap"
-
-
 RERUN = shutil.which("rerun", path=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}")
 
 

@@ -25,8 +25,6 @@ from tendond.schemas.record import CycleRecord
 from tests.unit.offline.records import cycle_record
 
 ROOT = Path(__file__).parents[3]
-
-
 PATIENCE = 60.0  # [s] for another process on a busy machine
 
 

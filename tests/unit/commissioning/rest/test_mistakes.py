@@ -46,8 +46,6 @@ def test_all_frames_of_signed_axes_are_known_by_name_the_simple_ones_first() -> 
 
 
 POSITION, ROTATION = rest()
-
-
 QUARTER = turn_by(degrees(z=90))
 
 

@@ -10,8 +10,6 @@ from tendond.daemon.control.commissioning.rotations import rotation_matrix, rota
 from tests.unit.commissioning.rest.rests import LENGTH, MARKERS, OFFSET, TILT, family
 
 NONE = np.zeros(3)
-
-
 UP = np.array([0.0, 0.0, LENGTH])
 
 

@@ -13,8 +13,6 @@ from tendond.schemas.record import CycleRecord
 from tendond.schemas.requests import ControlAction
 
 ARM, SETTLED = 20, 250
-
-
 NOISE = "[simulator.mocap]\nnoise = 1e-4\n"
 
 

@@ -16,17 +16,9 @@ from tendond.schemas.messages import Mode
 from tests.unit.control.phases.scripted_rod import MakeBench
 
 WANTED = "[pretension]\ntension = 2.0\nduration = 0.01\n"
-
-
 FAST = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n"
-
-
 SLOW = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 0.1\n"  # a millimetre a cycle
-
-
 LAG = "[observer]\nlag = 0.02\n"
-
-
 LACKING = math.exp(-0.5)  # of a step after a cycle of 10 ms
 
 

@@ -12,8 +12,6 @@ from tendond.schemas.messages import Mode
 from tests.unit.control.phases.scripted_rod import MakeBench
 
 WANTED = "[pretension]\ntension = 2.0\nduration = 0.01\n"
-
-
 FAST = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n"
 
 

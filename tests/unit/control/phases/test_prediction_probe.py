@@ -12,11 +12,7 @@ from tendond.schemas.messages import Mode
 from tests.unit.control.phases.scripted_rod import Bench, MakeBench
 
 FAST = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n"
-
-
 LAG = "[observer]\nlag = 0.02\n"
-
-
 LACKING = math.exp(-0.5)  # of a step after a cycle of 10 ms
 
 

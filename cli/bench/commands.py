@@ -29,18 +29,27 @@ def bench_rod(
         int | None, typer.Option("--survey", min=1, help="Step this many robots, drawn at random, of the general rod.")
     ] = None,
     first: Annotated[int, typer.Option("--first", min=0, help="Number of the survey's first draw.")] = 0,
+    batch: Annotated[
+        int | None,
+        typer.Option("--batch", metavar="N", min=1, max=1_000_000, help="Step N general rods at once on all cores."),
+    ] = None,
 ) -> None:
     """Benchmark the rod's solvers and their errors.
 
-    With --references or --survey, the exit status is 1 where a target is missed, or a draw fails.
+    With --references, --survey or --batch, the exit status is 1 where a target is missed, a draw fails, or rods that
+    are stepped one by one end elsewhere.
 
     Examples: tendond bench rod --json > before.json; tendond bench rod --against before.json;
-    tendond bench rod --references ../data; tendond bench rod --survey 1000
+    tendond bench rod --references ../data; tendond bench rod --survey 1000; tendond bench rod --batch 2000
     """
     if survey is not None:
         from tendond.cli.bench.survey import run_survey
 
         raise typer.Exit(0 if run_survey(survey, first) else 1)
+    if batch is not None:
+        from tendond.cli.bench.batch import run_batch
+
+        raise typer.Exit(0 if run_batch(batch, as_json=json) else 1)
     if references is not None:
         from tendond.cli.bench.references import run_references
 

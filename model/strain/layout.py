@@ -97,6 +97,11 @@ def gauss(count: int) -> tuple[Array, Array]:
     return 0.5 * (points + 1.0), 0.5 * weights
 
 
+def nodes_of(section: Section) -> int:
+    """Return the number of Gauss-Lobatto points of a section, both ends included."""
+    return INTERVALS + 2 * max(0, section.bending_modes - 4) + 1
+
+
 class ModeTable:
     """Which modes a robot has: component, order and section of each."""
 
@@ -153,7 +158,7 @@ def lay_out(robot: Robot) -> Layout:
     offset = 1.0 / (2.0 * np.sqrt(3.0))
     begin = 0.0
     for number, section in enumerate(robot.sections):
-        count = INTERVALS + 2 * max(0, section.bending_modes - 4) + 1
+        count = nodes_of(section)
         parts, _ = lobatto(count)
         placed = [body.at - begin for body in bodies if begin < body.at < begin + section.length]
         knots = section.inner_knots("curvature")

@@ -1,11 +1,11 @@
 """The general rod: statics, time steps, tip, shape and stability of a robot, from one description."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
@@ -15,7 +15,8 @@ from tendond.model.strain.calls import advance_parked, minimise_parked
 from tendond.model.strain.dynamics import Loads, mass_matrix, scratch_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
-from tendond.model.strain.robot import Robot
+from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
+from tendond.model.strain.robot import Body, Robot
 from tendond.model.strain.statics import ITERATIONS, stiffness_of
 from tendond.model.strain.tendons import empty_paths, find_paths
 from tendond.schemas.config.rig import RigConfig
@@ -51,17 +52,18 @@ class StrainRod:
     Args:
         robot: its description.
         time_step: of `step` [s].
+        stations: arc lengths at which loads may act besides the ends of sections and the bodies [m].
 
     Raises:
         ParameterError: a robot that cannot be.
     """
 
-    def __init__(self, robot: Robot, time_step: float = 0.01) -> None:
+    def __init__(self, robot: Robot, time_step: float = 0.01, stations: Sequence[float] = ()) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step = {time_step!r} must be finite and above 0")
         self.robot = robot
         self.time_step = time_step
-        self.layout: Layout = lay_out(robot)
+        self.layout: Layout = lay_out(replace(robot, bodies=(*robot.bodies, *(Body(at, 0.0) for at in stations))))
         self._work = scratch_for(self.layout)
         self._parked = Parked((self.layout, self._work))
         self._advance, self._minimise = Bound(advance_parked), Bound(minimise_parked)
@@ -93,49 +95,31 @@ class StrainRod:
 
     def loads(
         self,
-        tension: object = None,
-        displacement: object = None,
-        tip_force: object = (0.0, 0.0, 0.0),
-        wrenches: Sequence[tuple[float, object, object]] = (),
+        tension: Drive = None,
+        displacement: Drive = None,
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        wrenches: Sequence[Wrench] = (),
+        distributed: Sequence[Distributed] = (),
     ) -> Loads:
         """Return what acts on the robot.
 
         Args:
             tension: of each tendon [N], not negative, shape (m,); left out: none.
-            displacement: of each tendon [m], shape (m,), for elastic tendons; a tendon never pushes. One of the two.
+            displacement: of each tendon [m], shape (m,), for elastic tendons; a tendon never pushes. Both together:
+                each tendon has a number in one of them, and None in the other.
             tip_force: dead force on the tip, world frame [N], shape (3,).
             wrenches: dead forces [N] and moments [N m], world frame, at arc lengths [m] where the robot has a node: the
-                ends of sections, and bodies.
+                ends of sections, bodies, and the rod's stations.
+            distributed: dead forces per length [N/m] and moments per length [N], world frame, from an arc length to
+                another [m].
 
         Raises:
-            ParameterError: not finite, of another shape, a negative tension, or an inextensible tendon driven by
-                displacement.
+            ParameterError: not finite, of another shape, a negative tension, an inextensible tendon driven by
+                displacement, or a place that is not on the robot.
         """
-        m = len(self.robot.tendons)
-        if tension is not None and displacement is not None:
-            raise ParameterError("loads: give tension or displacement, not both")
-        given = tension if displacement is None else displacement
-        values = np.zeros(m) if given is None else np.asarray(given, dtype=np.float64)
-        if values.shape != (m,) or not np.all(np.isfinite(values)):
-            raise ParameterError(f"loads: {m} finite numbers are needed, one per tendon")
-        if displacement is None and np.any(values < 0.0):
-            raise ParameterError("loads: a tendon cannot push: tension must not be negative")
-        if displacement is not None and np.any(self.layout.tendon_stiffness <= 0.0):
-            raise ParameterError("loads: a tendon without stiffness can only be driven by tension")
-        force = np.asarray(tip_force, dtype=np.float64)
-        if force.shape != (3,) or not np.all(np.isfinite(force)):
-            raise ParameterError("loads: tip_force must be three finite numbers")
-        on_points = np.zeros((len(self.layout.mass), 3))
-        on_points[self._tip_points] += force
-        on_nodes = np.zeros((len(self.layout.polar), 3))
-        for at, one, moment in wrenches:
-            node, point = self._node(at)
-            for values_of, target in ((one, on_points[point]), (moment, on_nodes[node])):
-                given_values = np.asarray(values_of, dtype=np.float64)
-                if given_values.shape != (3,) or not np.all(np.isfinite(given_values)):
-                    raise ParameterError(f"loads: force and moment at s = {at:g} m must be three finite numbers each")
-                target += given_values
-        return Loads(on_points, values.copy(), np.full(m, displacement is not None), on_nodes)
+        return make_loads(
+            self.layout, self.robot, self.node, tension, displacement, tip_force, wrenches, distributed
+        )  # fmt: skip
 
     def rest(self) -> StrainState:
         """Return the unloaded reference shape, at rest."""
@@ -216,17 +200,19 @@ class StrainRod:
         weight = -float(self.layout.mass @ (self._shape.point @ self.layout.gravity))
         return kinetic + elastic + weight
 
-    def _node(self, at: float) -> tuple[int, int]:
-        """Node at an arc length, and a mass point there."""
+    def node(self, at: float) -> tuple[int, int]:
+        """Return the node at an arc length [m], and the mass point on the backbone there.
+
+        Raises:
+            ParameterError: there is none.
+        """
         ends = np.concatenate(([0.0], np.cumsum(self.layout.step)))
         node = int(np.argmin(np.abs(ends - at)))
         if abs(ends[node] - at) <= 1e-6 * self.robot.length:
             for index in range(len(self.layout.mass)):
                 if self.layout.place[index] == node and not self.layout.arm[index].any():
                     return node, index
-        raise ParameterError(
-            f"loads: the robot has no node at s = {at:g} m; put a Body there, of mass 0 if nothing else"
-        )
+        raise ParameterError(f"loads: the robot has no node at s = {at:g} m: name it among the rod's stations")
 
     def _at_tip(self) -> int:
         """Index of the mass point on the tip itself."""

@@ -46,11 +46,13 @@ def compare(folder: Path, progress: Callable[[str], None] = lambda name: None) -
     rows: list[ReferenceRow] = []
     for source, quantity, figure, target in (
         ("Mattiasson 1981", "elastica, P L^2/EI to 5", textbooks.elastica, 1e-4),
+        ("Argyris & Symeonidis 1981", "follower, P L^2/EI to 10", textbooks.follower, 1e-4),
+        ("Greenhill 1881", "weight that buckles, relative", textbooks.heavy_column, 1e-3),
         ("closed form", "helix of two turns", textbooks.helix, 1e-4),
         ("Bathe & Bolourchi 1979", "45 degree bend, 600 lb", textbooks.curved_cantilever, 1e-4),
     ):
         progress(quantity)
-        rows.append(ReferenceRow(source, quantity, figure(), target, "L"))
+        rows.append(ReferenceRow(source, quantity, figure(), target, "" if "relative" in quantity else "L"))
     progress("routing")
     rows.append(_routing())
     for rows_of in (_statics, _releases, _two_tendons):

@@ -5,8 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
-from tendond.model.strain import Robot, Section, StrainRod
+from tendond.model.strain import Robot, Section, StrainRod, Tendon
+from tendond.model.strain.derivatives.follower import Followers
+from tendond.model.strain.derivatives.linearise import Linearisation
 
 Array = NDArray[np.float64]
 
@@ -70,7 +73,7 @@ def heavy_column() -> float:
     def margin(part: float) -> float:
         weight = part * section.bending_stiffness[0] / (section.length**3 * section.mass_per_length)
         rod = StrainRod(Robot((section,), gravity=(0.0, 0.0, -weight)))
-        return rod.stability(rod.rest(), rod.loads())
+        return Linearisation(rod).stability(rod.rest(), rod.loads())
 
     low, high = 7.0, 9.0
     for _ in range(40):
@@ -85,8 +88,6 @@ def routing(solve: Callable[..., tuple[Array, Array]], piece: Callable[..., obje
     The robot of D. C. Rucker and R. J. Webster, IEEE T-RO 27 (2011): L 242 mm, radius 0.4 mm, E 210 GPa, tendons 8 mm
     off the axis. The solver is that of the tests, tests/reference/routing.py: `solve_routing` and `Piece`.
     """
-    from tendond.model.strain import Tendon
-
     length = 0.242
     three = Tendon(0.1, (0.008, 0.0)), Tendon(0.18, (-0.004, 0.007)), Tendon(length, (-0.004, -0.007))
     helical, converging = Tendon.helical(length, 0.008, 0.5), Tendon.converging(length, (0.01, 0.0), (0.004, 0.003))
@@ -112,3 +113,26 @@ def routing(solve: Callable[..., tuple[Array, Array]], piece: Callable[..., obje
         pulls = [(tension, tendon.end, tendon.at) for tension, tendon in zip(tensions, tendons, strict=True)]
         errors.append(np.linalg.norm(tip - solve(pieces, pulls, force, guess=tip)[0]) / length)
     return float(max(errors))
+
+
+def follower() -> float:
+    """Return the largest error under a transverse follower force at the tip, P L^2 / EI = 1, 4, 10.
+
+    Seen from the tip, where force and slope are known, the elastica EI theta'' = -P cos(theta) is an initial-value
+    problem: no iteration is needed (the cantilever of J. H. Argyris and S. Symeonidis, CMAME 26, 1981).
+    """
+    section = Section.round(1.0, 1e-3, 200e9, 7850.0, stretch_modes=0, bending_modes=8)
+    rod = StrainRod(Robot((section,)))
+    errors = []
+    for load in (1.0, 4.0, 10.0):
+        pushed = Followers(rod, [(1.0, (load * section.bending_stiffness[1], 0.0, 0.0), (0.0, 0.0, 0.0))])
+        tip, _ = rod.tip(pushed.solve_static(rod.loads()))
+
+        def slope(s: float, y: Array, load: float = load) -> list[float]:
+            # from the tip on, in its frame: turn, curvature, place; the force is along x there
+            return [y[1], -load * math.cos(y[0]), math.sin(y[0]), math.cos(y[0])]
+
+        turn, _, x, z = solve_ivp(slope, (0.0, 1.0), [0.0, 0.0, 0.0, 0.0], rtol=1e-11, atol=1e-12).y[:, -1]
+        away, along = x * math.cos(turn) - z * math.sin(turn), x * math.sin(turn) + z * math.cos(turn)
+        errors.append(math.hypot(abs(tip[0]) - abs(away), tip[2] - along))
+    return max(errors)

@@ -11,9 +11,15 @@ from tendond.offline.bench.references import ReferenceRow
 from tests.unit.cli.commands import tendond
 
 
-@pytest.mark.parametrize("figure", [textbooks.elastica, textbooks.helix, textbooks.curved_cantilever])
+@pytest.mark.parametrize(
+    "figure", [textbooks.elastica, textbooks.helix, textbooks.curved_cantilever, textbooks.follower]
+)
 def test_the_general_rod_keeps_to_textbooks_by_a_ten_thousandth_of_its_length(figure: Callable[[], float]) -> None:
     assert figure() < 1e-4
+
+
+def test_an_upright_rod_buckles_under_its_weight_when_the_book_says() -> None:
+    assert textbooks.heavy_column() < 1e-3
 
 
 def test_without_data_the_command_says_where_to_get_them(

@@ -1,0 +1,243 @@
+"""Linear models of the general rod: x = (q, w) after a step by x before it, tendons and loads; outputs by x; the tip.
+
+    x1 = A x0 + B u + E f,     y = C x     (deviations from a step; u tensions or displacement commands, f loads)
+
+For estimators, predictive laws and identification. Derivatives are analytic and exact for the discrete rod; see `step`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from tendond.model.errors import ConvergenceError, ParameterError
+from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.parked import Parked
+from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
+from tendond.model.strain.derivatives.curvature import find_rates
+from tendond.model.strain.derivatives.step import linear_step_parked, room_for
+from tendond.model.strain.dynamics import advance, scratch_for
+from tendond.model.strain.equations import Loads
+from tendond.model.strain.kinematics import find_shape
+from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod, StrainState
+from tendond.model.strain.tendons import find_paths
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 1e-5
+"""[rad] Of strains in steps that are differenced, in the measure of energy."""
+
+DIFFERENCE_TOLERANCE = 1e-13
+"""Of the solutions that are differenced: their error over the difference, 1e-8, is below that of the difference."""
+
+
+@dataclass(frozen=True)
+class StepSensitivity:
+    """One step, and its derivatives; x = (q, w) has 2 n numbers: strains, then rates.
+
+    Attributes:
+        state: after the step.
+        a: by x before it, shape (2 n, 2 n).
+        b: by the actuation: tension [1/N], or displacement command [1/m] of a tendon that is driven so, (2 n, m).
+        by_force: by a dead force at the place, world frame, shape (2 n, 3).
+        by_moment: by a dead moment there, world frame, shape (2 n, 3).
+        analytic: false where the step had to be split, and was differenced.
+    """
+
+    state: StrainState
+    a: Array
+    b: Array
+    by_force: Array
+    by_moment: Array
+    analytic: bool
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is measured, by x = (q, w); the tip's in the world frame.
+
+    Attributes:
+        position: of the tip [m], shape (3, 2 n).
+        rotation: of the tip, as a small rotation vector [rad], shape (3, 2 n).
+        velocity: of the tip [m/s], shape (3, 2 n).
+        displacement: of the tendons [m], shape (m, 2 n).
+    """
+
+    position: Array
+    rotation: Array
+    velocity: Array
+    displacement: Array
+
+    @property
+    def c(self) -> Array:
+        """All of them, one below the other, shape (9 + m, 2 n)."""
+        return np.concatenate((self.position, self.rotation, self.velocity, self.displacement))
+
+
+@dataclass(frozen=True)
+class TipDynamics:
+    """Motion of the tip at a state, world frame: acceleration = drift + input_gain @ tension.
+
+    Attributes:
+        acceleration: [m/s^2], shape (3,). drift: a_c [m/s^2], shape (3,).
+        input_gain: b_c [m/s^2/N], shape (3, m). tension: now applied [N], shape (m,).
+    """
+
+    acceleration: Array
+    drift: Array
+    input_gain: Array
+    tension: Array
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Derivatives of an equilibrium.
+
+    Attributes:
+        strain: by the actuation, as in `StepSensitivity`, shape (n, m).
+        position: of the tip by the actuation, shape (3, m); rotation: of the tip, as a rotation vector, shape (3, m).
+        by_force: of the tip's position by a dead force at the place [m/N], shape (3, 3).
+        by_moment: by a dead moment there [1/N], shape (3, 3).
+    """
+
+    strain: Array
+    position: Array
+    rotation: Array
+    by_force: Array
+    by_moment: Array
+
+
+class Linearisation:
+    """Linear models of a rod, about any of its states.
+
+    Args:
+        rod: the general rod.
+        at: arc length at which loads are differentiated, a node's [m]; left out: the tip.
+
+    Raises:
+        ParameterError: there is no node at this place.
+    """
+
+    def __init__(self, rod: StrainRod, at: float | None = None) -> None:
+        self.rod = rod
+        place = rod.robot.length if at is None else at
+        if not place > 0.0:
+            raise ParameterError(f"linearise: at = {place!r} must lie beyond the base")
+        node, point = rod.node(place)
+        self._nodes, self._points = np.array([node]), np.array([point])
+        self._tip = rod.node(rod.robot.length)[1]
+        n, m = rod.modes, len(rod.robot.tendons)
+        self._work = scratch_for(rod.layout)
+        self._room = room_for(rod.layout, 2 * n + m + 6)
+        self._parked = Parked((rod.layout, self._work, self._room))
+        self._step = Bound(linear_step_parked)
+        self._accelerations = np.zeros((n, 1 + m))
+        self._tangent = np.zeros((n, n))
+
+    def step(self, state: StrainState, loads: Loads) -> StepSensitivity:
+        """Return the state one time step on, with its derivatives.
+
+        Analytic where the step is solved in one piece. One that is split, or ends in a minimum, is differenced.
+
+        Raises:
+            ConvergenceError: not a finite state, or not finite loads.
+        """
+        rod = self.rod
+        n, m = rod.modes, len(rod.robot.tendons)
+        q, w = state.strain.copy(), state.rate.copy()
+        out = np.zeros((2 * n, 2 * n + m + 6))
+        count, steps, damped, analytic = self._step.call(
+            self._parked, loads, q, w, rod.time_step, STEP_TOLERANCE, self._points, self._nodes, out
+        )
+        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
+            raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
+        if not analytic:
+            out = self._differences(state, loads)
+        return StepSensitivity(
+            StrainState(q, w, count, steps, damped), out[:, : 2 * n], out[:, 2 * n : 2 * n + m],
+            out[:, 2 * n + m : 2 * n + m + 3], out[:, 2 * n + m + 3 :], analytic,
+        )  # fmt: skip
+
+    def outputs(self, state: StrainState) -> Outputs:
+        """Return the derivatives of what is measured at a state."""
+        layout, work, rates = self.rod.layout, self._work, self._room.rates1
+        n, shape = self.rod.modes, work.after
+        find_shape(layout, state.strain, shape)
+        find_rates(layout, state.strain, state.rate, shape, rates)
+        find_paths(layout, state.strain, work.paths_after)
+        still = np.zeros((3, n))
+        moved = shape.jacobian[self._tip].copy()
+        gradient = work.paths_after.gradient
+        return Outputs(
+            np.hstack((moved, still)), np.hstack((shape.twist[-1, :3], still)),
+            np.hstack((rates.point[self._tip], moved)), np.hstack((gradient, np.zeros_like(gradient))),
+        )  # fmt: skip
+
+    def tip(self, state: StrainState, loads: Loads) -> TipDynamics:
+        """Return acceleration, a_c and b_c of the tip at a state under loads.
+
+        Raises:
+            ConvergenceError: the mass matrix is singular, or not finite.
+        """
+        work, rates, found = self._work, self._room.rates1, self._accelerations
+        done = accelerate(self.rod.layout, loads, state.strain, state.rate, work, self._room, found)
+        if not (done and np.all(np.isfinite(found))):
+            raise ConvergenceError("dynamics: the mass matrix is singular at this state", 0.0, 0.0, 0)
+        moved = work.after.jacobian[self._tip]
+        drift = moved @ found[:, 0] + rates.point[self._tip] @ state.rate
+        gain, tension = moved @ found[:, 1:], work.taut.copy()
+        return TipDynamics(drift + gain @ tension, drift, gain, tension)
+
+    def rest(self, state: StrainState, loads: Loads) -> Rest:
+        """Return the derivatives of an equilibrium.
+
+        Raises:
+            ConvergenceError: it is a fold or a bifurcation: there are none.
+        """
+        layout, work = self.rod.layout, self._work
+        tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
+        given = np.where(loads.driven & (work.taut > 0.0), layout.tendon_stiffness, 1.0)
+        given[loads.driven & (work.taut <= 0.0)] = 0.0
+        node, point = self._nodes[0], self._points[0]
+        pushes = np.concatenate(
+            (given[:, None] * work.paths_after.gradient, work.after.jacobian[point], work.after.twist[node, :3])
+        )
+        try:
+            strain = np.linalg.solve(self._tangent, pushes.T)
+        except np.linalg.LinAlgError:
+            raise ConvergenceError("statics: this equilibrium is singular", 0.0, 0.0, 0) from None
+        m = len(given)
+        moved, turned = work.after.jacobian[self._tip] @ strain, work.after.twist[-1, :3] @ strain
+        return Rest(strain[:, :m], moved[:, :m], turned[:, :m], moved[:, m : m + 3], moved[:, m + 3 :])
+
+    def stability(self, state: StrainState, loads: Loads) -> float:
+        """Return the min. eigenvalue of the exact tangent stiffness, relative to the unloaded robot's stiffness."""
+        layout = self.rod.layout
+        tangent_stiffness(layout, loads, state.strain, self._work, self._room, self._tangent)
+        return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])
+
+    def _differences(self, state: StrainState, loads: Loads) -> Array:
+        """Central differences of the step, as `linear_step` orders them."""
+        rod, layout, work = self.rod, self.rod.layout, self._work
+        n, m, h = rod.modes, len(rod.robot.tendons), rod.time_step
+        soft = DIFFERENCE * np.sqrt(work.unit[0] / np.diag(layout.stiffness))
+        force = DIFFERENCE * work.unit[0] / rod.robot.length
+        tension = np.where(loads.driven, DIFFERENCE * rod.robot.length, force)
+        sizes = np.concatenate((soft, soft / h, tension, np.full(3, force), np.full(3, DIFFERENCE * work.unit[0])))
+        start = np.concatenate((state.strain, state.rate, loads.tension, np.zeros(6)))
+
+        def ahead(x: Array) -> Array:
+            q, w = x[:n].copy(), x[n : 2 * n].copy()
+            forces, moments = loads.force.copy(), loads.moment.copy()
+            forces[self._points] += x[2 * n + m : 2 * n + m + 3]
+            moments[self._nodes] += x[2 * n + m + 3 :]
+            changed = loads._replace(force=forces, moment=moments, tension=x[2 * n : 2 * n + m].copy())
+            advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work)
+            return np.concatenate((q, w))
+
+        columns = [
+            (ahead(start + size * unit) - ahead(start - size * unit)) / (2.0 * size)
+            for size, unit in zip(sizes, np.eye(len(start)), strict=True)
+        ]
+        return np.stack(columns, axis=1)

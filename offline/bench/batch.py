@@ -1,0 +1,81 @@
+"""Benchmark of many rods at once: steps per second over threads, and whether they are those of rods one by one."""
+
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
+from tendond.model.strain.batch import RodBatch
+
+TIME_STEP = 0.01
+STEPS = 100
+BLOCK = 10
+CHECKED = 5
+GOAL_RODS, GOAL_SECONDS = 100_000, 90.0
+
+
+@dataclass(frozen=True)
+class BatchRow:
+    """Figures of a run.
+
+    Attributes:
+        rods, threads: of the run. seconds: for 1 s of motion of all rods.
+        step_us: time of one step of one rod on one thread [us].
+        goal_seconds: scaled to 10^5 rods; the goal is 90 s on two cores.
+        minima: steps that ended in a minimum. equal: whether rods stepped one by one end in the same bits.
+    """
+
+    rods: int
+    threads: int
+    seconds: float
+    step_us: float
+    goal_seconds: float
+    minima: int
+    equal: bool
+
+
+def robot(stiffness: float = 1.0) -> Robot:
+    """Return the paper's robot with a factor on Young's modulus, elastic tendons and a marker body."""
+    section = Section.round(
+        0.5, 1e-3, 190e9 * stiffness, 17189.0, bending_damping=(0.008 * np.pi / 4 * 1e-12,) * 3, drag=(0.1,) * 3
+    )
+    routes = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
+    return Robot((section,), tuple(Tendon(0.5, one, 2e4) for one in routes), (Body(0.5, 0.005),), (-9.81, 0.0, 0.0))
+
+
+def bench_batch(rods: int, threads: int | None = None) -> BatchRow:
+    """Time 1 s of motion of `rods` rods of 20 different stiffnesses, each with its own smooth tensions."""
+    count = threads or len(os.sched_getaffinity(0))
+    kinds = [robot(0.9 + 0.01 * k) for k in range(20)]
+    batch = RodBatch([kinds[i % len(kinds)] for i in range(rods)], TIME_STEP, count)
+    phases = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (rods, 1))
+
+    def tensions(first: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        at = TIME_STEP * np.arange(first, first + BLOCK)[:, None, None]
+        quarter = 0.5 * np.pi * np.arange(4)
+        return np.asarray(3.0 + 2.0 * np.sin(np.pi * at + phases + quarter))
+
+    warm = RodBatch(kinds[:1], TIME_STEP)
+    warm.step(np.full(4, 3.0))
+    total = 0.0
+    with ThreadPoolExecutor(count) as pool:
+        for first in range(0, STEPS, BLOCK):
+            given = tensions(first)
+            begin = time.perf_counter()
+            batch.step(given, steps=BLOCK, run=pool.map)
+            total += time.perf_counter() - begin
+    equal = True
+    for index in np.linspace(0, rods - 1, min(CHECKED, rods)).astype(int):
+        rod = StrainRod(kinds[index % len(kinds)], TIME_STEP)
+        state = rod.rest()
+        for first in range(0, STEPS, BLOCK):
+            for given in tensions(first)[:, index]:
+                state = rod.step(state, rod.loads(given))
+        equal &= np.array_equal(state.strain, batch.strain[index]) and np.array_equal(state.rate, batch.rate[index])
+    return BatchRow(
+        rods, count, total, 1e6 * total * count / (rods * STEPS), total * GOAL_RODS / rods,
+        int(batch.counts[:, 2].sum()), bool(equal),
+    )  # fmt: skip

@@ -1,0 +1,79 @@
+"""Second derivatives of a shape against central differences of its Jacobians, for drawn strains, rates and loads."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tendond.model.strain import Body, Robot, Section, StrainRod
+from tendond.model.strain.derivatives.curvature import add_curvature, empty_rates, find_rates
+from tendond.model.strain.kinematics import empty_shape, find_shape
+
+Array = NDArray[np.float64]
+Values = Callable[[Array], tuple[Array, ...]]
+
+
+def differences(values: Values, q: Array, step: Array) -> list[Array]:
+    """Derivatives of several arrays by q, fourth order, the last axis that of q."""
+    columns = []
+    for b, unit in enumerate(np.eye(len(q))):
+        near, far = ([values(q + side * part * step[b] * unit) for side in (1, -1)] for part in (1.0, 2.0))
+        columns.append(
+            [
+                (8.0 * (up - down) - (higher - lower)) / (12.0 * step[b])
+                for up, down, higher, lower in zip(*near, *far, strict=True)
+            ]
+        )
+    return [np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)]
+
+
+@pytest.mark.parametrize("bend", [0.0, 6.0, 60.0])
+def test_second_derivatives_of_the_shape_are_exact_however_far_it_is_bent(bend: float) -> None:
+    half = Section.round(
+        0.2, 1e-3, 190e9, 8000.0, torsion_modes=2, bending_modes=3, curvature=(1.0, -3.0, 4.0)
+    )  # fmt: skip
+    rod = StrainRod(
+        Robot((half, half), (), (Body(0.4, 0.05, (1e-5, 2e-5, 1.5e-5), (0.01, 0.0, 0.02)), Body(0.2, 0.01)))
+    )
+    layout, rng = rod.layout, np.random.default_rng(1)
+    turns = layout.component < 3
+    q = rng.normal(size=rod.modes) * np.where(turns, bend, 0.01)
+    w = rng.normal(size=rod.modes) * np.where(turns, 6.0, 0.1)
+    shape, other, rates = empty_shape(layout), empty_shape(layout), empty_rates(layout)
+    find_shape(layout, q, shape)
+    force, moment = rng.normal(size=shape.point.shape), rng.normal(size=(len(layout.polar), 3))
+    spin = rng.normal(size=len(layout.polar))
+    curvature = np.zeros((rod.modes, rod.modes))
+    add_curvature(layout, q, shape, force, moment, spin, curvature)
+    find_rates(layout, q, w, shape, rates)
+
+    def along(q: Array) -> tuple[Array, ...]:
+        """Forces by modes, velocities of points, rotation rates, from the Jacobians of the march."""
+        find_shape(layout, q, other)
+        columns = []
+        for unit in np.eye(rod.modes):
+            find_rates(layout, q, unit, other, empty)
+            columns.append(empty.node[:, :3].copy())
+        turn = np.array(columns)
+        moved = np.array([other.jacobian[:, :, d] for d in range(rod.modes)])
+        pulled = np.einsum("npi,pi->n", moved, force) + np.einsum("nki,ki->n", turn, moment) + other.spin.T @ spin
+        return pulled, np.einsum("npi,n->pi", moved, w), other.spin @ w
+
+    empty = empty_rates(layout)
+    step = np.where(turns, 1e-5 * max(1.0, bend), 1e-7 * max(1.0, bend))
+    expected = differences(along, q, step)
+    for found, truth in zip((curvature, rates.point, rates.spin), expected, strict=True):
+        assert np.abs(found - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_the_motion_of_a_shape_is_its_jacobian_times_the_rates() -> None:
+    rod = StrainRod(Robot((Section.round(0.3, 1e-3, 190e9, 8000.0, torsion_modes=2),)))
+    layout, rng = rod.layout, np.random.default_rng(2)
+    q, w = rng.normal(size=(2, rod.modes))
+    shape, rates = empty_shape(layout), empty_rates(layout)
+    find_shape(layout, q, shape)
+    find_rates(layout, q, w, shape, rates)
+    velocity = np.cross(rates.node[layout.place][:, :3], shape.point) + rates.node[layout.place][:, 3:]
+    moved = np.array([shape.jacobian[:, :, d] for d in range(rod.modes)])
+    assert velocity == pytest.approx(np.einsum("npi,n->pi", moved, w), abs=1e-12)

@@ -36,7 +36,7 @@ class SimdVector(types.Type):
 @register_model(SimdVector)
 class _SimdVectorModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.width))  # type: ignore[no-untyped-call]
+        models.PrimitiveModel.__init__(self, manager, kind, ir.VectorType(ir.DoubleType(), kind.width))
 
 
 def _number(width: int) -> Any:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.numerics.compile import Bound, bare, kernel
-from tendond.model.numerics.parked import Parked, unpark
+from tendond.model.numerics.compile import Bound, kernel
+from tendond.model.numerics.parked import address_of, parked_at
 from tendond.model.strain.dynamics import advance, scratch_for
-from tendond.model.strain.equations import Loads
+from tendond.model.strain.equations import Loads, Scratch
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
@@ -24,21 +24,12 @@ Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
 """As `map`, or that of a pool of threads."""
 
 
-@bare
-def unpark_at(context: Any, parked: Any, address: Any) -> Any:
-    """Load what is parked at an address, of the type of `parked`."""
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kind = context.get_value_type(parked.values)
-        return builder.load(builder.inttoptr(arguments[1], kind.as_pointer()), align=8)
-
-    return parked.values(parked, address), emit
-
-
 @kernel
 def advance_many(
-    like: Parked,
-    room: Parked,
+    like: Layout,
+    work: Scratch,
+    loads: Any,
+    tip: int,
     addresses: Any,
     measures: Any,
     actuation: Any,
@@ -53,10 +44,9 @@ def advance_many(
     counts: Any,
 ) -> None:
     """Advance the rods `first` to `last` by some steps, in place; see `RodBatch`."""
-    work, loads, tip = unpark(room)
     n = strain.shape[1]
     for i in range(first, last):
-        layout = unpark_at(like, addresses[i])
+        layout = parked_at(like, addresses[i])
         for a in range(n):
             work.scale[a] = measures[i, a]
         work.unit[0] = measures[i, n]
@@ -65,7 +55,7 @@ def advance_many(
             for a in range(len(loads.tension)):
                 loads.tension[a] = actuation[now, i, a]
             for c in range(3):
-                loads.force[tip[0], c] = tip_force[pushed, i, c]
+                loads.force[tip, c] = tip_force[pushed, i, c]
             total, parts, damped = advance(layout, loads, strain[i], rate[i], h, tolerance, work)
             counts[i, 0] += total
             counts[i, 1] += parts
@@ -104,9 +94,9 @@ class RodBatch:
             if not _alike(first, layouts[id(robot)]):
                 raise ParameterError(f"batch: robot {index} has not the structure of robot 0")
         measures = {key: _measures(layout) for key, layout in layouts.items()}
-        self._parked = {key: Parked(layout) for key, layout in layouts.items()}
-        self._addresses = np.array([self._parked[id(robot)].address for robot in robots], dtype=np.int64)
-        self._like = self._parked[id(robots[0])]
+        self._layouts = layouts
+        self._addresses = np.array([address_of(layouts[id(robot)]) for robot in robots], dtype=np.int64)
+        self._like = first
         self._measures = np.array([measures[id(robot)] for robot in robots])
         count, n, m = len(robots), len(first.component), len(first.straight)
         self.strain, self.rate = np.zeros((count, n)), np.zeros((count, n))
@@ -117,6 +107,7 @@ class RodBatch:
             for index in range(len(first.mass))
             if first.place[index] == len(first.polar) - 1 and not first.arm[index].any()
         ]
+        self._tip = tip[0]
         self._rooms = []
         for _ in range(workers):
             loads = Loads(
@@ -125,7 +116,7 @@ class RodBatch:
                 np.zeros(m, dtype=np.bool_),
                 np.zeros((len(first.polar), 3)),
             )
-            self._rooms.append((Parked((scratch_for(first), loads, np.array(tip[:1]))), loads))
+            self._rooms.append((scratch_for(first), loads))
         self._edges = np.linspace(0, count, workers + 1).astype(np.int64)
         self._advance = [Bound(advance_many) for _ in range(workers)]
 
@@ -168,12 +159,12 @@ class RodBatch:
         force = self._given("tip_force", tip_force, 3, steps)
 
         def part(worker: int) -> None:
-            parked, loads = self._rooms[worker]
+            work, loads = self._rooms[worker]
             loads.driven[:] = tension is None
             first, last = int(self._edges[worker]), int(self._edges[worker + 1])
             self._advance[worker].call(
-                self._like, parked, self._addresses, self._measures, given, force, self.strain, self.rate,
-                self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
+                self._like, work, loads, self._tip, self._addresses, self._measures, given, force, self.strain,
+                self.rate, self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
             )  # fmt: skip
 
         for _ in run(part, range(len(self._rooms))):

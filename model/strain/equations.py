@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import add_products, padded
 from tendond.model.numerics.vectors import Vector
 from tendond.model.strain.kinematics import Shape, curvature_of_points, empty_shape, find_shape
@@ -108,13 +109,18 @@ def scratch_for(layout: Layout) -> Scratch:
     scale = np.where(layout.component < STRETCH - 2, lengths**2, 1.0) / (2.0 * layout.order + 1.0)
     bends = (layout.component <= BENDING_Y) & (layout.order == 0)
     unit = np.min(np.diag(layout.stiffness)[bends] / lengths[bends] ** 2)
-    return Scratch(
-        empty_shape(layout), empty_shape(layout), empty_paths(layout), empty_paths(layout), np.zeros((n, n)),
-        np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros((points, 3)), np.zeros((points, 3)), np.zeros(nodes),
-        np.zeros(nodes), np.zeros(tendons), np.zeros(tendons), np.zeros((n, n)), np.zeros(n), scale,
-        np.array([unit, 0.0, 0.0]), *np.zeros((10, n)), np.zeros((n, n)),
-        *np.zeros((2, (3 * points + nodes + tendons) * width)), np.zeros(width**2),  # type: ignore[call-arg]
+    vectors = ("q0", "w0", "q1", "w1", "trial", "change", "correction", "pull", "push", "row", "residual", "held")
+    rows = 3 * points + nodes + tendons
+    work = Scratch(
+        before=empty_shape(layout), after=empty_shape(layout),
+        paths_before=empty_paths(layout), paths_after=empty_paths(layout),
+        rows=np.zeros(n, dtype=np.int64), force=np.zeros((points, 3)), velocity=np.zeros((points, 3)),
+        spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
+        unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
+        total=np.zeros(width**2), **{name: np.zeros((n, n)) for name in ("matrix", "elastic", "hessian")},
+        **{name: np.zeros(n) for name in vectors},
     )  # fmt: skip
+    return park(work)
 
 
 @lean

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import add_products, padded
 from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate, scale
 from tendond.model.strain.layout import Layout
@@ -48,11 +49,11 @@ def empty_shape(layout: Layout) -> Shape:
     """Return arrays for a shape of this robot."""
     intervals, n = layout.at1.shape
     points = len(layout.mass)
-    return Shape(
+    return park(Shape(
         np.zeros((intervals + 1, 9)), np.zeros((intervals + 1, 3)), np.zeros((intervals + 1, 6, n)),
         np.zeros((intervals, 6, n)), np.zeros((points, 3)), np.zeros((points, 3, n)), np.zeros((intervals + 1, n)),
         np.zeros((4, 6)),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 @inlined

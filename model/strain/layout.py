@@ -8,6 +8,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
+from tendond.model.numerics.parked import park
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Robot, Tendon
 
@@ -191,7 +192,7 @@ def lay_out(robot: Robot) -> Layout:
     points = _merged([one for one in points if one[0] > 0])
     tendons = _tendons(robot, modes)
     stiffness, damping = _elasticity(robot, modes)
-    return Layout(
+    layout = Layout(
         component=modes.component,
         order=modes.order,
         first=np.array(rows["first"], dtype=np.int64),
@@ -210,6 +211,7 @@ def lay_out(robot: Robot) -> Layout:
         base=np.ascontiguousarray(robot.base, dtype=np.float64).reshape(9),
         origin=np.array(robot.origin, dtype=np.float64),
     )
+    return park(layout)
 
 
 LUMPED = ("mass_per_length", "polar_inertia", "drag")

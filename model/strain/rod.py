@@ -10,14 +10,12 @@ from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
-from tendond.model.numerics.parked import Parked
-from tendond.model.strain.calls import advance_parked, minimise_parked
-from tendond.model.strain.dynamics import Loads, mass_matrix, scratch_for
+from tendond.model.strain.dynamics import Loads, advance, mass_matrix, scratch_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
 from tendond.model.strain.robot import Body, Robot
-from tendond.model.strain.statics import ITERATIONS, stiffness_of
+from tendond.model.strain.statics import ITERATIONS, minimise, stiffness_of
 from tendond.model.strain.tendons import empty_paths, find_paths
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
@@ -65,8 +63,7 @@ class StrainRod:
         self.time_step = time_step
         self.layout: Layout = lay_out(replace(robot, bodies=(*robot.bodies, *(Body(at, 0.0) for at in stations))))
         self._work = scratch_for(self.layout)
-        self._parked = Parked((self.layout, self._work))
-        self._advance, self._minimise = Bound(advance_parked), Bound(minimise_parked)
+        self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
         self._tip_points = self._at_tip()
@@ -132,7 +129,7 @@ class StrainRod:
             ConvergenceError: none was found.
         """
         q = self.rest().strain if start is None else start.strain.copy()
-        count = self._minimise.call(self._parked, loads, q, STATIC_TOLERANCE)
+        count = self._minimise.call(self.layout, loads, q, 0.0, STATIC_TOLERANCE, self._work)
         if count < 0 or not np.all(np.isfinite(q)):
             raise ConvergenceError(
                 "statics: no equilibrium downhill from this start", 0.0, self._residual(), ITERATIONS
@@ -146,7 +143,7 @@ class StrainRod:
             ConvergenceError: not a finite state, or not finite loads.
         """
         q, w = state.strain.copy(), state.rate.copy()
-        count, steps, damped = self._advance.call(self._parked, loads, q, w, self.time_step, STEP_TOLERANCE)
+        count, steps, damped = self._advance.call(self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work)
         if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         return StrainState(q, w, count, steps, damped)

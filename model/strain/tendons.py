@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
+from tendond.model.numerics.parked import park
 from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
@@ -51,10 +52,10 @@ def empty_paths(layout: Layout) -> Paths:
     used = layout.tendon_at != 0.0
     first = np.argmax(used, axis=1).astype(np.int64)
     last = (n - np.argmax(used[:, ::-1], axis=1)).astype(np.int64)
-    return Paths(
+    return park(Paths(
         np.zeros(m), np.zeros((m, n)), first, last, np.zeros((len(used), 4, m)), np.zeros(6), np.zeros((6, m)),
         np.zeros((6, 6)), np.zeros(n),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 @lean

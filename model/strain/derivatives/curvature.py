@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.parked import park
 from tendond.model.numerics.vectors import Matrix, Vector, add, cross, dot, rotate, rotate_back, scale
 from tendond.model.strain.kinematics import COMMUTATOR, Shape
 from tendond.model.strain.layout import Layout
@@ -45,9 +46,10 @@ class Rates(NamedTuple):
 def empty_rates(layout: Layout) -> Rates:
     """Return arrays for the rates of this robot."""
     nodes, n = len(layout.polar), len(layout.component)
-    return Rates(
+    rates = Rates(
         np.zeros((nodes, 6)), np.zeros((nodes, 6, n)), np.zeros((len(layout.mass), 3, n)), np.zeros((nodes, n))
     )
+    return park(rates)
 
 
 @inlined

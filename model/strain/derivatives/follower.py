@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.strain.derivatives.acceleration import tangent_stiffness
-from tendond.model.strain.derivatives.step import room_for
+from tendond.model.strain.derivatives.step import Room, room_for
 from tendond.model.strain.dynamics import scratch_for
-from tendond.model.strain.equations import Loads
+from tendond.model.strain.equations import Loads, Scratch
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.loads import Wrench
 from tendond.model.strain.rod import StrainRod, StrainState
@@ -97,7 +97,7 @@ class Followers:
         turns = [self._shape.rotation[node].reshape(3, 3) for node, _ in self._at]
         return [(part * turn @ one[0], part * turn @ one[1]) for turn, one in zip(turns, self._given, strict=True)]
 
-    def _balance(self, q: Array, part: float, loads: Loads, work: object, room: object) -> tuple[Array, Array]:
+    def _balance(self, q: Array, part: float, loads: Loads, work: Scratch, room: Room) -> tuple[Array, Array]:
         """Residual and tangent of the statics at q, shape (n,) and (n, n)."""
         layout, shape = self.rod.layout, self._shape
         find_shape(layout, q, shape)
@@ -112,7 +112,7 @@ class Followers:
         residual = layout.stiffness @ q - np.einsum("pin,pi->n", shape.jacobian, weight)
         residual -= np.einsum("kin,ki->n", shape.twist[:, :3], moment)
         if len(layout.straight):
-            residual -= work.taut @ work.paths_after.gradient  # type: ignore[attr-defined]
+            residual -= work.taut @ work.paths_after.gradient
         for (node, point), (pushed, spun) in zip(self._at, turned, strict=True):
             turns = shape.twist[node, :3]
             tangent -= shape.jacobian[point].T @ np.cross(turns, pushed, axisa=0, axisc=0)

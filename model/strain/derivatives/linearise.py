@@ -13,10 +13,9 @@ from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
-from tendond.model.numerics.parked import Parked
 from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
 from tendond.model.strain.derivatives.curvature import find_rates
-from tendond.model.strain.derivatives.step import linear_step_parked, room_for
+from tendond.model.strain.derivatives.step import differentiate, room_for
 from tendond.model.strain.dynamics import advance, scratch_for
 from tendond.model.strain.equations import Loads
 from tendond.model.strain.kinematics import find_shape
@@ -130,8 +129,7 @@ class Linearisation:
         n, m = rod.modes, len(rod.robot.tendons)
         self._work = scratch_for(rod.layout)
         self._room = room_for(rod.layout, 2 * n + m + 6)
-        self._parked = Parked((rod.layout, self._work, self._room))
-        self._step = Bound(linear_step_parked)
+        self._advance, self._differentiate = Bound(advance), Bound(differentiate)
         self._accelerations = np.zeros((n, 1 + m))
         self._tangent = np.zeros((n, n))
 
@@ -147,11 +145,16 @@ class Linearisation:
         n, m = rod.modes, len(rod.robot.tendons)
         q, w = state.strain.copy(), state.rate.copy()
         out = np.zeros((2 * n, 2 * n + m + 6))
-        count, steps, damped, analytic = self._step.call(
-            self._parked, loads, q, w, rod.time_step, STEP_TOLERANCE, self._points, self._nodes, out
-        )
+        work, h = self._work, rod.time_step
+        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work)
         if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
+        analytic = steps == 1 and damped == 0
+        if analytic:
+            before = state.strain, state.rate
+            analytic = self._differentiate.call(
+                rod.layout, loads, *before, q, w, h, self._points, self._nodes, work, self._room, out
+            )
         if not analytic:
             out = self._differences(state, loads)
         return StepSensitivity(

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, kernel
 from tendond.model.numerics.linear import factor_lu, factor_symmetric
-from tendond.model.numerics.parked import Parked, unpark
+from tendond.model.numerics.parked import park
 from tendond.model.strain.derivatives.columns import solve_lu_columns, solve_symmetric_columns
 from tendond.model.strain.derivatives.curvature import Rates, add_curvature, empty_rates, find_rates, find_spins
-from tendond.model.strain.dynamics import advance
 from tendond.model.strain.equations import Loads, Scratch, mass_matrix
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.tendons import add_tendon_stiffness
@@ -59,12 +58,13 @@ class Room(NamedTuple):
 def room_for(layout: Layout, inputs: int) -> Room:
     """Return arrays for the derivatives of this robot's steps by `inputs` numbers, 2 n + m at least."""
     n, nodes, points = len(layout.component), len(layout.polar), len(layout.mass)
-    return Room(
+    room = Room(
         empty_rates(layout), empty_rates(layout), np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((n, n)),
         np.zeros((n, inputs)), np.zeros((n, n)), np.zeros(n), np.zeros(inputs), np.zeros((points, 3)),
         np.zeros((nodes, 3)), np.zeros(nodes), np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n)), np.zeros(n),
         np.zeros(n),
     )  # fmt: skip
+    return park(room)
 
 
 @inlined
@@ -359,43 +359,3 @@ def _momentum(layout: Layout, q1: Any, w1: Any, h: float, work: Scratch, room: R
                 out[n + a, b] += factor * out[c, b]
     solve_symmetric_columns(work.matrix, out, n, n)
     return True
-
-
-@kernel
-def linear_step(
-    layout: Layout,
-    loads: Loads,
-    q: Any,
-    w: Any,
-    h: float,
-    tolerance: float,
-    points: Any,
-    nodes: Any,
-    work: Scratch,
-    room: Room,
-    out: Any,
-) -> tuple[int, int, int, bool]:
-    """Advance q and w by one step, in place, as `advance` does, and write its derivatives as `differentiate` does.
-
-    Returns:
-        What `advance` does, and whether `out` was written: not where the step had to be split, or is singular.
-    """
-    for a in range(len(q)):
-        room.q0[a], room.w0[a] = q[a], w[a]
-    total, steps, damped = advance(layout, loads, q, w, h, tolerance, work)
-    done = False
-    if steps == 1 and damped == 0:
-        done = differentiate(layout, loads, room.q0, room.w0, q, w, h, points, nodes, work, room, out)
-    return total, steps, damped, done
-
-
-@kernel
-def linear_step_parked(
-    parked: Parked, loads: Loads, q: Any, w: Any, h: float, tolerance: float, points: Any, nodes: Any, out: Any
-) -> tuple[int, int, int, bool]:
-    """As `linear_step`, for layout, scratch arrays and room that are parked."""
-    layout, work, room = unpark(parked)
-    found: tuple[int, int, int, bool] = linear_step(
-        layout, loads, q, w, h, tolerance, points, nodes, work, room, out
-    )  # fmt: skip
-    return found

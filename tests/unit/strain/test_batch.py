@@ -50,14 +50,15 @@ def test_what_a_batch_cannot_take_is_refused() -> None:
     with pytest.raises(ParameterError, match="robots is empty"):
         RodBatch([])
     batch = RodBatch(ROBOTS[:2])
-    for change, said in (
+    changes: tuple[tuple[dict[str, list[float]], str], ...] = (
         ({}, "one of them"),
         ({"tension": [1.0] * 3}, r"one of \(4,\), \(2, 4\), \(1, 2, 4\)"),
         ({"tension": [-1.0] * 4}, "cannot push"),
         ({"tension": [np.nan] * 4}, "not finite"),
-    ):
+    )
+    for change, said in changes:
         with pytest.raises(ParameterError, match=said):
-            batch.step(**change)  # type: ignore[arg-type]
+            batch.step(change.get("tension"))
     plain = replace(ROBOTS[0], tendons=tuple(replace(one, stiffness=None) for one in ROBOTS[0].tendons))
     with pytest.raises(ParameterError, match="only be driven by tension"):
         RodBatch([Robot(plain.sections, plain.tendons)]).step(displacement=[0.0] * 4)

@@ -1,4 +1,4 @@
-"""Identity of a publisher for one run of its process, by which others tell it from a second one."""
+"""Identity of a publisher for one run of its process, which distinguishes it from a second one."""
 
 import secrets
 

@@ -32,7 +32,7 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
         asked: the request, or its action alone.
 
     Raises:
-        BusError: no answer, or an unreadable one; or two controllers answer.
+        BusError: no reply, or an unreadable one; or two controllers reply.
     """
     wanted = asked if isinstance(asked, ControlRequest) else ControlRequest(action=asked)
     if wanted.action is ControlAction.STOP:
@@ -40,13 +40,13 @@ def ask(session: zenoh.Session, rig: str, asked: ControlAction | ControlRequest)
         done = all(reply.done for reply in found)
         message = "; ".join(dict.fromkeys(reply.message for reply in found))
         if len(found) > 1:
-            message = f"{len(found)} controllers answer: {message}"
+            message = f"{len(found)} controllers reply: {message}"
         return ControlReply(done=done, message=message, status=found[0].status)
     question = ControlRequest(action=ControlAction.STATUS)
     found = _replies(session, rig, question, REPLY_SECONDS)
     if len(found) > 1:
         names = " and ".join(f"'{reply.status.source}'" for reply in found if reply.status is not None)
-        raise BusError(f"{len(found)} controllers of rig '{rig}' answer: {names}; stop all but one")
+        raise BusError(f"{len(found)} controllers of rig '{rig}' reply: {names}; stop all but one")
     if wanted.action is ControlAction.STATUS:
         return found[0]
     patience = PLAN_SECONDS if wanted.action is ControlAction.REFERENCE else REPLY_SECONDS
@@ -70,7 +70,7 @@ def _replies(session: zenoh.Session, rig: str, wanted: ControlRequest, timeout: 
     found = replies(session, control_key(rig, wanted.action.value), encode(wanted), timeout, "controller")
     if not found:
         raise BusError(
-            f"no controller of rig '{rig}' answers within {timeout:g} s: is it still starting, or another rig?"
+            f"no controller of rig '{rig}' replies within {timeout:g} s: is it still starting, or another rig?"
         )
     return found
 
@@ -90,7 +90,7 @@ def ask_status(session: zenoh.Session, rig: str) -> Status:
     """Ask the controller for its status.
 
     Raises:
-        BusError: no answer, or one without a status; or two controllers answer.
+        BusError: no reply, or one without a status; or two controllers reply.
     """
     return status_in(ask(session, rig, ControlAction.STATUS))
 
@@ -99,7 +99,7 @@ def request(config: RigConfig, asked: ControlAction | ControlRequest, timeout: f
     """Connect, send a request, disconnect.
 
     Raises:
-        BusError: there is no controller, or no answer.
+        BusError: there is no controller, or no reply.
     """
     with open_client(config.bus.endpoint, timeout) as session:
         return ask(session, config.rig.name, asked)

@@ -1,4 +1,4 @@
-"""Requests with a `ControlReply`: the asking end and the answering end of a Zenoh query."""
+"""Requests with a `ControlReply`: both ends of a Zenoh query."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -16,14 +16,14 @@ Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 def replies(
     session: zenoh.Session, expression: str, payload: bytes | None, timeout: float, who: str
 ) -> list[ControlReply]:
-    """Query a key and collect the replies of everyone who answers in time.
+    """Query a key and collect the replies of everyone who replies in time.
 
     Args:
         session: to ask with.
         expression: full key of the request.
         payload: payload of the request, JSON; none: the key says it all.
         timeout: to wait for replies [s].
-        who: the answering process, for the message.
+        who: the replying process, for the message.
 
     Raises:
         BusError: a reply cannot be decoded.
@@ -41,12 +41,12 @@ def replies(
             try:
                 found.append(decode(ControlReply, reply.ok.payload.to_bytes()))
             except UnreadableError as error:
-                raise BusError(f"the {who}'s answer is {error.reason}: are both of the same version?") from None
+                raise BusError(f"the {who}'s reply is {error.reason}: are both of the same version?") from None
     return found
 
 
 def reply_to_next(queryable: Queryable, reply_to: Callable[[bytes | None], ControlReply]) -> None:
-    """Answer the next query, if there is one; never waits.
+    """Reply to the next query, if there is one; never waits.
 
     Args:
         queryable: with the queries that have arrived.

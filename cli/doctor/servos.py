@@ -8,7 +8,7 @@ from pathlib import Path
 from tendond.cli.doctor.check import CheckOutcome, CheckResult, Rig, failed, passed, warned
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import WANTED_MS, latency_timer
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoBus, ServoError
 from tendond.drivers.dynamixel.tools.requirements import objections
 from tendond.drivers.dynamixel.tools.scan import ports
 from tendond.schemas.config.servo import ServoSection
@@ -125,7 +125,7 @@ def _mute(bus: ServoBus, ids: Sequence[int]) -> list[int]:
     for one in ids:
         try:
             bus.read(one, table.MODEL)
-        except NoAnswerError:
+        except NoReplyError:
             mute.append(one)
     return mute
 

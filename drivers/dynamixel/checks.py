@@ -1,24 +1,24 @@
-"""Checks of servos before they are used: they answer, and accept every goal of the travel."""
+"""Checks of servos before they are used: they reply, and accept every goal of the travel."""
 
 from collections.abc import Sequence
 
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import TRIES, NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import TRIES, NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.schemas.config.servo import WATCHDOG_UNIT, ServoSection
 
 
 def find(bus: ServoBus, identifiers: Sequence[int], tries: int = TRIES) -> None:
-    """Check that servos answer.
+    """Check that servos reply.
 
     Raises:
-        NoAnswerError: one does not, with the remedy.
+        NoReplyError: one does not, with the remedy.
     """
     missing = bus.absent(identifiers, tries)
     if missing:
         names = ", ".join(map(str, missing))
-        raise NoAnswerError(
-            f"{bus.port}: no answer from servo {names}: is it powered, and are its id and rate right? Try"
+        raise NoReplyError(
+            f"{bus.port}: no reply from servo {names}: is it powered, and are its id and rate right? Try"
             f" 'tendond servo scan'{bus.transport.late.text}"
         )
 

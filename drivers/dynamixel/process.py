@@ -1,4 +1,4 @@
-"""Process of the servo driver: subscribes to commands, publishes tendon states, answers `servo/reset`."""
+"""Process of the servo driver: subscribes to commands, publishes tendon states, replies to `servo/reset`."""
 
 import time
 from collections import Counter
@@ -30,7 +30,7 @@ REPLY_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
 SLOW_SECONDS = 0.012
-"""Round trip beyond the time on the wire above which the adapter delays answers: 16 ms by its default timer."""
+"""Round trip beyond the time on the wire above which the adapter delays replies: 16 ms by its default timer."""
 
 SAY_SECONDS = 10.0
 """Time between two lines about lost or late reads."""
@@ -134,7 +134,7 @@ class ServoProcess:
                 self._host.say(f"servos: {phase.value}")
             deadline = max(deadline + period, time.monotonic() - period)
             time.sleep(max(0.0, deadline - time.monotonic()))
-        counts = driver.commands.counts + Counter({"reads without an answer": driver.lost_reads})
+        counts = driver.commands.counts + Counter({"reads without a reply": driver.lost_reads})
         if counts:
             self._host.say(", ".join(f"{count} {reason}" for reason, count in counts.items()))
 
@@ -204,7 +204,7 @@ class ReadLossLog:
 
         Args:
             now: [s].
-            lost: reads without an answer so far.
+            lost: reads without a reply so far.
             late: replies so far.
         """
         count = late.count
@@ -212,7 +212,7 @@ class ReadLossLog:
             return ""
         new, new_late, span = lost - self._lost, count - self._late, now - self._since
         self._since, self._lost, self._late = now, lost, count
-        said = f"{new} reads without an answer in {span:.0f} s"
+        said = f"{new} reads without a reply in {span:.0f} s"
         if new_late > 0:
             said += f", {new_late} replies late, by up to {late.by * 1e3:.0f} ms"
         if self._slow:
@@ -230,4 +230,4 @@ def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = Fal
         payload = REBOOT if reboot else None
         for reply in replies(session, key(config.rig.name, SERVO_RESET), payload, REPLY_SECONDS, "servo driver"):
             return reply
-    raise BusError(f"no servo driver of rig '{config.rig.name}' answers: start it with 'tendond servo'")
+    raise BusError(f"no servo driver of rig '{config.rig.name}' replies: start it with 'tendond servo'")

@@ -7,7 +7,7 @@ from contextlib import suppress
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.checks import find, watchdog_units, within_range
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import TRIES, NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import TRIES, NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
@@ -19,7 +19,7 @@ PWM_STEP = 18
 """Smallest change of Goal PWM that is sent, 2 % of the range [units of the register]."""
 
 REBOOT_PINGS = 250
-"""Pings within which a servo must answer after a reboot, each with the answer's timeout: 1 s in all by default."""
+"""Pings within which a servo must reply after a reboot, each with the reply's timeout: 1 s in all by default."""
 
 
 class ServoGroup:
@@ -80,12 +80,12 @@ class ServoGroup:
         self.spools: tuple[Spool, ...] = tuple(one.spool for one in self.located)
 
     def _first(self) -> tuple[ServoReading, ...]:
-        """Read for the first time; explain where old firmware answers only a plain Sync Read."""
+        """Read for the first time; explain where old firmware replies only to a plain Sync Read."""
         try:
             return self.read_again()
-        except NoAnswerError:
+        except NoReplyError:
             if self._section.fast_read:
-                with suppress(NoAnswerError):
+                with suppress(NoReplyError):
                     self._bus.read_all(self.ids, fast=False)
                     raise ServoError(
                         "the servos do not know Fast Sync Read, only Sync Read: update their firmware, or set"
@@ -97,19 +97,19 @@ class ServoGroup:
         """Read all servos, in the order of the tendons.
 
         Raises:
-            ServoError: not all of them answered.
+            ServoError: not all of them replied.
         """
         readings = self._bus.read_all(self.ids, fast=self._section.fast_read)
         return tuple(readings[identifier] for identifier in self.ids)
 
     def read_again(self) -> tuple[ServoReading, ...]:
-        """Read all servos, again where an answer is lost: for reads that are not repeated in the next cycle.
+        """Read all servos, again where a reply is lost: for reads that are not repeated in the next cycle.
 
         Raises:
-            ServoError: not all of them answered, several times.
+            ServoError: not all of them replied, several times.
         """
         for _ in range(TRIES - 1):
-            with suppress(NoAnswerError):
+            with suppress(NoReplyError):
                 return self.read()
         return self.read()
 
@@ -117,7 +117,7 @@ class ServoGroup:
         """Switch the torque on at the present positions, with the configured profile and watchdog.
 
         Raises:
-            ServoError: a servo refuses or does not answer; all of them are off again.
+            ServoError: a servo refuses or does not reply; all of them are off again.
         """
         here = {identifier: reading.position for identifier, reading in zip(self.ids, readings, strict=True)}
         try:
@@ -166,7 +166,7 @@ class ServoGroup:
         """Take over servos stopped by their watchdog: restore their profiles, hold their positions.
 
         Raises:
-            ServoError: a servo refuses or does not answer.
+            ServoError: a servo refuses or does not reply.
         """
         here = {identifier: reading.position for identifier, reading in zip(self.ids, readings, strict=True)}
         for identifier in self.ids:
@@ -187,7 +187,7 @@ class ServoGroup:
         """Reboot servos and wait for them; hardware errors and whole turns are lost.
 
         Raises:
-            ServoError: one does not answer afterwards.
+            ServoError: one does not reply afterwards.
         """
         for identifier in identifiers:
             self._bus.reboot(identifier)

@@ -121,4 +121,4 @@ def request_fault(config: RigConfig, request: FaultRequest, timeout: float = 1.0
         expression = key(config.rig.name, SIMULATOR_INJECT)
         for reply in replies(session, expression, encode(request), REPLY_SECONDS, "simulator"):
             return reply
-    raise BusError(f"no simulator answers as '{config.rig.name}': start it with 'tendond simulate'")
+    raise BusError(f"no simulator replies as '{config.rig.name}': start it with 'tendond simulate'")

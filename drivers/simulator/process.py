@@ -29,7 +29,7 @@ CAUGHT_UP = 50
 
 LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
-"""Time without an answer after which the last pose is published again [s]: the controller may have started later."""
+"""Time without a reply after which the last pose is published again [s]: the controller may have started later."""
 
 
 Observation = tuple[TipPose | None, TendonState, SimulatorTruth]
@@ -61,7 +61,7 @@ class Simulator:
         """Simulate until stopped, or for so many cycles.
 
         Args:
-            lockstep: wait for the command that answers each pose, instead of for the clock.
+            lockstep: wait for the command that replies to each pose, instead of for the clock.
             cycles: to simulate; none: no end.
 
         Raises:

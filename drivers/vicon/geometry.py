@@ -24,7 +24,7 @@ class Placement:
         """Transform `inner` from this object's frame to this object's world."""
         return Placement(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
-    def seen_from(self, other: "Placement") -> "Placement":
+    def relative_to(self, other: "Placement") -> "Placement":
         """Return this object in the frame of `other`, both given in the same world."""
         return Placement(other.rotation.T @ (self.position - other.position), other.rotation.T @ self.rotation)
 
@@ -95,7 +95,7 @@ class Alignment:
 
     def tip_in_base(self, tip: Placement, base: Placement) -> Placement:
         """The rod's tip in the rod's base frame, from the two objects in the Vicon world."""
-        return tip.after(self._tip).seen_from(base.after(self._base))
+        return tip.after(self._tip).relative_to(base.after(self._base))
 
     def gravity_error(self, base: Placement) -> float:
         """Angle between the model's gravity and the measured one [rad]; 0 for a model without gravity."""
@@ -119,7 +119,7 @@ class Alignment:
 
 
 def _inverse(placement: Placement) -> Placement:
-    return WORLD.seen_from(placement)
+    return WORLD.relative_to(placement)
 
 
 def _turn(from_vector: Array | None, to_vector: Array) -> Array:

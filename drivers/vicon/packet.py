@@ -64,7 +64,7 @@ def parse(payload: bytes, aliases: Mapping[bytes, str] | None = None) -> Block:
 
     Args:
         payload: payload of a datagram.
-        aliases: names by their bytes, for those that Tracker may encode in another way than UTF-8.
+        aliases: names by their bytes, for those that Tracker may not encode in UTF-8.
 
     Raises:
         PacketError: wrong size, truncated, or items that are none of Tracker's.

@@ -11,7 +11,7 @@ HOT = 75.0
 
 LOW_VOLTS = 3.0
 OVERLOAD_BIT = 5
-CORRUPT_ANSWERS = 20
+CORRUPT_REPLIES = 20
 
 
 def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlReply:
@@ -31,15 +31,15 @@ def cause(bus: EmulatedBus, others: Faults, request: FaultRequest) -> ControlRep
         return ControlReply(done=True, message="plugged in")
     if request.fault is Fault.LOSS:
         bus.loss = request.amount
-        return ControlReply(done=True, message=f"of the answers {request.amount:.0%} have a wrong CRC")
+        return ControlReply(done=True, message=f"of the replies {request.amount:.0%} have a wrong CRC")
     if request.fault is Fault.LATE:
         bus.late = request.amount
-        return ControlReply(done=True, message=f"answers come {request.amount * 1e3:g} ms late")
+        return ControlReply(done=True, message=f"replies come {request.amount * 1e3:g} ms late")
     if request.fault is Fault.CLEAR and request.servo is None:
         bus.loss = bus.late = 0.0
     if request.fault is Fault.CRC:
-        bus.corrupt = CORRUPT_ANSWERS
-        return ControlReply(done=True, message=f"the next {CORRUPT_ANSWERS} answers have a wrong CRC")
+        bus.corrupt = CORRUPT_REPLIES
+        return ControlReply(done=True, message=f"the next {CORRUPT_REPLIES} replies have a wrong CRC")
     if not kind.servo and request.servo is None:
         return others.cause(request)
     if request.seconds is not None:

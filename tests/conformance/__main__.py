@@ -1,4 +1,4 @@
-"""Print how the emulated servos stand beside the manual, as a page: `python -m tests.conformance`; 1 if they differ."""
+"""Compare the emulated servos with the manual: `python -m tests.conformance` prints a page; 1 if they differ."""
 
 import sys
 import tempfile
@@ -9,7 +9,7 @@ from tests.conformance.bench import bench
 from tests.conformance.registers import check, undefined
 from tests.conformance.rules import RULES
 
-HEAD = """# The emulated servos beside the manual
+HEAD = """# The emulated servos and the manual
 
 Made by `python -m tests.conformance`, which asks the emulated servos over a pseudo-terminal with a host of its own
 ([host.py](../tests/conformance/host.py)) and the manual's tables ([manual.py](../tests/conformance/manual.py)), neither
@@ -20,13 +20,13 @@ LEFT_OUT = """
 
 Control Table Backup (0x20) and RAM Restore, firmware recovery, Protocol 1.0 and the RC protocols (Protocol Type other
 than 2), the gains of the control loops and feedforward (kept, without effect), the LED's blinking after a shutdown.
-What the manual leaves open, and how it is here: packets for other servos do not feed the Bus Watchdog, those for all
-do; the supply below which a servo starts anew is 5.0 V; gears and the shaft's lag are guesses.
+Open in the manual, and decided here: packets for other servos do not feed the Bus Watchdog, those for all
+do; the supply below which a servo restarts is 5.0 V; gears and the shaft's lag are guesses.
 """
 
 
 def main() -> int:
-    """Print the page; the number of differences, at most 1."""
+    """Print the page; return the exit status."""
     wrong = 0
     print(HEAD)
     print(
@@ -45,7 +45,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder, bench(Path(folder)) as one:
         found = [f"{address}: {one_wrong}" for address in manual.UNDEFINED for one_wrong in undefined(one, address)]
     wrong += bool(found)
-    print(f"\nAddresses at which nothing is: {'; '.join(found) or 'Access Error for reading and writing'}.")
+    print(f"\nAddresses without a register: {'; '.join(found) or 'Access Error for reading and writing'}.")
     print("\n## Rules\n\n| section | rule | holds |\n| --- | --- | --- |")
     for section, rule in RULES:
         with tempfile.TemporaryDirectory() as folder, bench(Path(folder)) as one:

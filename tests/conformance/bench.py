@@ -42,7 +42,7 @@ class Bench:
         return self.host.write(identifier, row.address, row.size, value)
 
     def whisper(self, name: str, value: int, identifier: int = 1) -> list[Status]:
-        """Write as `put` does, where no answer may come."""
+        """Write as `put` does, where no reply may come."""
         row = ROWS[name]
         return list(self.host.quietly(identifier, row.address, row.size, value))
 

@@ -51,7 +51,7 @@ class Host:
 
     Args:
         path: of the port.
-        patience: for an answer that does not come [s].
+        patience: for a reply that does not come [s].
         more: for another after the first [s].
     """
 
@@ -81,16 +81,16 @@ class Host:
         while select.select([self._file], [], [], self.more if heard else self.patience)[0]:
             heard += os.read(self._file, 4096)
             arrivals.append(time.monotonic() - began)
-        return _answers(heard, arrivals[0] if arrivals else 0.0)
+        return _replies(heard, arrivals[0] if arrivals else 0.0)
 
     def ask(self, identifier: int, instruction: int, parameters: bytes = b"") -> list[Status]:
-        """Send an instruction; every answer."""
+        """Send an instruction; return every reply."""
         return self.send(packet(identifier, instruction, parameters))
 
     def read(self, identifier: int, address: int, size: int) -> Status:
-        """The answer to a read."""
-        (answer,) = self.ask(identifier, 0x02, struct.pack("<HH", address, size))
-        return answer
+        """Return the reply to a read."""
+        (reply,) = self.ask(identifier, 0x02, struct.pack("<HH", address, size))
+        return reply
 
     def value(self, identifier: int, address: int, size: int, *, signed: bool = False) -> int:
         """Return the value of a register."""
@@ -98,11 +98,11 @@ class Host:
 
     def write(self, identifier: int, address: int, size: int, value: int) -> int:
         """The error of a write."""
-        (answer,) = self.ask(identifier, 0x03, write_parameters(address, size, value))
-        return answer.error
+        (reply,) = self.ask(identifier, 0x03, write_parameters(address, size, value))
+        return reply.error
 
     def quietly(self, identifier: int, address: int, size: int, value: int) -> Sequence[Status]:
-        """A write that may not be answered."""
+        """Send a write that may have no reply."""
         return self.ask(identifier, 0x03, write_parameters(address, size, value))
 
 
@@ -111,7 +111,7 @@ def write_parameters(address: int, size: int, value: int) -> bytes:
     return struct.pack("<H", address) + value.to_bytes(size, "little", signed=value < 0)
 
 
-def _answers(heard: bytes, after: float) -> list[Status]:
+def _replies(heard: bytes, after: float) -> list[Status]:
     """Status packets in what was heard; anything else is an error of the test."""
     found = []
     while heard:
@@ -120,7 +120,7 @@ def _answers(heard: bytes, after: float) -> list[Status]:
         whole, heard = heard[: 7 + length], heard[7 + length :]
         assert crc(whole[:-2]) == int.from_bytes(whole[-2:], "little"), whole.hex(" ")
         assert whole[7] == 0x55, whole.hex(" ")
-        stuffed = whole[4] != 0xFE  # an answer of several servos is not
+        stuffed = whole[4] != 0xFE  # a reply of several servos is not
         body = whole[8:-2].replace(HEADER + b"\xfd", HEADER) if stuffed else whole[8:-2]
         found.append(Status(whole[4], body[0] & 0x7F, bool(body[0] & 0x80), body[1:], after))
     return found

@@ -17,11 +17,11 @@ OFF_BELOW = {"Secondary(Shadow) ID": 255, "Bus Watchdog": 127}
 def check(bench: Bench, row: Row) -> Iterator[str]:
     """Yield the differences between a register and its row."""
     host = bench.host
-    answer = host.read(1, row.address, row.size)
-    if answer.error or len(answer.data) != row.size:
-        yield f"read: error {answer.error}, {len(answer.data)} bytes"
+    reply = host.read(1, row.address, row.size)
+    if reply.error or len(reply.data) != row.size:
+        yield f"read: error {reply.error}, {len(reply.data)} bytes"
         return
-    value = int.from_bytes(answer.data, "little", signed=row.low is not None and row.low < 0)
+    value = int.from_bytes(reply.data, "little", signed=row.low is not None and row.low < 0)
     if row.initial is not None and value != row.initial:
         yield f"initial value {value}"
     if not row.writable:
@@ -45,16 +45,16 @@ def _range(bench: Bench, row: Row) -> Iterator[str]:
                 yield f"write of {edge}: error {error}"
             elif (now := host.value(1, row.address, row.size, signed=row.low < 0)) != edge:
                 yield f"write of {edge}: holds {now}"
-    most = 2 ** (8 * row.size) - 1
+    largest = 2 ** (8 * row.size) - 1
     for beyond in (row.low - 1, high + 1):
         if row.low <= 0 and beyond == -1 and row.name != "Bus Watchdog":
             continue  # all bits set: a large number
         if row.name == "Bus Watchdog" and beyond == 0:
             continue
-        if beyond <= most and (error := host.write(1, row.address, row.size, beyond)) not in REFUSED:
+        if beyond <= largest and (error := host.write(1, row.address, row.size, beyond)) not in REFUSED:
             yield f"write of {beyond}: error {error}"
-    if row.low >= 0 and high < most and (error := host.write(1, row.address, row.size, most)) not in REFUSED:
-        yield f"write of {most}: error {error}"
+    if row.low >= 0 and high < largest and (error := host.write(1, row.address, row.size, largest)) not in REFUSED:
+        yield f"write of {largest}: error {error}"
 
 
 def _lock(bench: Bench, row: Row, value: int) -> Iterator[str]:

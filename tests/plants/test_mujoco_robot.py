@@ -139,10 +139,10 @@ def test_a_winch_holds_what_a_tension_holds() -> None:
 
 def test_a_camera_shows_where_the_tip_was() -> None:
     rig = MujocoRig(Robot(), Rig(delay=2))
-    truth, seen = [], []
+    truth, reported = [], []
     for _ in range(8):
         truth.append(rig.plant.position)
-        seen.append(rig.pose()[0])
+        reported.append(rig.pose()[0])
         rig.advance(np.array([5.0, 0.0, 0.0, 0.0]), np.zeros(4), True)
-    assert np.array_equal(seen[2:], truth[:-2])
+    assert np.array_equal(reported[2:], truth[:-2])
     assert not np.array_equal(truth[-1], truth[-3])

@@ -47,7 +47,7 @@ class Bench:
         self.driver = self.new_driver()
 
     def new_driver(self, last: Mapping[int, float] | None = None) -> ServoDriver:
-        """A new one, which knows where the last one left the tendons, or what it is told."""
+        """Return a new driver, with `last` or the places that the previous one left."""
         if last is None:
             last = dict(self.driver.places) if hasattr(self, "driver") else {}
         return ServoDriver(

@@ -18,28 +18,28 @@ STEP = 0.0005
 
 
 class InstantSerial:
-    """A serial port whose servos answer at once; stands for pyserial's."""
+    """A serial port whose servos reply at once; stands for pyserial's."""
 
     def __init__(self, servos: Sequence[EmulatedServo]) -> None:
         self._servos = servos
-        self._line, self._receiver, self._answers = ServoLine(), Receiver(), bytearray()
+        self._line, self._receiver, self._replies = ServoLine(), Receiver(), bytearray()
 
     @property
     def in_waiting(self) -> int:
-        return len(self._answers)
+        return len(self._replies)
 
     def write(self, data: bytes) -> int:
         for packet in self._receiver.feed(bytes(data)):
-            self._answers += self._line.answer(self._servos, packet)[0]
+            self._replies += self._line.reply(self._servos, packet)[0]
         return len(data)
 
     def read(self, length: int) -> bytes:
-        data = bytes(self._answers[:length])
-        del self._answers[:length]
+        data = bytes(self._replies[:length])
+        del self._replies[:length]
         return data
 
     def reset_input_buffer(self) -> None:
-        self._answers.clear()
+        self._replies.clear()
 
     def flush(self) -> None:
         pass

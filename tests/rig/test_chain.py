@@ -127,7 +127,7 @@ def test_a_simulator_left_running_beside_the_real_drivers_is_named_refused_and_a
     chain.until(session, lambda s: chain.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
 
 
-def test_a_killed_controller_leaves_servos_that_stop_by_themselves_and_the_next_is_told_why(chain: Chain) -> None:
+def test_after_a_killed_controller_servos_stop_by_themselves_and_the_next_one_gets_the_reason(chain: Chain) -> None:
     controller = next(one for one in chain.processes if one.args[3] == "run")  # type: ignore[index]
     with chain.session() as session:
         chain.track(session, 0.12)
@@ -151,7 +151,7 @@ def test_a_killed_controller_leaves_servos_that_stop_by_themselves_and_the_next_
         chain.track(session, 0.02)
 
 
-def test_the_servo_driver_lets_out_and_switches_off_when_it_is_told_to_end(chain: Chain) -> None:
+def test_the_servo_driver_releases_and_switches_off_at_a_signal(chain: Chain) -> None:
     """The chain is still tracking from the test before; the controller learns it from the silence."""
     driver = chain.drivers["servo"]
     code, said = chain.end(driver)
@@ -164,7 +164,7 @@ def test_the_servo_driver_lets_out_and_switches_off_when_it_is_told_to_end(chain
 def test_the_log_of_a_chain_holds_the_truth_beside_what_was_measured(chain: Chain) -> None:
     log = load(chain.folder / "run.mcap")
     states = [record.inputs.tendon_state for record in log.records if record.inputs.tendon_state is not None]
-    # 59.8 mm at rest, and a little more on the way there.
+    # 59.8 mm at rest, and a little more while it moves.
     assert max(state.displacement[0] for state in states) == pytest.approx(0.0598, abs=3e-3)
     assert any("servo 2: Overload Error" in state.fault for state in states)
     assert log.calibration == calibration(rig=chain.name)
@@ -208,7 +208,7 @@ def test_wires_are_not_laid_where_they_would_replace_or_miss_something(
         WiredRig(config, config.servo, config.vicon, calibration(), plant, lambda: True)
 
 
-def test_every_fault_of_the_wires_can_be_asked_for_and_mended(tmp_path: Path) -> None:
+def test_every_fault_of_the_wires_can_be_caused_and_cleared(tmp_path: Path) -> None:
     with emulated(tmp_path) as bus:
         second, others = bus.servos[1], Faults(4)
         observed: dict[Fault, Callable[[], bool]] = {

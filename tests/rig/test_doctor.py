@@ -42,7 +42,7 @@ def servo_rig(folder: Path) -> str:
 
 def examined(one: Rig, *arguments: str) -> tuple[int, dict[str, dict[str, str]], "subprocess.CompletedProcess[str]"]:
     """Exit status, and the results by check."""
-    result = one.tell("doctor", "--json", *arguments)
+    result = one.command("doctor", "--json", *arguments)
     assert "Traceback" not in result.stderr
     report: dict[str, Any] = json.loads(result.stdout)
     return result.returncode, {line["check"]: line for line in report["checks"]}, result
@@ -146,12 +146,12 @@ def test_a_wrong_configuration_and_a_wrong_option(tmp_path: Path) -> None:
         assert "lenght" in found["configuration"]["finding"]
         assert "radius" in found["configuration"]["finding"]
         assert result.stderr.count("\n") == 1
-        assert one.tell("doctor", "--nonsense").returncode == 2
+        assert one.command("doctor", "--nonsense").returncode == 2
 
 
 def test_what_people_see_is_plain_when_piped(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
-        said = one.tell("doctor").stdout
+        said = one.command("doctor").stdout
         assert "\033" not in said
         assert all(line.startswith(("pass  ", "warn  ", "fail  ", "      ")) for line in said.splitlines())
         assert table.MODEL_NAME not in said

@@ -43,7 +43,7 @@ def test_a_servo_driver_is_ready_with_its_servos_and_lives_on_without_its_port(
         manager.await_line("STOPPING=1")
 
 
-def test_a_vicon_driver_is_ready_once_it_can_hear_and_tells_what_it_sees(
+def test_a_vicon_driver_is_ready_once_it_listens_and_reports_the_tip(
     tmp_path: Path, manager: Manager, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     port = free_port(socket.SOCK_DGRAM)

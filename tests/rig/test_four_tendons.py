@@ -24,22 +24,22 @@ TURN = 250
 
 
 def circle(cycle: int) -> np.ndarray:
-    """Tensions [N], shape (4,), each tendon pulling when the circle passes its side; the first turn winds up."""
+    """Tensions [N], shape (4,), each tendon pulling when the circle passes its side; they rise in the first turn."""
     size = min(1.0, cycle / TURN)
     angle = 2.0 * math.pi * cycle / TURN
     sides = np.array([math.cos(angle - 0.5 * math.pi * tendon) for tendon in range(4)])
     return np.asarray(size * (TENSION_MIN + (TENSION_MAX - TENSION_MIN) * np.maximum(0.0, sides)))
 
 
-def test_all_four_tendons_wind_at_once_and_stay_taut_while_the_tip_goes_round(tmp_path: Path) -> None:
+def test_all_four_tendons_move_at_once_and_stay_taut_while_the_tip_circles(tmp_path: Path) -> None:
     with wired_bench(tmp_path) as bench:
         travel, taut, tip = _circle_twice(bench)
         code, said = bench.end()
     assert code == 0, said
     assert "fault: servo" not in said
     assert "fault: tendon" not in said
-    assert min(travel) > 0.01  # every one of them winds up and lets out
-    assert min(taut) > 0.25 * TENSION_MIN  # and none of them falls slack on the way
+    assert min(travel) > 0.01  # every one of them is pulled and released
+    assert min(taut) > 0.25 * TENSION_MIN  # and none of them falls slack meanwhile
     assert np.linalg.norm(tip) < 2e-3  # in the end the tip is where the model has it
     assert not any(servo.energised for servo in bench.wired.bus.servos)
 

@@ -1,4 +1,4 @@
-"""A real controller process with a scripted peer, and ways to spoil what the peer sends."""
+"""A real controller process with a scripted peer, and faults of what the peer sends."""
 
 import time
 from collections.abc import Callable
@@ -90,7 +90,7 @@ def once(left: list[bytes | None]) -> Callable[[TipPose], Outgoing]:
 
 
 def changed_briefly(change: dict[str, Any]) -> Callable[[TipPose], Outgoing]:
-    """The next three poses with `change`, of which a cycle sees one at least; then poses as they are."""
+    """The next three poses with `change`, of which at least one reaches a cycle; then poses as they are."""
     done: list[bool] = []
 
     def alter(pose: TipPose) -> Outgoing:

@@ -70,7 +70,7 @@ class Rig:
         self.processes.append(process)
         return process
 
-    def tell(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    def command(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
         """An operator's command, to its end."""
         command = [sys.executable, "-m", "tendond.cli", *arguments, "--config", str(self.config)]
         return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_SECONDS)
@@ -84,7 +84,7 @@ class Rig:
         return open_client(self.endpoint, PATIENCE_SECONDS)
 
     def ask(self, session: zenoh.Session, action: ControlAction) -> ControlReply:
-        """A request, once the controller answers."""
+        """Send a request until the controller replies; return the reply."""
         deadline = time.monotonic() + PATIENCE_SECONDS
         while True:
             try:
@@ -139,7 +139,7 @@ def rig(folder: Path, extra: str = "") -> Iterator[Rig]:
 
 @contextmanager
 def flooded(one: Rig, session: zenoh.Session) -> Iterator[list[int]]:
-    """Questions of the status at `FLOOD`, nobody waiting for the answers; how many were put."""
+    """Query the status at `FLOOD`, without waiting for the replies; the number of queries so far."""
     ending, put = threading.Event(), [0]
     payload = encode(ControlRequest(action=ControlAction.STATUS))
 

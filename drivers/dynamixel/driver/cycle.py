@@ -13,7 +13,7 @@ from tendond.drivers.dynamixel.driver.guard import limited
 from tendond.drivers.dynamixel.driver.phase import DriverPhase, next_phase
 from tendond.drivers.dynamixel.driver.readings import BusHealth, bus_health
 from tendond.drivers.dynamixel.driver.session import ServoSession
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoBus, ServoError
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 
@@ -36,7 +36,7 @@ class ServoCycle:
         fault: latched, in words; empty without one.
         objection: reason why the servos cannot be switched on now, in words; disappears with its cause.
         commands: those of the controller.
-        lost_reads: number of reads without an answer.
+        lost_reads: number of reads without a reply.
         places: last known displacement of each tendon, by servo id [m].
         session: the open bus with its servos.
     """
@@ -63,13 +63,13 @@ class ServoCycle:
         self._was_on = False
         self._phase_since = 0.0
         self._last = 0.0
-        self._unanswered = 0
+        self._lost_in_a_row = 0
         self._connect()
 
     def _connect(self) -> None:
         self.session = ServoSession(self._section, self._calibration, self._open_bus, self.places, self._tension_max)
         self.phase = DriverPhase.OFF
-        self._unanswered = 0
+        self._lost_in_a_row = 0
         if self.session.holds:
             self.fault = "the servos still hold their tendons from an earlier run: run 'tendond servo home'"
 
@@ -146,16 +146,16 @@ class ServoCycle:
         session = self.session
         try:
             session.readings.read(now, relocate=self.phase is DriverPhase.OFF)
-        except NoAnswerError as error:
-            self._unanswered += 1
+        except NoReplyError as error:
+            self._lost_in_a_row += 1
             self.lost_reads += 1
-            if self._unanswered == self._section.silent_reads:
+            if self._lost_in_a_row == self._section.silent_reads:
                 silent = session.bus.absent(session.servos.ids)
                 names = ", ".join(map(str, silent))
-                fault = f"servo {names}: does not answer" if silent else f"bad answers: {error}"
+                fault = f"servo {names}: does not reply" if silent else f"bad replies: {error}"
                 self._fail(now, fault + session.bus.transport.late.text)
             return
-        self._unanswered = 0
+        self._lost_in_a_row = 0
         if self.phase is not DriverPhase.OFF:
             session.limit_output()
         if self.phase is DriverPhase.OFF:
@@ -171,7 +171,7 @@ class ServoCycle:
             self._fail(now, fault)
 
     def _switch_on(self, now: float) -> None:
-        if self.fault or self.objection or self._unanswered or not self.commands.disarmed:
+        if self.fault or self.objection or self._lost_in_a_row or not self.commands.disarmed:
             return
         self.session.reset_monitors()
         self.session.stand_still()

@@ -85,7 +85,7 @@ class ServoDriver(ServoCycle):
         self.session.wake()
         self.fault = ""
         self._enter(DriverPhase.RELEASING, now)
-        return "the servos answer again: releasing the tendons"
+        return "the servos reply again: releasing the tendons"
 
     def close(self, now: Callable[[], float], wait: Callable[[float], None]) -> None:
         """Release the tendons, switch the torque off, close the port.

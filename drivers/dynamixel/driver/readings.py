@@ -31,7 +31,7 @@ class TendonReadings:
         places: last known displacement of each tendon, by servo id [m]; kept up to date here.
 
     Raises:
-        ServoError: the servos do not answer.
+        ServoError: the servos do not reply.
 
     Attributes:
         servo: newest reading of each servo.
@@ -66,7 +66,7 @@ class TendonReadings:
             relocate: determine the turns again where a tendon has jumped: without torque, a servo may be rebooted.
 
         Raises:
-            ServoError: not all of them answered; nothing has changed.
+            ServoError: not all of them replied; nothing has changed.
         """
         loads = self.loads
         readings = self._servos.read()
@@ -78,10 +78,10 @@ class TendonReadings:
         self.rise = tuple(b - a for a, b in zip(loads, self.loads, strict=True))
 
     def read_again(self) -> None:
-        """Read all servos, again where an answer is lost.
+        """Read all servos, again where a reply is lost.
 
         Raises:
-            ServoError: not all of them answered, several times.
+            ServoError: not all of them replied, several times.
         """
         self._take(self._servos.read_again(), relocate=False)
 
@@ -116,7 +116,7 @@ def bus_health(bus: ServoBus, lost: int, readings: TendonReadings) -> BusHealth:
 
     Args:
         bus: bus of the servos.
-        lost: reads without an answer so far.
+        lost: reads without a reply so far.
         readings: newest.
     """
     trips = sorted(bus.round_trips)

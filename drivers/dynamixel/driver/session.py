@@ -122,7 +122,7 @@ class ServoSession:
         """Take over servos that were stopped by their watchdog: they hold where they are.
 
         Raises:
-            ServoError: a servo refuses or does not answer.
+            ServoError: a servo refuses or does not reply.
         """
         self.servos.wake(self.readings.servo)
         self.reset_monitors()

@@ -36,9 +36,9 @@ class EmulatedBus:
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
-        corrupt: number of next answers with a wrong CRC.
-        loss: probability of a wrong CRC in any other answer.
-        late: time by which the adapter delays every answer [s].
+        corrupt: number of next replies with a wrong CRC.
+        loss: probability of a wrong CRC in any other reply.
+        late: time by which the adapter delays every reply [s].
         instructions: packets understood so far, newest last, for tests.
         errors: exceptions in the thread, which are errors of the emulator, for tests.
     """
@@ -139,7 +139,7 @@ class EmulatedBus:
                 last = now
 
     def _patience(self) -> float:
-        """Return the time until the next answer or the next step of the servos [s]."""
+        """Return the time until the next reply or the next step of the servos [s]."""
         if not self._pending:
             return TICK_SECONDS
         return min(max(self._pending[0][0] - time.monotonic(), 0.0), TICK_SECONDS)
@@ -159,19 +159,19 @@ class EmulatedBus:
         for packet in self._receiver.feed(data):
             self.instructions.append(packet)
             del self.instructions[:-1000]
-            answer, delay = self._line.answer(servos, packet)
-            if not answer:
+            reply, delay = self._line.reply(servos, packet)
+            if not reply:
                 continue
             if self.corrupt > 0 or self._chance.random() < self.loss:
                 self.corrupt = max(0, self.corrupt - 1)
-                answer = answer[:-1] + bytes([answer[-1] ^ 0xFF])
-            self._pending.append((now + delay + self.late, answer))
+                reply = reply[:-1] + bytes([reply[-1] ^ 0xFF])
+            self._pending.append((now + delay + self.late, reply))
 
     def _send(self, master: int) -> None:
         while self._pending and self._pending[0][0] <= time.monotonic():
-            _, answer = self._pending.pop(0)
+            _, reply = self._pending.pop(0)
             with suppress(OSError):
-                os.write(master, answer)
+                os.write(master, reply)
 
     def _speed(self) -> int:
         """Return the baud rate of the open port [bit/s]."""

@@ -1,4 +1,4 @@
-"""Answers of servos on one line to an instruction packet. Reads no clock."""
+"""Replies of servos on one line to an instruction packet. Reads no clock."""
 
 from collections.abc import Sequence
 
@@ -27,8 +27,8 @@ class ServoLine:
     def __init__(self) -> None:
         self.knows_fast = True
 
-    def answer(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
-        """Return the answer and its delay [s]; empty without an answer.
+    def reply(self, servos: Sequence[EmulatedServo], packet: Packet) -> tuple[bytes, float]:
+        """Return the reply and its delay [s]; empty without a reply.
 
         Args:
             servos: that receive the packet; several may have the same id.
@@ -64,27 +64,27 @@ class ServoLine:
                 servo.packet_received()
                 if packet.intact:
                     _carry_out(servo, packet, primary=False)
-        answers = []
+        replies = []
         for servo in servos:
             if servo.id != packet.id:
                 continue
             servo.packet_received()
             if not packet.intact:
-                answers.append(status(packet.id, Error.CRC | _alert(servo)))
+                replies.append(status(packet.id, Error.CRC | _alert(servo)))
                 continue
             reads = packet.instruction == Instruction.READ
-            answered = packet.instruction == Instruction.PING or servo.answers(reads=reads)
+            replies_to_it = packet.instruction == Instruction.PING or servo.replies(reads=reads)
             error, data = _carry_out(servo, packet)
-            if answered:
-                answers.append(status(packet.id, error | _alert(servo), data))
-        return _collide(answers), _delay(servos)
+            if replies_to_it:
+                replies.append(status(packet.id, error | _alert(servo), data))
+        return _collide(replies), _delay(servos)
 
     def _all_ping(self, servos: Sequence[EmulatedServo]) -> bytes:
-        """Answer in the order of the ids, those of one id at the same time."""
-        answers: dict[int, list[bytes]] = {}
+        """Reply in the order of the ids, those of one id at the same time."""
+        replies: dict[int, list[bytes]] = {}
         for servo in servos:
-            answers.setdefault(servo.id, []).append(status(servo.id, _alert(servo), _identity(servo)))
-        return b"".join(_collide(answers[identifier]) for identifier in sorted(answers))
+            replies.setdefault(servo.id, []).append(status(servo.id, _alert(servo), _identity(servo)))
+        return b"".join(_collide(replies[identifier]) for identifier in sorted(replies))
 
     def _sync_read(self, servos: Sequence[EmulatedServo], packet: Packet) -> bytes:
         fast = packet.instruction == Instruction.FAST_SYNC_READ
@@ -102,18 +102,18 @@ class ServoLine:
         return fast_status(blocks, 1 + len(asked) * (length + 4)) if blocks else b""
 
     def _bulk_read(self, servos: Sequence[EmulatedServo], parameters: bytes) -> bytes:
-        answers = b""
+        replies = b""
         for at in range(0, len(parameters) - 4, 5):
             identifier = parameters[at]
             data = _read(servos, identifier, _word(parameters[at + 1 :]), _word(parameters[at + 3 :]))
             if data is None:
                 break
-            answers += status(identifier, *data)
-        return answers
+            replies += status(identifier, *data)
+        return replies
 
 
 def _carry_out(servo: EmulatedServo, packet: Packet, *, primary: bool = True) -> tuple[int, bytes]:
-    """Carry out an instruction for one servo; return error and data of its answer."""
+    """Carry out an instruction for one servo; return error and data of its reply."""
     parameters = packet.parameters
     match packet.instruction:
         case Instruction.PING:
@@ -162,20 +162,20 @@ def _write(servos: Sequence[EmulatedServo], identifier: int, address: int, data:
 
 
 def _read(servos: Sequence[EmulatedServo], identifier: int, address: int, length: int) -> tuple[int, bytes] | None:
-    """Return error byte and data of one servo's block of a common answer."""
+    """Return error byte and data of one servo's block of a common reply."""
     servo = next((one for one in servos if one.id == identifier), None)
-    if servo is None or not servo.answers(reads=True):
+    if servo is None or not servo.replies(reads=True):
         return None
     data = servo.read(address, length)
     return None if data is None else (_alert(servo), data)
 
 
-def _collide(answers: Sequence[bytes]) -> bytes:
-    """Combine answers that are written at the same time: a 0 on the line is dominant."""
-    if len(answers) < 2:
-        return b"".join(answers)
-    longest = max(map(len, answers))
-    padded = [answer.ljust(longest, b"\xff") for answer in answers]
+def _collide(replies: Sequence[bytes]) -> bytes:
+    """Combine replies that are written at the same time: a 0 on the line is dominant."""
+    if len(replies) < 2:
+        return b"".join(replies)
+    longest = max(map(len, replies))
+    padded = [reply.ljust(longest, b"\xff") for reply in replies]
     return bytes(_all_ones(column) for column in zip(*padded, strict=True))
 
 

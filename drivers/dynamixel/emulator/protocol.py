@@ -29,7 +29,7 @@ class Instruction(IntEnum):
 
 
 class Error(IntEnum):
-    """Error in a servo's answer."""
+    """Error in a servo's reply."""
 
     NONE = 0
     RESULT_FAIL = 1
@@ -96,10 +96,10 @@ def status(identifier: int, error: int, parameters: bytes = b"") -> bytes:
 
 
 def fast_status(blocks: list[tuple[int, int, bytes]], length: int) -> bytes:
-    """The one packet in which servos answer a Fast Sync Read, as far as the servos in `blocks` write it.
+    """The one packet in which servos reply to a Fast Sync Read, as far as the servos in `blocks` write it.
 
     Args:
-        blocks: error, id and data of each servo that answers, in the order asked; each adds a CRC of all before it.
+        blocks: error, id and data of each servo that replies, in the order asked; each adds a CRC of all before it.
         length: that the whole packet announces. It is not stuffed.
     """
     data = HEADER + bytes([0, BROADCAST]) + length.to_bytes(2, "little") + bytes([STATUS])

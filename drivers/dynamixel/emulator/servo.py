@@ -19,7 +19,7 @@ class EmulatedServo(EmulatedMotor):
         position: position of the shaft at power-up [ticks]; the servo knows only the position within a turn.
 
     Attributes:
-        silent: it answers nothing, and does nothing.
+        silent: it neither replies nor acts.
     """
 
     def __init__(self, identifier: int, baudrate: int = 57600, position: int = 2048) -> None:
@@ -51,12 +51,12 @@ class EmulatedServo(EmulatedMotor):
 
     @property
     def deaf(self) -> bool:
-        """True while it receives and answers nothing."""
+        """True while it neither receives nor replies."""
         return self.silent or self._dark
 
     @property
     def return_delay(self) -> float:
-        """Delay of its answers [s]."""
+        """Delay of its replies [s]."""
         return self.value(table.RETURN_DELAY_TIME) * table.RETURN_DELAY_UNIT
 
     def factory_reset(self, option: int) -> Error:
@@ -88,8 +88,8 @@ class EmulatedServo(EmulatedMotor):
         """Note an instruction packet, for the Bus Watchdog."""
         self._since_packet = 0.0
 
-    def answers(self, *, reads: bool) -> bool:
-        """Return true where Status Return Level allows an answer to a read, or to other instructions but a ping."""
+    def replies(self, *, reads: bool) -> bool:
+        """Return true where Status Return Level allows a reply to a read, or to other instructions but a ping."""
         return self.value(table.STATUS_RETURN_LEVEL) >= (1 if reads else 2)
 
     def read(self, address: int, length: int) -> bytes | None:

@@ -24,7 +24,7 @@ def latency_timer(port: str, sys: Path = SYS) -> tuple[int, Path] | None:
 
 
 def latency_warning(port: str, sys: Path = SYS) -> str:
-    """Return a warning for an adapter that delays answers; empty without one.
+    """Return a warning for an adapter that delays replies; empty without one.
 
     Args:
         port, sys: see `latency_timer`.
@@ -33,4 +33,4 @@ def latency_warning(port: str, sys: Path = SYS) -> str:
     if found is None or found[0] <= WANTED_MS:
         return ""
     timer, file = found
-    return f"{port}: its latency timer is {timer} ms, answers come late: echo {WANTED_MS} > {file}"
+    return f"{port}: its latency timer is {timer} ms, replies come late: echo {WANTED_MS} > {file}"

@@ -9,7 +9,7 @@ from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_REBOOT, INST_WRITE
 
 from tendond.drivers.dynamixel.serial.group_read import read_fast, read_plain
-from tendond.drivers.dynamixel.serial.port import NoAnswerError as NoAnswerError
+from tendond.drivers.dynamixel.serial.port import NoReplyError as NoReplyError
 from tendond.drivers.dynamixel.serial.port import PortLostError as PortLostError
 from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
 from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
@@ -18,8 +18,8 @@ from tendond.drivers.dynamixel.serial.table import Register
 from tendond.drivers.dynamixel.serial.transport import HEADER, STATUS_BYTES, Transport
 
 TRIES = 8
-"""Attempts for a single register: writing the same value again does no harm. Where a fifth of the answers is lost, 3 in
-a million pairs of request and answer fail so often."""
+"""Attempts for a single register: writing the same value again does no harm. Where a fifth of the replies is lost, 3 in
+a million pairs of request and reply fail so often."""
 
 SERVOS_PER_READ = 8
 """Number of servos in one read: the SDK limits packets to 1024 bytes."""
@@ -34,7 +34,7 @@ class ServoBus:
     Args:
         port: port of the adapter.
         baudrate: [bit/s].
-        answer_timeout: timeout of an answer, beyond its time on the wire [s].
+        reply_timeout: timeout of a reply, beyond its time on the wire [s].
 
     Raises:
         PortLostError: it cannot be opened.
@@ -43,14 +43,14 @@ class ServoBus:
         port: name of it.
         transport: packets on it.
         reads: number of reads of all servos.
-        round_trips: times of those that were answered, since the list was last emptied [s]; bounded.
+        round_trips: times of those with all replies, since the list was last emptied [s]; bounded.
     """
 
-    def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
+    def __init__(self, port: str, baudrate: int, reply_timeout: float) -> None:
         self.port = port
         self.reads = 0
         self.round_trips: deque[float] = deque(maxlen=1000)
-        self.transport = Transport(port, baudrate, answer_timeout)
+        self.transport = Transport(port, baudrate, reply_timeout)
         self._request = 0
 
     def __enter__(self) -> "ServoBus":
@@ -69,7 +69,7 @@ class ServoBus:
         return self.transport.wire_seconds(READ_BYTES + servos + servos * length)
 
     def ping(self, identifier: int) -> int | None:
-        """Return the model number of a servo; none without an intelligible answer.
+        """Return the model number of a servo; none without an intelligible reply.
 
         Raises:
             PortLostError: the port has gone away.
@@ -82,7 +82,7 @@ class ServoBus:
         """Read a register.
 
         Raises:
-            PortLostError, NoAnswerError, RefusedError: see there.
+            PortLostError, NoReplyError, RefusedError: see there.
         """
         parameters = struct.pack("<HH", register.address, register.size)
         data = self._confirmed(identifier, f"read {register.name}", INST_READ, parameters, register.size)
@@ -92,7 +92,7 @@ class ServoBus:
         """Read several registers of one servo at once, from the first to the last.
 
         Raises:
-            PortLostError, NoAnswerError, RefusedError: see there.
+            PortLostError, NoReplyError, RefusedError: see there.
         """
         first = min(register.address for register in registers)
         length = max(register.address + register.size for register in registers) - first
@@ -103,7 +103,7 @@ class ServoBus:
         """Write a register, confirmed.
 
         Raises:
-            PortLostError, NoAnswerError, RefusedError: see there.
+            PortLostError, NoReplyError, RefusedError: see there.
         """
         data = register.to_bytes(value)
         if HEADER in data:
@@ -115,12 +115,12 @@ class ServoBus:
         """Reboot a servo: its torque is then off, its hardware errors and whole turns are lost.
 
         Raises:
-            PortLostError, NoAnswerError, RefusedError: see there.
+            PortLostError, NoReplyError, RefusedError: see there.
         """
         self._confirmed(identifier, "reboot", INST_REBOOT, b"", 0)
 
     def _confirmed(self, identifier: int, what: str, instruction: int, parameters: bytes, length: int) -> bytes:
-        """Send a request until it is answered, at most `TRIES` times."""
+        """Send a request until there is a reply, up to `TRIES` times."""
         result, error, data = COMM_RX_TIMEOUT, 0, b""
         transport = self.transport
         for _ in range(TRIES):
@@ -130,7 +130,7 @@ class ServoBus:
             if result == COMM_SUCCESS:
                 break
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"servo {identifier}: {what}: {transport.text(result)}{transport.late.text}")
+            raise NoReplyError(f"servo {identifier}: {what}: {transport.text(result)}{transport.late.text}")
         if error & ~ALERT:
             raise RefusedError(f"servo {identifier}: {what}: {transport.error_text(error & ~ALERT)}")
         return data
@@ -154,12 +154,12 @@ class ServoBus:
         with self.transport.in_use():
             result = self.transport.sync_write(register.address, register.size, parameters)
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"write {register.name}: {self.transport.text(result)}")
+            raise NoReplyError(f"write {register.name}: {self.transport.text(result)}")
 
     def read_all(self, identifiers: Sequence[int], *, fast: bool) -> dict[int, ServoReading]:
-        """Read all servos; either all answer, or an error is raised.
+        """Read all servos; either all reply, or an error is raised.
 
-        After a request without an answer, the next one asks for another number of bytes, so that a late answer is not
+        After a request without a reply, the next one asks for another number of bytes, so that a late reply is not
         taken for one to it.
 
         Args:
@@ -168,7 +168,7 @@ class ServoBus:
 
         Raises:
             PortLostError: the port has gone away.
-            NoAnswerError: one or more did not answer.
+            NoReplyError: one or more did not reply.
         """
         readings: dict[int, ServoReading] = {}
         self.reads += 1
@@ -184,7 +184,7 @@ class ServoBus:
         return readings
 
     def absent(self, identifiers: Iterable[int], tries: int = 2) -> list[int]:
-        """Return the servos that do not answer to so many pings each.
+        """Return the servos that do not reply to so many pings each.
 
         Raises:
             PortLostError: the port has gone away.

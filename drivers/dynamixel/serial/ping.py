@@ -18,10 +18,10 @@ def ping_all(transport: Transport, patience: float = PING_SLOT_SECONDS * BROADCA
 
     Args:
         transport: open.
-        patience: silence of the line after which all have answered [s].
+        patience: silence of the line after which all have replied [s].
 
     Returns:
-        Model number by id; and true where there were bytes that are not an answer: noise, or two servos of one id.
+        Model number by id; and true where there were bytes that are not a reply: noise, or two servos of one id.
 
     Raises:
         PortLostError: the port has gone away.

@@ -33,8 +33,8 @@ class PortLostError(ServoError):
     """The port cannot be opened, or has gone away."""
 
 
-class NoAnswerError(ServoError):
-    """A servo does not answer intelligibly."""
+class NoReplyError(ServoError):
+    """A servo does not reply intelligibly."""
 
 
 class RefusedError(ServoError):
@@ -44,10 +44,10 @@ class RefusedError(ServoError):
 class Port(PortHandler):  # type: ignore[misc]
     """Port of the SDK with timeouts on the monotonic clock, any baud rate, and exclusive use."""
 
-    def __init__(self, name: str, answer_timeout: float) -> None:
+    def __init__(self, name: str, reply_timeout: float) -> None:
         super().__init__(name)
         self.is_open: bool
-        self.answer_timeout = answer_timeout
+        self.reply_timeout = reply_timeout
 
     def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
         self.baudrate = baudrate
@@ -69,12 +69,12 @@ class Port(PortHandler):  # type: ignore[misc]
         return True
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
-        if self.getTimeSinceStart() > GIVE_UP * self.packet_timeout + 1e3 * self.answer_timeout:
+        if self.getTimeSinceStart() > GIVE_UP * self.packet_timeout + 1e3 * self.reply_timeout:
             return b""
         return bytes(self.ser.read(length))
 
     def setPacketTimeout(self, packet_length: int) -> None:  # noqa: N802
-        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.answer_timeout)
+        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.reply_timeout)
 
     def getCurrentTime(self) -> float:  # noqa: N802
         return time.monotonic() * 1e3

@@ -22,7 +22,7 @@ def _from(register: Register) -> ReadRequest:
 
 
 READ_REQUESTS = tuple(map(_from, (table.TORQUE_ENABLE, table.SHUTDOWN, table.STARTUP_CONFIGURATION)))
-"""Requests with all of a `ServoReading`, of different length: an answer shows to which it belongs."""
+"""Requests with all of a `ServoReading`, of different length: a reply shows to which it belongs."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class ServoReading:
 
 
 def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading:
-    """Decode an answer.
+    """Decode a reply.
 
     Args:
-        question: that it answers.
-        data: data of the answer, `question.length` bytes.
-        error: error of the answer's status.
+        question: request that it replies to.
+        data: data of the reply, `question.length` bytes.
+        error: error of the reply's status.
     """
 
     def value(register: Register) -> int:

@@ -1,8 +1,8 @@
 """Instruction and status packets over the Dynamixel SDK, without the SDK's known faults.
 
 SDK 4.1 has these, which are worked around here and in `port.py`: packet timeouts are on the wall clock and assume an
-adapter latency of 16 ms; waiting for an answer spins; a port that fails stays marked as in use; a noisy line can keep a
-read for ever; `getData` returns 0 for what never came; an answer to an earlier request is taken for one to the present
+adapter latency of 16 ms; waiting for a reply spins; a port that fails stays marked as in use; a noisy line can keep a
+read for ever; `getData` returns 0 for what never came; a reply to an earlier request is taken for one to the present
 request; values that contain FF FF FD are sent unstuffed, and a servo that gets them loses synchronisation; a second
 process may open the same port.
 """
@@ -15,12 +15,12 @@ from contextlib import contextmanager, suppress
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, Protocol2PacketHandler
 
 from tendond.drivers.dynamixel.serial.late import LateReplies
-from tendond.drivers.dynamixel.serial.port import WIRE_ERRORS, NoAnswerError, Port, PortLostError, open_failure
+from tendond.drivers.dynamixel.serial.port import WIRE_ERRORS, NoReplyError, Port, PortLostError, open_failure
 from tendond.drivers.dynamixel.serial.reading import ALERT
 
 LATE_SECONDS = 0.02
-"""Silence of the line after a missing answer, before the next request [s]: an FTDI adapter with its default timer
-delays answers by 16 ms. A read of all servos does not wait: its answers are distinguished by their length."""
+"""Silence of the line after a missing reply, before the next request [s]: an FTDI adapter with its default timer
+delays replies by 16 ms. A read of all servos does not wait: its replies are distinguished by their length."""
 
 HEADER = b"\xff\xff\xfd"
 
@@ -34,7 +34,7 @@ class Transport:
     Args:
         port: port of the adapter.
         baudrate: [bit/s].
-        answer_timeout: timeout of an answer, beyond its time on the wire [s].
+        reply_timeout: timeout of a reply, beyond its time on the wire [s].
 
     Raises:
         PortLostError: it cannot be opened.
@@ -42,14 +42,14 @@ class Transport:
     Attributes:
         name: name of the port.
         late: replies that came after their timeout.
-        pending: an answer is missing and may still come.
+        pending: a reply is missing and may still come.
     """
 
-    def __init__(self, port: str, baudrate: int, answer_timeout: float) -> None:
+    def __init__(self, port: str, baudrate: int, reply_timeout: float) -> None:
         self.name = port
         self.late = LateReplies()
         self.pending = False
-        self._port = Port(port, answer_timeout)
+        self._port = Port(port, reply_timeout)
         self._packets = Protocol2PacketHandler()
         self.set_baudrate(baudrate)
 
@@ -66,9 +66,9 @@ class Transport:
             self.close()
             raise open_failure(self.name, error) from error
 
-    def set_answer_timeout(self, seconds: float) -> None:
-        """Change the timeout of an answer, beyond its time on the wire [s]."""
-        self._port.answer_timeout = seconds
+    def set_reply_timeout(self, seconds: float) -> None:
+        """Change the timeout of a reply, beyond its time on the wire [s]."""
+        self._port.reply_timeout = seconds
 
     def close(self) -> None:
         """Close the port; repeated calls do nothing."""
@@ -87,14 +87,14 @@ class Transport:
 
         Raises:
             PortLostError: the port is not open, or has gone away.
-            NoAnswerError: the SDK failed on an answer.
+            NoReplyError: the SDK failed on a reply.
         """
         if not self._port.is_open:
             raise PortLostError(f"{self.name}: is not open")
         try:
             yield
         except (struct.error, IndexError) as error:
-            raise NoAnswerError(f"{self.name}: the SDK failed on an answer: {error}") from error
+            raise NoReplyError(f"{self.name}: the SDK failed on a reply: {error}") from error
         except WIRE_ERRORS as error:
             self.close()
             raise PortLostError(f"{self.name}: the port has gone away: {error}") from error
@@ -105,7 +105,7 @@ class Transport:
         """Send an instruction packet; earlier input is discarded.
 
         Raises:
-            NoAnswerError: it was not sent.
+            NoReplyError: it was not sent.
         """
         self._note_pending()
         length = (len(parameters) + 3).to_bytes(2, "little")
@@ -113,38 +113,38 @@ class Transport:
         result = self._packets.txPacket(self._port, packet)
         self._port.is_using = False
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"{self.name}: {self.text(result)}")
+            raise NoReplyError(f"{self.name}: {self.text(result)}")
 
     def transact(
         self, identifier: int, instruction: int, parameters: Sequence[int] | bytes, length: int
     ) -> tuple[bytes, int, int]:
-        """Send a request and read its answer: data of that length (none with an error), the SDK's result, the error."""
+        """Send a request and read its reply: data of that length (none with an error), the SDK's result, the error."""
         self.send(identifier, instruction, parameters)
         self.late.request_sent()
         self._port.setPacketTimeout(STATUS_BYTES + length)
-        return self.answer(identifier, (length,), fast=False)
+        return self.read_reply(identifier, (length,), fast=False)
 
     def request_sync_read(self, address: int, length: int, identifiers: Sequence[int], *, fast: bool) -> None:
         """Send a (Fast) Sync Read.
 
         Raises:
-            NoAnswerError: it was not sent.
+            NoReplyError: it was not sent.
         """
         if self.pending and self._port.ser.in_waiting:
             self.late.note()
         result = self._packets.syncReadTx(self._port, address, length, list(identifiers), len(identifiers), fast)
         if result != COMM_SUCCESS:
-            raise NoAnswerError(f"read of all servos: {self.text(result)}")
+            raise NoReplyError(f"read of all servos: {self.text(result)}")
         self.late.request_sent()
         self.pending = False
         self._port.setPacketTimeout(len(identifiers) * (length + STATUS_BYTES))  # the SDK's own is far longer
 
     def sync_write(self, address: int, length: int, parameters: bytes) -> int:
-        """Send a Sync Write, which is not answered; return the SDK's result."""
+        """Send a Sync Write, which has no reply; return the SDK's result."""
         return int(self._packets.syncWriteTxOnly(self._port, address, length, list(parameters), len(parameters)))
 
-    def answer(self, identifier: int, lengths: Iterable[int], *, fast: bool) -> tuple[bytes, int, int]:
-        """Read the next answer with that id and length; others belong to earlier requests, and are counted as late."""
+    def read_reply(self, identifier: int, lengths: Iterable[int], *, fast: bool) -> tuple[bytes, int, int]:
+        """Read the next reply with that id and length; others belong to earlier requests, and are counted as late."""
         while True:
             packet, result = self._packets.rxPacket(self._port, fast)
             if result != COMM_SUCCESS:
@@ -164,7 +164,7 @@ class Transport:
         return bytes(self._port.ser.read(1024))
 
     def drain(self) -> None:
-        """Wait for answers that are still pending, and discard them."""
+        """Wait for replies that are still pending, and discard them."""
         if not self.pending:
             return
         deadline = time.monotonic() + 3.0 * LATE_SECONDS
@@ -190,7 +190,7 @@ class Transport:
         return plain(self._packets.getTxRxResult(result))
 
     def error_text(self, error: int) -> str:
-        """Return the SDK's words for the error of an answer."""
+        """Return the SDK's words for the error of a reply."""
         return plain(self._packets.getRxPacketError(error))
 
 

@@ -23,7 +23,7 @@ from tendond.drivers.dynamixel.tools.rig import ServoRig, open_bus
 from tendond.drivers.dynamixel.tools.tendons import pretension, take_over
 
 TURN_ON_TRIAL = math.radians(30.0)
-"""Turn of a servo by which the operator sees which tendon moves, and in which direction [rad]."""
+"""Turn of a servo that shows the operator which tendon moves, and in which direction [rad]."""
 
 KNOWN_TURN = math.radians(90.0)
 """Release whose travel gives the spool's radius [rad]."""
@@ -39,7 +39,7 @@ CAMERA_DIFFERENCE = (0.6, 1.4)
 by a factor of two, a swapped id and a wrong sign are all outside."""
 
 Ask = Callable[[str], str]
-"""Puts a question to the operator; the answer in small letters."""
+"""Puts a question to the operator; the reply in small letters."""
 
 
 class MismatchError(TendondError):
@@ -145,9 +145,9 @@ class _Tendon:
                     f"servo {self.servo} moved tendon {moved or '?'}, not tendon {self.index}: fix servo.ids or the"
                     " tendons' order, then resume"
                 )
-            answer = self.ask("Did the first turn let it OUT? yes, no or again:")
-            if answer in {"yes", "no"}:
-                return 1 if answer == "yes" else -1
+            reply = self.ask("Did the first turn let it OUT? yes, no or again:")
+            if reply in {"yes", "no"}:
+                return 1 if reply == "yes" else -1
 
     def _radius(self, tendon: TendonCalibration) -> float:
         """Release by a known angle, ask for the travel, and return the spool's radius [m]."""
@@ -160,11 +160,11 @@ class _Tendon:
             radius = travel / turned
             if abs(radius - believed) <= RADIUS_DIFFERENCE * believed:
                 return radius
-            answer = self.ask(
+            reply = self.ask(
                 f"That makes a radius of {radius * 1e3:.2f} mm, servo.spool_radius is {believed * 1e3:g} mm. Is the"
                 " measured one right? yes, or no to measure again:"
             )
-            if answer == "yes":
+            if reply == "yes":
                 return radius
 
     def _turn(self, tendon: TendonCalibration, angle: float, *, back: bool) -> float:

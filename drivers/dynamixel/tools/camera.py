@@ -74,7 +74,7 @@ class Camera:
             self._session.close()
 
     def bend(self, meanwhile: Callable[[], object] = lambda: time.sleep(0.005)) -> Bend | None:
-        """Measure the mean bend of the tip; none where no camera sees it.
+        """Measure the mean bend of the tip; none where no camera measures it.
 
         Args:
             meanwhile: called repeatedly while waiting: a servo that holds needs commands.

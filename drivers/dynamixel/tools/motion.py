@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from tendond.drivers.dynamixel.checks import watchdog_units, within_range
 from tendond.drivers.dynamixel.driver.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
@@ -16,8 +16,8 @@ from tendond.schemas.config.servo import ServoSection
 
 SETTLE_SECONDS = 0.3
 BLIND_READS = 20
-"""Minimum number of unanswered reads in a row that a tool tolerates, while the tendon stands still. Where a fifth of
-the answers is lost, the probability of so many in a row is 1e-14."""
+"""Minimum number of lost reads in a row that a tool tolerates, while the tendon stands still. Where a fifth of
+the replies is lost, the probability of so many in a row is 1e-14."""
 
 ARRIVED = 0.001
 """Distance from its target at which a tendon has arrived [m]."""
@@ -44,7 +44,7 @@ class ServoMotion:
 
     def _first(self) -> ServoReading:
         for _ in range(BLIND_READS - 1):
-            with suppress(NoAnswerError):
+            with suppress(NoReplyError):
                 return self._ask()
         return self._ask()
 
@@ -57,14 +57,14 @@ class ServoMotion:
         return self.spool.displacement(self.latest.position)
 
     def look(self) -> bool:
-        """Read the servo; false where the answer is lost, which is tolerated as in the driver.
+        """Read the servo; false where the reply is lost, which is tolerated as in the driver.
 
         Raises:
-            ServoError: it does not answer several times in a row, or has an error.
+            ServoError: it does not reply several times in a row, or has an error.
         """
         try:
             self.latest = self._ask()
-        except NoAnswerError:
+        except NoReplyError:
             self._lost += 1
             if self._lost >= max(BLIND_READS, self._section.silent_reads):
                 raise
@@ -146,7 +146,7 @@ class ServoMotion:
         """Switch the torque on at the present position, with profile, limited output and Bus Watchdog.
 
         Raises:
-            ServoError: it refuses or does not answer.
+            ServoError: it refuses or does not reply.
         """
         section, write = self._section, self._bus.write
         radius = self.spool.calibration.spool_radius
@@ -191,7 +191,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
         tension_max: that of [limits] [N].
 
     Raises:
-        ServoError: it has an error, is not set up, refuses or does not answer.
+        ServoError: it has an error, is not set up, refuses or does not reply.
     """
     identifier = spool.calibration.servo
     require(bus, (identifier,), section.answer_timeout)

@@ -27,20 +27,20 @@ class Requirement:
     why: str
     also: tuple[int, ...] = ()
 
-    def objection(self, found: int, answer_timeout: float) -> str:
+    def objection(self, found: int, reply_timeout: float) -> str:
         """Return what is wrong with a value, in words; empty for a valid one."""
         if found == self.wanted or found in self.also:
             return ""
-        if self.register is table.RETURN_DELAY_TIME and found * table.RETURN_DELAY_UNIT <= DELAY_SHARE * answer_timeout:
+        if self.register is table.RETURN_DELAY_TIME and found * table.RETURN_DELAY_UNIT <= DELAY_SHARE * reply_timeout:
             return ""
         return f"{self.register.name} is {found}, must be {self.wanted} ({self.why})"
 
 
 REQUIREMENTS = (
     Requirement(table.OPERATING_MODE, table.EXTENDED_POSITION, "goals would be speeds, or end at one turn"),
-    Requirement(table.DRIVE_MODE, 0, "a goal would switch the torque on, or turn the other way, or take a time"),
+    Requirement(table.DRIVE_MODE, 0, "a goal would switch the torque on, or reverse the direction, or take a time"),
     Requirement(table.STARTUP_CONFIGURATION, 0, "the torque would come on with the power"),
-    Requirement(table.RETURN_DELAY_TIME, 0, "answers would come late"),
+    Requirement(table.RETURN_DELAY_TIME, 0, "replies would come late"),
     Requirement(table.HOMING_OFFSET, 0, "the calibrated zero would be elsewhere"),
     Requirement(table.SECONDARY_ID, 255, "it would carry out commands of another servo", also=(253, 254)),
     Requirement(table.SHUTDOWN, table.SHUTDOWN.initial, "it would not protect itself from overload, shock and heat"),
@@ -54,19 +54,19 @@ REQUIREMENTS = (
 """Requirements, in the manual's names. Limits are the factory's; the driver's own are in `[servo]`."""
 
 
-def objections(bus: ServoBus, identifier: int, answer_timeout: float) -> list[str]:
+def objections(bus: ServoBus, identifier: int, reply_timeout: float) -> list[str]:
     """List the wrong register values of a servo, in words; reads only.
 
     Raises:
-        ServoError: it does not answer.
+        ServoError: it does not reply.
     """
     found = bus.read_many(identifier, [one.register for one in REQUIREMENTS])
-    wrong = [one.objection(found[one.register], answer_timeout) for one in REQUIREMENTS]
+    wrong = [one.objection(found[one.register], reply_timeout) for one in REQUIREMENTS]
     return [objection for objection in wrong if objection]
 
 
-def let_answer(bus: ServoBus, identifiers: Iterable[int]) -> None:
-    """Let servos answer all instructions until power-down, so that they can be examined.
+def enable_replies(bus: ServoBus, identifiers: Iterable[int]) -> None:
+    """Let servos reply to all instructions until power-down, so that they can be examined.
 
     Raises:
         ServoError: the packet was not sent.
@@ -74,25 +74,25 @@ def let_answer(bus: ServoBus, identifiers: Iterable[int]) -> None:
     bus.write_all(table.STATUS_RETURN_LEVEL, dict.fromkeys(identifiers, 2))
 
 
-def require(bus: ServoBus, identifiers: Iterable[int], answer_timeout: float) -> None:
+def require(bus: ServoBus, identifiers: Iterable[int], reply_timeout: float) -> None:
     """Check the register values of servos.
 
     Args:
         bus: open.
         identifiers: identifiers of the servos.
-        answer_timeout: answer timeout of [servo] [s].
+        reply_timeout: reply timeout of [servo] [s].
 
     Raises:
-        ServoError: one is not, with everything that is wrong and the remedy; or does not answer.
+        ServoError: one is not, with everything that is wrong and the remedy; or does not reply.
     """
     ids = tuple(identifiers)
-    let_answer(bus, ids)
+    enable_replies(bus, ids)
     wrong: dict[int, list[str]] = {}
     for identifier in ids:
         model = bus.read(identifier, table.MODEL)
         if model != table.MODEL_NUMBER:
             wrong[identifier] = [f"is model {model}, not {table.MODEL_NUMBER} ({table.MODEL_NAME})"]
-        elif found := objections(bus, identifier, answer_timeout):
+        elif found := objections(bus, identifier, reply_timeout):
             wrong[identifier] = found
     if wrong:
         raise ServoError(in_words(wrong))

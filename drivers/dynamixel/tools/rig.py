@@ -68,7 +68,7 @@ class ServoRig:
             given: displacement [m] by the tendon's number, as the operator measured it.
 
         Raises:
-            ServoError: a servo does not answer, or is not what it must be.
+            ServoError: a servo does not reply, or is not what it must be.
         """
         find(bus, self.ids)
         require(bus, self.ids, self.section.answer_timeout)

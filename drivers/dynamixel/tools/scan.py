@@ -7,35 +7,35 @@ from pathlib import Path
 
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import latency_timer, latency_warning
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, RefusedError, ServoBus
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, RefusedError, ServoBus
 from tendond.drivers.dynamixel.serial.ping import PING_SLOT_SECONDS, ping_all
 from tendond.schemas.config.servo import BAUD_RATES
 
 PORTS = ("ttyUSB*", "ttyACM*", "serial/by-id/*")
 
 PATIENCE = PING_SLOT_SECONDS * (table.ID.maximum + 1)
-"""Silence after a ping to all [s]: each servo answers in its slot, by its id."""
+"""Silence after a ping to all [s]: each servo replies in its slot, by its id."""
 
 PASSES = 2
-"""Number of pings to all at each rate: an answer may be lost."""
+"""Number of pings to all at each rate: a reply may be lost."""
 
 PROOF = (table.PRESENT_POSITION, table.PRESENT_INPUT_VOLTAGE, table.REALTIME_TICK)
 PATIENT_SECONDS = 0.04
-"""Timeout for a servo that has answered [s]: longer than an adapter with its default timer delays it."""
+"""Timeout for a servo that has replied [s]: longer than an adapter with its default timer delays it."""
 
 LATE_SECONDS = 0.012
-"""Answer time above which the adapter is slow [s]: a register takes 10 ms on the wire at 9600 bit/s, 1 ms at 57600."""
+"""Reply time above which the adapter is slow [s]: a register takes 10 ms on the wire at 9600 bit/s, 1 ms at 57600."""
 
-GARBLED = "unintelligible answers"
-"""Words of a progress line about answers that are not from a single servo."""
+GARBLED = "unintelligible replies"
+"""Words of a progress line about replies that are not from a single servo."""
 
 PROOFS = 4
-"""Reads of each register that show whether two servos answer at once: their answers to a ping may be equal."""
+"""Reads of each register that show whether two servos reply at once: their replies to a ping may be equal."""
 
 
 @dataclass(frozen=True)
 class FoundServo:
-    """Servo that answered; `doubt` explains why it may be two."""
+    """Servo that replied; `doubt` explains why it may be two."""
 
     port: str
     baudrate: int
@@ -59,7 +59,7 @@ def ports(devices: Path = Path("/dev")) -> list[str]:
 
 def scan(
     names: Sequence[str],
-    answer_timeout: float,
+    reply_timeout: float,
     last_id: int = table.ID.maximum,
     baudrates: Sequence[int] = BAUD_RATES,
     progress: Callable[[str], None] = lambda line: None,
@@ -69,10 +69,10 @@ def scan(
 
     Args:
         names: names of the ports.
-        answer_timeout: answer timeout of [servo] [s].
+        reply_timeout: reply timeout of [servo] [s].
         last_id: highest that is looked at.
         baudrates: [bit/s].
-        progress: called with what is tried, and with answers that are not from a servo.
+        progress: called with what is tried, and with replies that are not from a servo.
         patience: silence after a ping to all [s].
 
     Raises:
@@ -82,7 +82,7 @@ def scan(
         if warning := latency_warning(name):
             progress(warning)
         timer = latency_timer(name)
-        timeout = max(answer_timeout, 0.0 if timer is None else 1.5e-3 * timer[0])
+        timeout = max(reply_timeout, 0.0 if timer is None else 1.5e-3 * timer[0])
         try:
             with ServoBus(name, baudrates[0], timeout) as bus:
                 for baudrate in baudrates:
@@ -95,7 +95,7 @@ def scan(
 
 
 def _at_rate(
-    bus: ServoBus, baudrate: int, last_id: int, answer_timeout: float, progress: Callable[[str], None], patience: float
+    bus: ServoBus, baudrate: int, last_id: int, reply_timeout: float, progress: Callable[[str], None], patience: float
 ) -> Iterator[FoundServo]:
     bus.transport.set_baudrate(baudrate)
     models: dict[int, int] = {}
@@ -107,30 +107,30 @@ def _at_rate(
     bus.transport.set_baudrate(baudrate)
     for identifier, model in sorted(models.items()):
         if identifier <= last_id:
-            yield FoundServo(bus.port, baudrate, identifier, model, _doubt(bus, identifier, answer_timeout))
+            yield FoundServo(bus.port, baudrate, identifier, model, _doubt(bus, identifier, reply_timeout))
         else:
-            progress(f"{bus.port}: {baudrate} bit/s: id {identifier} answers as well, beyond --last-id")
+            progress(f"{bus.port}: {baudrate} bit/s: id {identifier} replies as well, beyond --last-id")
     if garbled:
         progress(
             f"{bus.port}: {baudrate} bit/s: {GARBLED}: several servos with one id, or noise? Connect one at a time"
         )
 
 
-def _doubt(bus: ServoBus, identifier: int, answer_timeout: float) -> str:
-    """Explain answers that are garbled, because two servos write at once, or late; empty for good ones."""
-    bus.transport.set_answer_timeout(max(answer_timeout, PATIENT_SECONDS))
+def _doubt(bus: ServoBus, identifier: int, reply_timeout: float) -> str:
+    """Explain replies that are garbled, because two servos write at once, or late; empty for good ones."""
+    bus.transport.set_reply_timeout(max(reply_timeout, PATIENT_SECONDS))
     lost, took = 0, []
     for register in PROOF * PROOFS:
         began = time.monotonic()
         try:
             bus.read(identifier, register)
             took.append(time.monotonic() - began)
-        except NoAnswerError:
+        except NoReplyError:
             lost += 1
         except RefusedError:
             return ""
     if lost:
-        return ", whose answers collide: are there several with this id? Plug in one at a time"
+        return ", whose replies collide: are there several with this id? Plug in one at a time"
     if min(took) > LATE_SECONDS:
-        return f", which takes {min(took) * 1e3:.0f} ms to answer: set the adapter's latency timer to 1 ms"
+        return f", which takes {min(took) * 1e3:.0f} ms to reply: set the adapter's latency timer to 1 ms"
     return ""

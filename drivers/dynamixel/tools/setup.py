@@ -3,9 +3,9 @@
 from contextlib import suppress
 
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.servos import REBOOT_PINGS
-from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS, let_answer
+from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS, enable_replies
 
 TRIES = 5
 
@@ -19,18 +19,18 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
         What was changed.
 
     Raises:
-        ServoError: it does not answer, is of another kind, or another servo has the new id already.
+        ServoError: it does not reply, is of another kind, or another servo has the new id already.
     """
     model = _ping(bus, old)
     if model is None:
         raise ServoError(
-            f"servo {old}: does not answer, or several do: plug in one at a time, and see 'tendond servo scan'"
+            f"servo {old}: does not reply, or several do: plug in one at a time, and see 'tendond servo scan'"
         )
     if model != table.MODEL_NUMBER:
         raise ServoError(f"servo {old}: is model {model}, not {table.MODEL_NUMBER} ({table.MODEL_NAME})")
     if new != old and _ping(bus, new) is not None:
         raise ServoError(f"servo {new}: there is one already on this bus")
-    let_answer(bus, (old,))
+    enable_replies(bus, (old,))
     if bus.read(old, table.TORQUE_ENABLE):
         raise ServoError(f"servo {old}: its torque is on: stop the driver or tool, then 'tendond servo reboot {old}'")
     changed = []
@@ -40,20 +40,20 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
             bus.write(old, one.register, one.wanted)
             changed.append(f"{one.register.name} {before} -> {one.wanted}")
     if new != old:
-        with suppress(NoAnswerError):  # its answer may be lost, and it is asked by its new id below
+        with suppress(NoReplyError):  # its reply may be lost, and it is asked by its new id below
             bus.write(old, table.ID, new)
         if _ping(bus, new) is None:
-            raise ServoError(f"servo {new}: does not answer after its id was set: run 'tendond servo scan'")
+            raise ServoError(f"servo {new}: does not reply after its id was set: run 'tendond servo scan'")
         changed.append(f"ID {old} -> {new}")
     code = table.BAUD_CODES[baudrate]
     before = bus.read(new, table.BAUD_RATE)
     if before != code:
-        with suppress(NoAnswerError):
+        with suppress(NoReplyError):
             bus.write(new, table.BAUD_RATE, code)
         changed.append(f"{table.BAUD_RATE.name} {before} -> {code}")
         bus.transport.set_baudrate(baudrate)
     if _ping(bus, new) is None:
-        raise ServoError(f"servo {new}: does not answer any more after it was set up: run 'tendond servo scan'")
+        raise ServoError(f"servo {new}: does not reply any more after it was set up: run 'tendond servo scan'")
     return changed
 
 
@@ -64,20 +64,20 @@ def reboot(bus: ServoBus, identifier: int) -> str:
         The hardware errors that it had, in words; empty if none.
 
     Raises:
-        ServoError: it does not answer, before or afterwards.
+        ServoError: it does not reply, before or afterwards.
     """
-    let_answer(bus, (identifier,))
+    enable_replies(bus, (identifier,))
     errors = table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS))
     bus.reboot(identifier)
     if bus.absent((identifier,), REBOOT_PINGS):
-        raise ServoError(f"servo {identifier}: does not answer after its reboot: switch its power off and on")
+        raise ServoError(f"servo {identifier}: does not reply after its reboot: switch its power off and on")
     if left := table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS)):
         raise ServoError(f"servo {identifier}: {', '.join(left)}, after the reboot as well: fix its cause")
     return ", ".join(errors)
 
 
 def _ping(bus: ServoBus, identifier: int) -> int | None:
-    """Model number, where one of a few pings is answered."""
+    """Return the model number, from one of a few pings; none without a reply."""
     for _ in range(TRIES):
         if (model := bus.ping(identifier)) is not None:
             return model

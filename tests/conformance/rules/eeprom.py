@@ -30,7 +30,7 @@ def baud_rates(bench: Bench) -> bool:
 
 @rule("Return Delay Time(9)")
 def return_delay(bench: Bench) -> bool:
-    """An answer comes no sooner than the delay, in units of 2 us."""
+    """Replies come no sooner than the delay, in units of 2 us."""
     bench.put("Return Delay Time", 254)
     return min(bench.host.ask(1, manual.PING)[0].after for _ in range(5)) >= 508e-6
 
@@ -50,7 +50,7 @@ def reverse(bench: Bench) -> bool:
 
 @rule("Drive Mode(10)")
 def torque_by_goal(bench: Bench) -> bool:
-    """With Torque On by Goal Update a goal switches the torque on."""
+    """Torque On by Goal Update lets a goal switch the torque on."""
     bench.put("Operating Mode", 4)
     bench.put("Drive Mode", 8)
     bench.put("Goal Position", 1010)
@@ -59,7 +59,7 @@ def torque_by_goal(bench: Bench) -> bool:
 
 @rule("Drive Mode(10)")
 def time_based(bench: Bench) -> bool:
-    """With a time-based profile Profile Velocity is the time that the motion takes [ms]."""
+    """Profile Velocity of a time-based profile is the time that the motion takes [ms]."""
     bench.put("Drive Mode", 4)
     bench.extended()
     bench.put("Profile Velocity", 600)
@@ -71,7 +71,7 @@ def time_based(bench: Bench) -> bool:
 
 @rule("Operating Mode(11)")
 def modes(bench: Bench) -> bool:
-    """Modes 1, 3, 4 and 16 are there, no others."""
+    """Modes 1, 3, 4 and 16 exist, no others."""
     there = all(bench.put("Operating Mode", mode) == 0 for mode in manual.OPERATING_MODES)
     return there and all(bench.put("Operating Mode", mode) == manual.RANGE_ERROR for mode in manual.NO_MODES)
 
@@ -88,7 +88,7 @@ def mode_resets(bench: Bench) -> bool:
 
 @rule("Operating Mode(11)")
 def velocity_mode(bench: Bench) -> bool:
-    """In velocity control the shaft turns at Goal Velocity."""
+    """Goal Velocity is the speed of the shaft in velocity control."""
     bench.put("Operating Mode", 1)
     bench.put("Torque Enable", 1)
     bench.put("Goal Velocity", 100)
@@ -99,7 +99,7 @@ def velocity_mode(bench: Bench) -> bool:
 
 @rule("Operating Mode(11)")
 def pwm_mode(bench: Bench) -> bool:
-    """In PWM control the shaft turns the way of Goal PWM."""
+    """Goal PWM gives the direction of the shaft in PWM control."""
     bench.put("Operating Mode", 16)
     bench.put("Torque Enable", 1)
     bench.put("Goal PWM", -200)
@@ -108,20 +108,20 @@ def pwm_mode(bench: Bench) -> bool:
 
 @rule("Secondary(Shadow) ID(12)")
 def secondary_id(bench: Bench) -> bool:
-    """What is told to a Secondary ID is done and not answered, in RAM alone; a primary id comes first."""
+    """Instructions to a Secondary ID are carried out without a reply, in RAM alone; a primary id comes first."""
     bench.put("Secondary(Shadow) ID", 50)
     silent = not bench.whisper("LED", 1, 50)
     bench.whisper("Return Delay Time", 7, 50)
     bench.put("Secondary(Shadow) ID", 2, 1)
-    answers = bench.whisper("LED", 0, 2)
+    replies = bench.whisper("LED", 0, 2)
     return (
-        silent and bench.get("Return Delay Time") == 250 and [one.id for one in answers] == [2] and not bench.get("LED")
+        silent and bench.get("Return Delay Time") == 250 and [one.id for one in replies] == [2] and not bench.get("LED")
     )
 
 
 @rule("Homing Offset(20)")
 def homing_offset(bench: Bench) -> bool:
-    """Present Position is the actual position and the offset, which a goal has in it as well."""
+    """Present Position is the actual position plus the offset, and a goal includes it as well."""
     bench.put("Homing Offset", 300)
     bench.until(lambda: bench.get("Present Position", signed=True) == 1300)
     bench.extended()
@@ -131,7 +131,7 @@ def homing_offset(bench: Bench) -> bool:
 
 @rule("Temperature Limit(31), Shutdown(63)")
 def overheating(bench: Bench) -> bool:
-    """Beyond the limit there is an Overheating Error, and the torque goes off where Shutdown says so."""
+    """Temperatures beyond the limit are an Overheating Error; the torque goes off where Shutdown has its bit."""
     bench.extended()
     bench.bus.apply(lambda: setattr(bench.first, "temperature", 73.0))
     return bench.until(lambda: bench.get("Hardware Error Status") == 0b100) and bench.get("Torque Enable") == 0
@@ -139,7 +139,7 @@ def overheating(bench: Bench) -> bool:
 
 @rule("Min/Max Voltage Limit(32, 34), Shutdown(63)")
 def input_voltage(bench: Bench) -> bool:
-    """Beyond the limits there is an Input Voltage Error, which by default leaves the torque on."""
+    """Voltages beyond the limits are an Input Voltage Error, which by default leaves the torque on."""
     bench.extended()
     bench.bus.apply(lambda: setattr(bench.first, "voltage", 14.5))
     return bench.until(lambda: bench.get("Hardware Error Status") == 0b1) and bench.get("Torque Enable") == 1
@@ -147,7 +147,7 @@ def input_voltage(bench: Bench) -> bool:
 
 @rule("Shutdown(63)")
 def overload(bench: Bench) -> bool:
-    """A load that lasts beyond what it can hold is an Overload Error; the torque comes back after a reboot alone."""
+    """Loads that last beyond what it can hold are an Overload Error; only a reboot brings the torque back."""
     bench.extended()
     bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: 3.0))
     off = bench.until(lambda: bench.get("Hardware Error Status") == 0b100000 and bench.get("Torque Enable") == 0)
@@ -178,7 +178,7 @@ def pwm_limit(bench: Bench) -> bool:
 
 @rule("PWM Limit(36), Goal PWM(100)")
 def goal_pwm_holds_less(bench: Bench) -> bool:
-    """In position control Goal PWM limits the output: with a tenth of it a servo gives way to a quarter of its hold."""
+    """Goal PWM limits the output in position control: at a tenth a servo cannot hold a quarter of its torque."""
     bench.extended()
     bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: -0.35))
     time.sleep(0.1)
@@ -206,7 +206,7 @@ def position_limits(bench: Bench) -> bool:
 
 @rule("Startup Configuration(60)")
 def startup_torque(bench: Bench) -> bool:
-    """With Startup Torque On the torque is on after a reboot."""
+    """Startup Torque On leaves the torque on after a reboot."""
     bench.put("Startup Configuration", 1)
     bench.host.ask(1, manual.REBOOT)
     return bench.get("Torque Enable") == 1

@@ -9,7 +9,7 @@ from tests.conformance.rules.table import rule, two
 
 @rule("Status Return Level(68)")
 def return_level_0(bench: Bench) -> bool:
-    """At level 0 pings alone are answered; everything is done all the same."""
+    """Level 0 has replies to pings alone; everything is carried out all the same."""
     bench.put("Status Return Level", 0)
     silent = not bench.whisper("LED", 1) and not bench.host.ask(1, manual.READ, two(65, 1))
     pinged = len(bench.host.ask(1, manual.PING)) == 1
@@ -19,14 +19,14 @@ def return_level_0(bench: Bench) -> bool:
 
 @rule("Status Return Level(68)")
 def return_level_1(bench: Bench) -> bool:
-    """At level 1 pings and reads are answered."""
+    """Level 1 has replies to pings and reads."""
     bench.put("Status Return Level", 1)
     return not bench.whisper("LED", 1) and bench.get("LED") == 1
 
 
 @rule("Bus Watchdog(98)")
 def watchdog(bench: Bench) -> bool:
-    """Without packets for so long, with torque on, it stops, shows -1, clears profiles and refuses goals until 0."""
+    """The Bus Watchdog stops a servo with torque and no packets, shows -1, clears profiles, refuses goals until 0."""
     bench.extended()
     bench.put("Profile Velocity", 20)
     bench.put("Profile Acceleration", 10)
@@ -51,7 +51,7 @@ def watchdog(bench: Bench) -> bool:
 
 @rule("Bus Watchdog(98)")
 def watchdog_without_torque(bench: Bench) -> bool:
-    """Without torque it does not watch."""
+    """The Bus Watchdog is idle without torque."""
     bench.put("Bus Watchdog", 2)
     time.sleep(0.2)
     return bench.get("Bus Watchdog", signed=True) == 2
@@ -83,7 +83,7 @@ def turns(bench: Bench) -> bool:
 
 @rule("Realtime Tick(120)")
 def realtime_tick(bench: Bench) -> bool:
-    """Milliseconds are counted."""
+    """Realtime Tick counts milliseconds."""
     first, began = bench.get("Realtime Tick"), time.monotonic()
     time.sleep(0.2)
     passed = (bench.get("Realtime Tick") - first) % 32768
@@ -92,7 +92,7 @@ def realtime_tick(bench: Bench) -> bool:
 
 @rule("Moving(122), Moving Status(123)")
 def moving(bench: Bench) -> bool:
-    """Both tell a motion and its end, In-Position once it has arrived."""
+    """Both show a motion and its end, In-Position after its arrival."""
     bench.extended()
     bench.put("Profile Velocity", 60)
     bench.put("Goal Position", 1600)

@@ -10,7 +10,7 @@ import pytest
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.protocol import Packet, Receiver, crc16, packet, stuff, unstuff
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, PortLostError, RefusedError, ServoBus
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, RefusedError, ServoBus
 from tests.rig.servos import BAUDRATE, REPLY_SECONDS, SHORT_SECONDS, emulated
 
 pytestmark = pytest.mark.rig
@@ -31,7 +31,7 @@ def bus(servos: EmulatedBus, tmp_path: Path) -> Iterator[ServoBus]:
 
 
 def test_crc_and_stuffing_are_the_manuals() -> None:
-    """The manual's own examples: a ping of servo 1, and its answer from a servo of model 1030, firmware 38."""
+    """The manual's own examples: a ping of servo 1, and its reply from a servo of model 1030, firmware 38."""
     assert packet(1, b"\x01") == bytes.fromhex("FF FF FD 00 01 03 00 01 19 4E")
     assert packet(1, bytes.fromhex("55 00 06 04 26")) == bytes.fromhex("FF FF FD 00 01 07 00 55 00 06 04 26 65 5D")
     assert stuff(b"\xff\xff\xfd\x01") == b"\xff\xff\xfd\xfd\x01"
@@ -46,7 +46,7 @@ def test_a_receiver_finds_packets_in_pieces_and_in_noise() -> None:
     assert list(receiver.feed(packet(5, b"\x01"))) == [Packet(5, 1, b"", True)]
 
 
-def test_ping_tells_the_model_and_nothing_for_nobody(bus: ServoBus) -> None:
+def test_ping_returns_the_model_or_none_for_an_absent_id(bus: ServoBus) -> None:
     assert bus.ping(2) == table.MODEL_NUMBER
     assert bus.ping(9) is None
 
@@ -77,9 +77,9 @@ def test_a_silent_servo_is_an_error_and_never_a_zero(
     servos.servos[who - 1].silent = True
     bus.close()
     with ServoBus(bus.port, BAUDRATE, SHORT_SECONDS) as hasty:
-        with pytest.raises(NoAnswerError):
+        with pytest.raises(NoReplyError):
             hasty.read_all(IDS, fast=fast)
-        with pytest.raises(NoAnswerError, match=f"servo {who}: read Present Position"):
+        with pytest.raises(NoReplyError, match=f"servo {who}: read Present Position"):
             hasty.read(who, table.PRESENT_POSITION)
     bus.transport.set_baudrate(BAUDRATE)
     if fast:
@@ -89,16 +89,16 @@ def test_a_silent_servo_is_an_error_and_never_a_zero(
 
 
 @pytest.mark.parametrize("fast", [True, False])
-def test_an_answer_with_a_wrong_crc_is_an_error(servos: EmulatedBus, bus: ServoBus, fast: bool) -> None:
+def test_a_reply_with_a_wrong_crc_is_an_error(servos: EmulatedBus, bus: ServoBus, fast: bool) -> None:
     servos.corrupt = 1
-    with pytest.raises(NoAnswerError):
+    with pytest.raises(NoReplyError):
         bus.read_all(IDS, fast=fast)
     assert set(bus.read_all(IDS, fast=fast)) == set(IDS)
 
 
 @pytest.mark.parametrize("fast", [True, False])
 def test_negative_values_that_look_like_a_header_are_read_right(servos: EmulatedBus, bus: ServoBus, fast: bool) -> None:
-    """Velocity -1 before position -3 is FF FF FF FF FD on the wire: stuffed in plain answers, as it is in fast ones."""
+    """Velocity -1 before position -3 is FF FF FF FF FD on the wire: stuffed in plain replies, as it is in fast ones."""
     one = servos.servos[0]
     with servos._lock:
         one._store(table.PRESENT_VELOCITY, -1)
@@ -194,19 +194,19 @@ def test_a_line_that_never_falls_silent_does_not_keep_a_read(servos: EmulatedBus
         thread.join()
 
 
-def test_a_register_is_not_read_from_an_answer_to_another_question(servos: EmulatedBus, tmp_path: Path) -> None:
-    """Both registers have four bytes; answers come after the bus has given up, for a while."""
+def test_a_register_is_not_read_from_a_reply_to_another_question(servos: EmulatedBus, tmp_path: Path) -> None:
+    """Both registers have four bytes; replies come after the bus has given up, for a while."""
     servos.apply(lambda: servos.servos[0]._store(table.PROFILE_VELOCITY, 77))
     with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, 0.01) as impatient:
         servos.late = 0.018
-        with pytest.raises(NoAnswerError, match=r"replies came late, by up to \d+ ms: is the adapter's latency timer"):
+        with pytest.raises(NoReplyError, match=r"replies came late, by up to \d+ ms: is the adapter's latency timer"):
             impatient.read(1, table.PROFILE_VELOCITY)
         servos.late = 0.0
-        impatient.transport.set_answer_timeout(REPLY_SECONDS)
+        impatient.transport.set_reply_timeout(REPLY_SECONDS)
         assert impatient.read(1, table.PRESENT_POSITION) == 2048
         assert impatient.read(1, table.PROFILE_VELOCITY) == 77
 
 
-def test_what_a_read_takes_on_the_wire_is_known(bus: ServoBus) -> None:
+def test_the_duration_of_a_read_on_the_wire_is_computed(bus: ServoBus) -> None:
     """15 or so bytes there, 94 back for each servo, ten bits each."""
     assert bus.read_seconds(4) == pytest.approx(1e-5 * (18 + 4 * 94))

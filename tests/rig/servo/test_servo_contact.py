@@ -59,7 +59,7 @@ def test_a_tendon_caught_at_full_speed_pulls_no_harder_than_a_standing_motor_may
         assert tension_max < pulled < bound(tension_max) + 1.5
 
 
-def test_a_release_that_pulls_a_stiff_tendon_ends_near_tension_max(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_release_that_pulls_a_stiff_tendon_ends_at_about_tension_max(monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong sign: after 3 mm the release pulls at 20 kN/m, at the default servo.release_rate."""
     bench = SteppedBench(section(answer_timeout=0.01, release_rate=0.05), 20.0, monkeypatch)
     servo = bench.servos[0]
@@ -81,7 +81,7 @@ def test_a_release_that_pulls_a_stiff_tendon_ends_near_tension_max(monkeypatch: 
 
 
 def test_what_is_stiffer_pulls_until_the_next_reading(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A cycle at 50 kN/m is 42 N: the bound is passed before a load has been read at all, by half a cycle at most."""
+    """A cycle at 50 kN/m is 42 N: the bound is passed before a load has been read at all, by up to half a cycle."""
     pulled = [pulls(monkeypatch, 50e3, 20.0, float(one))[0] for one in CAUGHT + np.linspace(0.0, SPEED * 0.01, 5)]
     assert max(pulled) < bound(20.0) + 0.5 * 50e3 * SPEED * 0.01
 

@@ -11,7 +11,7 @@ from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import NoAnswerError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
 from tests.rig.bench import PATIENCE_SECONDS, PULLED, SLACK, Bench, section
 from tests.rig.servos import BAUDRATE, SHORT_SECONDS, calibration, emulated
 
@@ -34,7 +34,7 @@ def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) ->
     assert [servo.value(table.BUS_WATCHDOG) for servo in bench.servos.servos] == [50] * 4
 
 
-def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_out(bench: Bench) -> None:
+def test_slack_tendons_are_taken_up_while_the_others_are_released(bench: Bench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     while bench.driver.phase is not DriverPhase.OFF:
@@ -44,7 +44,7 @@ def test_tendons_that_were_let_out_are_wound_up_again_while_the_others_are_let_o
     assert bench.driver.displacement == pytest.approx(SLACK, abs=2e-3)
 
 
-def test_a_tendon_that_was_let_out_but_pulls_is_not_wound_up_against_a_robot_that_stays_bent(bench: Bench) -> None:
+def test_a_slack_tendon_that_pulls_is_not_taken_up_against_a_robot_that_stays_bent(bench: Bench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     bent = -0.012
@@ -69,7 +69,7 @@ def test_a_controller_that_is_armed_already_is_not_taken_up_in_mid_motion(bench:
     bench.pull()
 
 
-def test_disarmed_while_wound_up_lets_out_first_and_then_switches_off(bench: Bench) -> None:
+def test_disarming_releases_the_tendons_before_it_switches_off(bench: Bench) -> None:
     bench.pull()
     slowest: list[float] = []
     while bench.driver.phase is not DriverPhase.OFF:
@@ -171,7 +171,7 @@ def test_turns_that_servos_forget_at_power_up_are_found_again(tmp_path: Path) ->
         assert len(servos.servos) == 4
 
 
-def test_at_exit_wound_tendons_are_let_out_and_the_torque_goes_off_in_order(bench: Bench) -> None:
+def test_at_exit_tendons_are_released_and_the_torque_goes_off_in_order(bench: Bench) -> None:
     bench.pull()
     bench.driver.close(time.monotonic, time.sleep)
     assert not any(bench.torques)
@@ -190,7 +190,7 @@ def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_p
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         bench.driver.session.bus.close()
         servos.servos[1].silent = True
-        with pytest.raises(NoAnswerError, match=r"no answer from servo 2: .*tendond servo scan"):
+        with pytest.raises(NoReplyError, match=r"no reply from servo 2: .*tendond servo scan"):
             bench.new_driver()
         servos.servos[1].silent = False
         servos.servos[2].write(table.OPERATING_MODE.address, bytes([3]))

@@ -42,7 +42,7 @@ def test_whatever_happens_to_one_servo_stops_all_tendons_together_and_is_named(
 def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
-        stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not answer")
+        stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not reply")
         bench.driver.session.bus.close()
 
 
@@ -94,7 +94,7 @@ def test_servos_that_their_watchdog_stopped_while_the_driver_could_not_run_are_l
     assert places[-1] < 0.003
 
 
-def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
+def test_one_wrong_crc_is_tolerated_and_a_burst_is_a_fault(bench: Bench) -> None:
     bench.pull()
     bench.servos.corrupt = 2
     for _ in range(10):
@@ -102,8 +102,8 @@ def test_one_wrong_crc_is_borne_and_a_burst_is_a_fault(bench: Bench) -> None:
     assert bench.driver.phase is DriverPhase.ON
     bench.servos.corrupt = bench.section.silent_reads
     bench.until(lambda one: one.phase is DriverPhase.STOPPED, PULLED)
-    assert "bad answers" in bench.driver.fault
-    bench.ends_slack_and_off("bad answers")
+    assert "bad replies" in bench.driver.fault
+    bench.ends_slack_and_off("bad replies")
 
 
 def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: Bench) -> None:
@@ -131,8 +131,8 @@ def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_
         bench.driver.session.bus.close()
 
 
-def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:
-    """The adapter keeps every answer for 30 ms, and the driver waits for 16: each belongs to the question before."""
+def test_replies_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:
+    """The adapter keeps every reply for 30 ms, and the driver waits for 16: each belongs to the question before."""
     with emulated(tmp_path) as servos:
         bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
         bench.until(lambda one: one.commands.disarmed, PULLED, armed=False)
@@ -150,18 +150,18 @@ def test_answers_that_come_late_are_not_taken_for_those_to_the_next_question(tmp
 def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time() -> None:
     ear, late = ReadLossLog(0.0), LateReplies()
     assert ear.line(10.0, 0, late) == ""
-    assert ear.line(10.1, 21, late) == "21 reads without an answer in 10 s"
+    assert ear.line(10.1, 21, late) == "21 reads without a reply in 10 s"
     assert ear.line(15.0, 30, late) == ""
     late.count, late.by = 4, 0.017
     assert ear.line(20.2, 30, late) == (
-        "9 reads without an answer in 10 s, 4 replies late, by up to 17 ms: is the adapter's latency timer 1 ms?"
+        "9 reads without a reply in 10 s, 4 replies late, by up to 17 ms: is the adapter's latency timer 1 ms?"
     )
     assert ear.line(40.0, 30, late) == ""
     ear.note(0.002)
     assert ear.line(60.0, 30, late) == ""
     ear.note(0.0165)
     assert ear.line(80.2, 30, late) == (
-        "0 reads without an answer in 60 s, replies take 16 ms more than their time on the wire: is the adapter's"
+        "0 reads without a reply in 60 s, replies take 16 ms more than their time on the wire: is the adapter's"
         " latency timer 1 ms?"
     )
 

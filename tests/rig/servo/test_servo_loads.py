@@ -1,4 +1,4 @@
-"""Loads in every phase, on emulated servos: what limits.tension_max allows, and a release that winds up instead."""
+"""Loads in every phase, on emulated servos: what limits.tension_max allows, and a release that pulls instead."""
 
 import time
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ STIFFNESS = 5_000.0
 
 @pytest.fixture
 def weak(tmp_path: Path) -> Iterator[Bench]:
-    """A driver that has been told limits.tension_max = 20 N."""
+    """Driver with limits.tension_max = 20 N."""
     with emulated(tmp_path) as servos:
         one = Bench(servos, tmp_path / "ttyUSB0", section(), TENSION_MAX)
         yield one
@@ -34,8 +34,8 @@ def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
     pulls: list[float] = []
 
     def torque(ticks: float) -> float:
-        wound = sign * (ticks - 2048.0) * table.TICK * RADIUS
-        pull = STIFFNESS * max(0.0, wound - slack)
+        pulled = sign * (ticks - 2048.0) * table.TICK * RADIUS
+        pull = STIFFNESS * max(0.0, pulled - slack)
         pulls.append(pull)
         return -sign * pull * RADIUS
 
@@ -64,7 +64,7 @@ def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak
         time.sleep(0.01)
     wanted = goal_pwm(load_limit(weak.section, TENSION_MAX, RADIUS), RADIUS, 0.0, 12.0)
     assert [servo.value(table.GOAL_PWM) for servo in weak.servos.servos] == pytest.approx([wanted] * 4, abs=20)
-    # a pull of 50 N cannot be held with it: the servo gives way, and does not tear
+    # a pull of 50 N cannot be held with it: the servo yields, and does not tear
     weak.servos.apply(lambda: setattr(weak.servos.servos[0], "torque", lambda ticks: -50.0 * RADIUS))
     before = weak.servos.servos[0].position
     time.sleep(0.1)

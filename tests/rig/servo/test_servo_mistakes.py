@@ -1,6 +1,6 @@
 """A calibration that is wrong, on the rod behind emulated servos: how hard the driver lets them pull, release included.
 
-The controller here is the test, and sees nothing: it commands what a right calibration would bear, then lets go.
+The controller here is the test, without feedback: it commands what a right calibration allows, then releases.
 """
 
 from pathlib import Path
@@ -21,7 +21,7 @@ PULL = 15.0
 
 RAMP_CYCLES, HOLD_CYCLES = 100, 100
 ALLOWED = 1.5 * TENSION_MAX + 15.0
-"""[N] servo.tension_margin, and what a stiff tendon gains until the driver has seen it."""
+"""Allowed tension [N]: servo.tension_margin, and the rise of a stiff tendon's tension until the driver has read it."""
 
 
 def change(made: Calibration, index: int, **changes: Any) -> Calibration:

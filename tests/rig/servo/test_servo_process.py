@@ -22,8 +22,8 @@ PATIENCE_SECONDS = 40.0
 PULLED = 0.02
 
 
-def test_a_killed_driver_leaves_the_places_from_which_home_lets_out_what_is_wound(tmp_path: Path) -> None:
-    """The first spool was wound by hand with the power on: its servo counts three turns more than the calibration."""
+def test_home_releases_pulled_tendons_by_the_places_that_a_killed_driver_left(tmp_path: Path) -> None:
+    """The first spool was turned by hand with the power on: its servo counts three turns more than the calibration."""
     with (
         emulated(tmp_path) as servos,
         rig(tmp_path, f'{WIRED}\n[servo]\nport = "{tmp_path}/ttyUSB0"\n{WIRED_SERVO}') as one,

@@ -27,7 +27,7 @@ def ticks(displacement: float) -> int:
 @pytest.mark.parametrize("turns", [-3, -1, 0, 1, 7])
 @pytest.mark.parametrize("last", [-0.08, -0.047, -0.01, 0.0, 0.02, 0.047, 0.0593, 0.08])
 @pytest.mark.parametrize("gone", [0.0, 0.3, 0.7, 1.0])
-def test_wherever_a_tendon_has_gone_by_itself_its_place_is_known_or_said_to_be_unknown(
+def test_the_place_of_a_tendon_that_moved_without_torque_is_found_or_reported_as_uncertain(
     last: float, turns: int, gone: float
 ) -> None:
     """A servo without torque goes from the last place towards zero; never is another place believed."""
@@ -58,12 +58,12 @@ def test_a_driver_after_a_reboot_beyond_half_a_turn_says_the_true_place(tmp_path
         bench = Bench(servos, tmp_path / "ttyUSB0", section())
         first = servos.servos[0]
 
-        def wound_and_rebooted() -> None:
+        def turned_and_rebooted() -> None:
             first.torque = lambda position: 0.0  # the gears hold
             first._shaft.place(ticks(0.0593))
             first.power_up()
 
-        servos.apply(wound_and_rebooted)
+        servos.apply(turned_and_rebooted)
         bench.driver.session.bus.close()
         bench.driver = bench.new_driver({1: 0.0593, 2: 0.0, 3: 0.0, 4: 0.0})
         assert bench.driver.displacement[0] == pytest.approx(0.0593, abs=1e-4)
@@ -136,7 +136,7 @@ def test_places_are_in_the_services_state_directory_where_there_is_one(
 
 
 @pytest.mark.parametrize(("grip", "holds"), [(0.1, True), (0.0, False)])
-def test_gears_hold_a_tendon_without_torque_or_give_way(tmp_path: Path, grip: float, holds: bool) -> None:
+def test_gears_hold_a_tendon_without_torque_or_yield(tmp_path: Path, grip: float, holds: bool) -> None:
     with emulated(tmp_path) as servos:
         first = servos.servos[0]
 

@@ -37,16 +37,16 @@ def test_the_operator_may_reset_the_servos_and_a_viewer_may_not(
         guarded.session("viewer") as viewer,
     ):
 
-        def answer(query: zenoh.Query) -> None:
+        def reply(query: zenoh.Query) -> None:
             query.reply(name, encode(ControlReply(done=True, message="the fault is reset")))
 
-        driver.declare_queryable(name, answer)
+        driver.declare_queryable(name, reply)
 
-        def answered(session: zenoh.Session) -> bool:
+        def has_reply(session: zenoh.Session) -> bool:
             return any(reply.ok is not None for reply in session.get(name, timeout=1.0))
 
-        until(lambda: answered(operator))
-        assert not answered(viewer)
+        until(lambda: has_reply(operator))
+        assert not has_reply(viewer)
 
 
 @pytest.mark.parametrize("protocol", ["tcp", "tls"])
@@ -57,7 +57,7 @@ def test_only_the_camera_may_publish_poses(tmp_path: Path, monkeypatch: pytest.M
     with guarded.hub() as hub, guarded.session("viewer") as viewer, guarded.session("vicon") as vicon:
         viewer.put(key("sil", TIP_POSE), encode(POSE.model_copy(update={"seq": 7})))
         vicon.put(key("sil", TENDON_STATE), encode(STATE))
-        seen: list[TipPose] = []
+        poses: list[TipPose] = []
 
         def good_one_arrives() -> bool:
             vicon.put(key("sil", TIP_POSE), encode(POSE))
@@ -65,16 +65,16 @@ def test_only_the_camera_may_publish_poses(tmp_path: Path, monkeypatch: pytest.M
             assert arrivals.tendon_state is None
             assert not arrivals.unreadable or set(arrivals.unreadable) == {"out of order"}
             if arrivals.pose:
-                seen.append(arrivals.pose)
-            return bool(seen)
+                poses.append(arrivals.pose)
+            return bool(poses)
 
         until(good_one_arrives)
         for _ in range(20):
             viewer.put(key("sil", TIP_POSE), encode(POSE.model_copy(update={"seq": 7})))
             time.sleep(0.01)
             if (pose := hub.receive().pose) is not None:
-                seen.append(pose)
-        assert {pose.seq for pose in seen} == {1}
+                poses.append(pose)
+        assert {pose.seq for pose in poses} == {1}
 
 
 def test_only_the_servo_driver_hears_commands_and_nobody_else_may_give_them(

@@ -1,4 +1,4 @@
-"""The bus client: messages decoded and bounded, requests answered, on real Zenoh sessions."""
+"""The bus client: messages decoded and bounded, requests and their replies, on real Zenoh sessions."""
 
 import json
 import socket
@@ -75,11 +75,11 @@ def test_what_cannot_be_decoded_is_counted_by_reason(sessions: tuple[zenoh.Sessi
     poses.close()
 
 
-def test_a_request_is_answered_and_a_foreign_answer_is_refused(sessions: tuple[zenoh.Session, zenoh.Session]) -> None:
+def test_a_request_has_a_reply_and_a_foreign_one_is_refused(sessions: tuple[zenoh.Session, zenoh.Session]) -> None:
     hub, client = sessions
     asked: list[bytes | None] = []
     session_queryable = hub.declare_queryable("paper/servo/reset", lambda query: query.reply(query.key_expr, b"no"))
-    with pytest.raises(BusError, match="the servo driver's answer is malformed: are both of the same version"):
+    with pytest.raises(BusError, match="the servo driver's reply is malformed: are both of the same version"):
         replies(client, "paper/servo/reset", b"reboot", 2.0, "servo driver")
     session_queryable.undeclare()
     queries = hub.declare_queryable("paper/servo/reset", zenoh.handlers.RingChannel(8))

@@ -51,7 +51,7 @@ def raw(session: zenoh.Session, one: Rig, request: ControlRequest, patience: flo
 
 
 @pytest.mark.parametrize("deadline", [True, False])
-def test_a_request_whose_sender_was_told_that_it_failed_is_never_carried_out(tmp_path: Path, deadline: bool) -> None:
+def test_a_request_that_has_failed_for_its_sender_is_never_carried_out(tmp_path: Path, deadline: bool) -> None:
     with rig(tmp_path) as one:
         controller = one.controller()
         one.start("simulate")
@@ -158,7 +158,7 @@ def test_a_reference_that_cannot_be_planned_is_refused_with_the_reason(tmp_path:
             )
             assert "more than reference.moved_max" in ask(session, one.name, request).message
             assert controller.poll() is None
-        outcome = one.tell("rig", "reference", "kind=line", "end=[0.1,0.1,0.45]")
+        outcome = one.command("rig", "reference", "kind=line", "end=[0.1,0.1,0.45]")
         assert outcome.returncode == 2
         assert "start and end of a line must both have two numbers, or both three" in outcome.stderr
         assert controller.poll() is None
@@ -169,7 +169,7 @@ def test_no_controller_is_said_before_anything_is_asked_of_it(tmp_path: Path) ->
         pass
 
 
-def test_an_operator_is_told_where_two_controllers_answer_and_a_stop_goes_to_both(tmp_path: Path) -> None:
+def test_two_controllers_are_named_to_the_operator_and_a_stop_goes_to_both(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
         one.controller()
         with one.session() as session, one.session() as second:
@@ -198,12 +198,12 @@ def test_an_operator_is_told_where_two_controllers_answer_and_a_stop_goes_to_bot
                     break
                 assert time.monotonic() < deadline
             assert said == (
-                f"2 controllers of rig 'sil' answer: '{status.source}' and 'controller-second'; stop all but one"
+                f"2 controllers of rig 'sil' reply: '{status.source}' and 'controller-second'; stop all but one"
             ) or said.endswith(f"'controller-second' and '{status.source}'; stop all but one")
             reply = ask(session, one.name, ControlAction.STOP)
             assert stopped.wait(5.0)
             assert reply.done
-            assert reply.message.startswith("2 controllers answer: ")
+            assert reply.message.startswith("2 controllers reply: ")
             assert "nothing to stop: idle" in reply.message
             assert "stopped: releasing the tendons" in reply.message
             for queryable in queryables:

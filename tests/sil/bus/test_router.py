@@ -77,12 +77,12 @@ def test_operators_reach_the_rig_through_the_router_and_nothing_else_gets_in(net
         status = viewer.declare_subscriber(key("sil", STATUS), zenoh.handlers.FifoChannel(100))
         overheard = viewer.declare_subscriber(key("sil", TENDON_COMMAND), zenoh.handlers.FifoChannel(100))
 
-        def status_is_seen() -> bool:
+        def status_arrives() -> bool:
             hub._session.put(key("sil", STATUS), b"{}")
             hub._session.put(key("sil", TENDON_COMMAND), b"{}")
             return status.try_recv() is not None
 
-        until(status_is_seen)
+        until(status_arrives)
         seqs: set[int] = set()
         for outsider in (operator, viewer, intruder):
             outsider.put(key("sil", TIP_POSE), encode(POSE.model_copy(update={"seq": 7})))
@@ -112,7 +112,7 @@ def test_a_router_without_rules_brings_no_poses_either(network: Network) -> None
     file.write_text(text.replace("enabled: true,\n    default", "enabled: false,\n    default"))
     assert file.read_text() != text
     with network.router(), network.hub() as hub, network.from_outside("vicon") as intruder:
-        until(lambda: gets(hub, intruder, ControlAction.STATUS))  # it has a way to the controller
+        until(lambda: gets(hub, intruder, ControlAction.STATUS))  # it reaches the controller
         for _ in range(50):
             intruder.put(key("sil", TIP_POSE), encode(POSE))
             time.sleep(0.005)

@@ -134,14 +134,14 @@ def test_watch_has_no_colours_where_they_are_not_wanted(tmp_path: Path) -> None:
 
 def test_watch_once_and_watch_in_a_pipe(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
-        alone = one.tell("watch", "--once")
+        alone = one.command("watch", "--once")
         assert alone.returncode == 1
         assert alone.stderr.startswith("tendond: no controller of rig 'sil'")
         one.controller()
         one.start("simulate")
         with one.session() as session:
             one.arm(session)
-        once = one.tell("watch", "--once")
+        once = one.command("watch", "--once")
         assert (once.returncode, once.stderr) == (0, "")
         assert "TRACKING" in once.stdout
         assert "\x1b" not in once.stdout

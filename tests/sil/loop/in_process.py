@@ -44,13 +44,11 @@ class InProcess:
     """Loop on a bus of its own, armed in its fifth cycle.
 
     Attributes:
-        rig: names and folder. config: configuration. session: a client's. log: path of the log.
+        rig: names and folder. config: configuration. session: a client's.
     """
 
-    def __init__(
-        self, rig: Rig, config: RigConfig, session: zenoh.Session, log: Path, run: Callable[..., None]
-    ) -> None:
-        self.rig, self.config, self.session, self.log = rig, config, session, log
+    def __init__(self, rig: Rig, config: RigConfig, session: zenoh.Session, run: Callable[..., None]) -> None:
+        self.rig, self.config, self.session = rig, config, session
         self._run = run
 
     def run(self, stopped: Callable[[], bool] = lambda: False) -> None:
@@ -74,16 +72,15 @@ def in_process(
     one = Rig(folder)
     config = check_config({"rig": {"name": one.name}, "bus": {"endpoint": one.endpoint}, **tables}, "test")
     setup = CycleSetup.from_config(config)
-    log = folder / "run.mcap"
 
     def fail_or_respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
         if failing(state, inputs):
             raise error
         return respond(setup, state, inputs)
 
-    with Hub(config) as hub, RunLog(log, config, setup.rod) as run_log, one.session() as session:
+    with Hub(config) as hub, RunLog(folder / "run.mcap", config, setup.rod) as run_log, one.session() as session:
         loop = Loop(setup, hub, run_log, arm_at=5)
         state = loop.warm()
         patch.setattr(loop_module, "respond", fail_or_respond)
         pacer = PlantPacer(hub, Plant(config, setup.rod))
-        yield InProcess(one, config, session, log, lambda stopped: loop.run(state, pacer, stopped))
+        yield InProcess(one, config, session, lambda stopped: loop.run(state, pacer, stopped))

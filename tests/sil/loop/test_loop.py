@@ -48,7 +48,7 @@ def test_a_crash_in_the_cycle_releases_the_tendons_along_a_ramp(
     assert any("ZeroDivisionError" in line.message for line in load(tmp_path / "run.mcap").log_lines)
 
 
-def test_a_request_that_the_cycle_cannot_take_is_answered_with_the_reason_and_the_loop_goes_on(
+def test_a_request_that_fails_in_the_cycle_has_the_reason_as_reply_and_the_loop_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replies: list[ControlReply] = []

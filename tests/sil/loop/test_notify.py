@@ -89,7 +89,7 @@ def test_a_loop_that_is_always_late_gives_no_sign_of_life(tmp_path: Path, manage
         assert (PING in manager.received[before:]) is alive
 
 
-def test_a_full_disk_is_told_and_does_not_end_the_signs_of_life(
+def test_a_full_disk_is_reported_and_does_not_end_the_signs_of_life(
     tmp_path: Path, manager: Manager, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     manager.in_charge(monkeypatch)

@@ -80,15 +80,15 @@ def test_a_second_controller_is_refused_and_the_first_tracks_on(bench: Bench) ->
     assert bench.status().mode is Mode.TRACKING
 
 
-def test_requests_that_cannot_be_read_or_fit_are_answered_with_the_reason(bench: Bench) -> None:
-    for name, payload, answer in (
+def test_requests_that_cannot_be_read_or_do_not_fit_have_the_reason_as_reply(bench: Bench) -> None:
+    for name, payload, reason in (
         ("arm", b"", "the request is malformed"),
         ("arm", b'{"version":1,"action":"stop"}', "the request does not fit its key"),
         ("law", b'{"version":1,"action":"law"}', "the request is malformed"),
     ):
         (reply,) = bench.session.get(key(bench.rig.name, f"control/{name}"), payload=payload, timeout=60.0)
         assert reply.ok is not None
-        assert answer in reply.ok.payload.to_string()
+        assert reason in reply.ok.payload.to_string()
 
 
 def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench: Bench) -> None:
@@ -97,16 +97,16 @@ def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench:
     assert bench.ask(ControlAction.STOP).startswith("stopped")
     bench.rig.until(bench.session, lambda s: s.mode is Mode.IDLE)
     assert "no law is called" in bench.ask(ControlRequest(action=ControlAction.LAW, law="pid"))
-    said = bench.rig.tell("rig", "law", "sliding_mode")
+    said = bench.rig.command("rig", "law", "sliding_mode")
     assert (said.returncode, said.stdout) == (0, "law: sliding_mode\n")
-    refused = bench.rig.tell("rig", "reference", "across=2.0")
+    refused = bench.rig.command("rig", "reference", "across=2.0")
     assert refused.returncode == 1
     assert "the nearest is" in refused.stderr
-    wrong = bench.rig.tell("rig", "reference", "acros=0.2")
+    wrong = bench.rig.command("rig", "reference", "acros=0.2")
     assert wrong.returncode == 2
     assert "did you mean 'across'?" in wrong.stderr
-    near = bench.rig.tell("rig", "reference", "across=0.25", "kind=minimum_jerk")
-    assert near.returncode == 0, near.stderr
+    accepted = bench.rig.command("rig", "reference", "across=0.25", "kind=minimum_jerk")
+    assert accepted.returncode == 0, accepted.stderr
     status = bench.status()
     assert (status.law, round(status.target[0], 6)) == ("sliding_mode", 0.25)
     reference = ReferenceSection(across=0.34)

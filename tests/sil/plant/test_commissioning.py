@@ -19,7 +19,7 @@ def test_the_doctor_probes_the_tendons_where_it_is_asked_to(
         with one.session() as session:
             one.until(session, lambda s: s.tip is not None)
             time.sleep(1.0)
-            found = one.tell("doctor", "--probe", "--no-servos")
+            found = one.command("doctor", "--probe", "--no-servos")
         lines = {line[6:20].strip(): line for line in found.stdout.splitlines()}
         assert lines["rest"].startswith("pass")
         assert words in lines["tendons"]

@@ -1,4 +1,4 @@
-"""Faults of what the controller is sent, by a scripted peer over real Zenoh; one process bears most of them."""
+"""Faults of what the controller is sent, by a scripted peer over real Zenoh; one process is used for most of them."""
 
 import itertools
 import time
@@ -47,7 +47,7 @@ pose_timeout = 5.0
 tendon_timeout = 5.0
 overrun_time = 5.0
 """
-"""400 N wind the paper's rod up further than the solver can follow, however many poses are late."""
+"""400 N pull the paper's rod further than the solver can follow, however many poses are late."""
 
 
 def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: Bench) -> None:

@@ -41,7 +41,7 @@ def test_a_plan_is_carried_out_and_recorded_with_its_weight(tmp_path: Path) -> N
         assert operator.returncode == 0, said
         assert f"recorded: {tmp_path / 'run.mcap'}" in out
         one.end(simulator)
-        again = one.tell("identify", "run", "--log", str(tmp_path / "run.mcap"), "--yes")
+        again = one.command("identify", "run", "--log", str(tmp_path / "run.mcap"), "--yes")
         assert again.returncode == 2
         assert "exists: a log is never overwritten" in again.stderr
     found = load_recording(tmp_path / "run.mcap", {})

@@ -60,7 +60,7 @@ def test_the_rig_profile_is_tracked_by_real_processes(shared: tuple[Rig, zenoh.S
         (("overload", "--servo", "3"), ("servo 3: Overload Error (bit 5)",)),
     ],
 )
-def test_a_fault_that_the_arm_must_not_bear_is_named_and_releases_it(
+def test_a_fault_that_the_controller_must_not_tolerate_is_named_and_releases_the_tendons(
     shared: tuple[Rig, zenoh.Session], arguments: tuple[str, ...], reasons: tuple[str, ...]
 ) -> None:
     one, session = shared
@@ -72,7 +72,7 @@ def test_a_fault_that_the_arm_must_not_bear_is_named_and_releases_it(
     leave(one, session)
 
 
-def test_a_weight_hung_on_and_an_impact_are_borne(shared: tuple[Rig, zenoh.Session]) -> None:
+def test_a_weight_and_an_impact_are_tolerated(shared: tuple[Rig, zenoh.Session]) -> None:
     one, session = shared
     one.arm(session)
     assert "weight of 0.03 kg until it is cleared" in inject(one, "weight", "--size", "0.03")

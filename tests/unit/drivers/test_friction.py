@@ -55,7 +55,7 @@ def test_a_slow_pull_and_release_is_the_loop_computed_by_hand(coefficient: float
 
 
 @pytest.mark.parametrize("coefficient", [0.1, 0.2])
-def test_where_it_turns_the_servo_gives_way_by_the_capstans_part_before_the_rod_moves(coefficient: float) -> None:
+def test_at_a_reversal_the_servo_moves_by_the_capstans_part_before_the_rod_does(coefficient: float) -> None:
     run, top = loop(coefficient), 0.95 * FARTHEST
     behind = float(np.interp(top, run.end[:STEPS], run.behind[:STEPS]))
     bend = behind * ARM * ROD.length / ROD.bending_stiffness
@@ -64,7 +64,7 @@ def test_where_it_turns_the_servo_gives_way_by_the_capstans_part_before_the_rod_
     assert lost > 2e-4
 
 
-def test_without_friction_the_way_back_is_the_way_there() -> None:
+def test_without_friction_the_path_is_the_same_in_both_directions() -> None:
     run = loop(0.0)
     assert abs(run.lost) < 2e-5
     np.testing.assert_array_equal(run.before, run.behind)

@@ -33,7 +33,7 @@ def test_the_papers_run_is_the_same_on_both_plants() -> None:
     assert runs[1][-1].record.mode is Mode.TRACKING
     apart = np.linalg.norm(tips[1] - tips[0], axis=1)
     assert apart[100:].max() < 0.003 * LENGTH
-    assert apart.max() < 0.08 * LENGTH  # on the way, where the shooting rod takes its loads half a step late
+    assert apart.max() < 0.08 * LENGTH  # while it moves, as the shooting rod takes its loads half a step late
     assert tips[1][-1][0] == pytest.approx(0.34, abs=2e-4)
 
 

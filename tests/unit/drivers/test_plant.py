@@ -26,7 +26,7 @@ def servo_displacements(section: SimulatedServos, goals: list[float]) -> list[fl
     return [float(servos.follow_displacement(np.array([goal]))[0]) for goal in goals]
 
 
-def test_ideal_servos_are_where_they_are_told_to_be() -> None:
+def test_ideal_servos_are_at_their_goals() -> None:
     assert servo_displacements(SimulatedServos(), [0.01, -0.02]) == pytest.approx([0.01, -0.02])
 
 
@@ -69,11 +69,11 @@ def mocap_samples(
     return arrivals
 
 
-def test_an_ideal_camera_sees_every_step_at_once() -> None:
+def test_an_ideal_camera_measures_every_step_at_once() -> None:
     assert mocap_samples(SimulatedMocap(), 3) == [(0, 0, True), (1, 1, True), (2, 2, True)]
 
 
-def test_latency_delays_frames_and_before_the_first_one_the_arm_is_seen_at_rest() -> None:
+def test_latency_delays_frames_and_before_the_first_one_the_pose_is_that_at_rest() -> None:
     assert mocap_samples(SimulatedMocap(latency=0.02), 5) == [
         (0, 0, True),
         (1, 0, True),
@@ -147,7 +147,7 @@ def injected(text: str, **options: object) -> Plant:
     return arm
 
 
-def test_a_stuck_servo_stays_where_it_is_until_it_is_mended() -> None:
+def test_a_stuck_servo_stays_where_it_is_until_the_fault_is_cleared() -> None:
     text = '[simulator]\ndrive = "displacement"\n[simulator.rod]\ntendon_stiffness = 2.0e4\n'
     arm = plant(text)
     pull = pulled(0.0).model_copy(update={"displacement": (0.01, 0.0, 0.0, 0.0)})
@@ -165,7 +165,7 @@ def test_a_stuck_servo_stays_where_it_is_until_it_is_mended() -> None:
     assert arm.observe(0)[2].displacement[0] > before + 0.008
 
 
-def test_a_servo_with_a_hardware_error_makes_all_let_go_until_it_is_mended() -> None:
+def test_a_hardware_error_of_one_servo_releases_all_until_it_is_cleared() -> None:
     arm = injected("", fault=Fault.OVERLOAD, servo=2)
     arm.step(pulled(5.0))
     _, state, truth = arm.observe(0)
@@ -189,15 +189,15 @@ def test_a_frozen_picture_goes_on_in_sequence_and_thaws() -> None:
     assert np.ptp(places[20:], axis=0).max() > 1e-3
 
 
-def test_noise_and_teleports_are_seen_and_loads_are_felt_for_as_long_as_asked() -> None:
+def test_noise_and_teleports_are_measured_and_loads_act_for_as_long_as_asked() -> None:
     arm = injected("", fault=Fault.TELEPORT, size=0.1, direction="-y", seconds=0.05)
-    seen_y = []
+    measured_y = []
     for _ in range(10):
         pose = arm.observe(0)[0]
         assert pose is not None
-        seen_y.append(pose.position[1])
+        measured_y.append(pose.position[1])
         arm.step(pulled(0.0))
-    assert seen_y == pytest.approx([-0.1] * 5 + [0.0] * 5)
+    assert measured_y == pytest.approx([-0.1] * 5 + [0.0] * 5)
     arm = injected("", fault=Fault.NOISE, size=1e-3, seconds=3.0)
     assert np.std([arm.observe(0)[0].position[1] for _ in range(500)]) == pytest.approx(1e-3, rel=0.2)  # type: ignore[union-attr]
     arm = injected("", fault=Fault.IMPACT, size=2.0, seconds=0.03)
@@ -224,7 +224,7 @@ def test_no_command_pulls_more_than_the_rigs_own_limit_and_a_disarmed_one_pulls_
     assert pulled(5.0, armed=False) == 0.0
 
 
-def test_a_displacement_beyond_the_rigs_range_is_not_wound() -> None:
+def test_a_displacement_command_beyond_the_rigs_range_is_clamped() -> None:
     text = "[limits]\ndisplacement_max = 0.002\n[simulator]\ndrive = 'displacement'\n[simulator.rod]\n"
     config = parse_config(text + "tendon_stiffness = 2.0e4\n", "test")
     plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))

@@ -129,7 +129,7 @@ def test_what_is_wrong_with_a_servo_that_is_on_is_named_at_once(changes: dict[st
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_load_beyond_the_limit_of_its_own_servo_is_borne_for_a_time(sign: int) -> None:
+def test_a_load_beyond_the_limit_of_its_own_servo_is_tolerated_for_a_time(sign: int) -> None:
     watched = Watched()
     assert watched.fault(100.0, load=sign * 450) == ""
     assert watched.fault(100.25, load=sign * 450) == ""
@@ -142,7 +142,7 @@ def test_a_load_beyond_the_limit_of_its_own_servo_is_borne_for_a_time(sign: int)
     assert watched.fault(100.56, load=sign * 450) != ""
 
 
-def test_a_load_far_beyond_the_limit_is_borne_for_one_reading() -> None:
+def test_a_sudden_load_is_tolerated_for_one_reading() -> None:
     watched = Watched()
     assert watched.fault(100.0, load=560) == ""
     assert watched.fault(100.01, load=560) == "tendon 1 (servo 2): load 56%, limit 40%"
@@ -152,7 +152,7 @@ def test_a_load_far_beyond_the_limit_is_borne_for_one_reading() -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_tendon_that_does_not_follow_its_goal_is_borne_for_a_time(sign: float) -> None:
+def test_a_tendon_that_does_not_follow_its_goal_is_tolerated_for_a_time(sign: float) -> None:
     watched = Watched()
     assert watched.fault(100.0, goal=sign * 0.0103) == ""
     assert watched.fault(100.5, goal=sign * 0.0103) == ""

@@ -78,7 +78,7 @@ def test_the_example_with_a_servo_section_is_valid() -> None:
     assert parse_config(example, "rig.toml").limits.displacement_max == 0.08
 
 
-def test_an_adapter_that_keeps_answers_back_is_named_with_the_remedy(tmp_path: Path) -> None:
+def test_an_adapter_that_delays_replies_is_named_with_the_remedy(tmp_path: Path) -> None:
     timer = tmp_path / "bus" / "usb-serial" / "devices" / "ttyUSB0" / "latency_timer"
     timer.parent.mkdir(parents=True)
     link = tmp_path / "servos"
@@ -86,7 +86,7 @@ def test_an_adapter_that_keeps_answers_back_is_named_with_the_remedy(tmp_path: P
     timer.write_text("16\n")
     for port in ("/dev/ttyUSB0", str(link)):
         assert latency_warning(port, tmp_path) == (
-            f"{port}: its latency timer is 16 ms, answers come late: echo 1 > {timer}"
+            f"{port}: its latency timer is 16 ms, replies come late: echo 1 > {timer}"
         )
     timer.write_text("1\n")
     assert latency_warning("/dev/ttyUSB0", tmp_path) == ""

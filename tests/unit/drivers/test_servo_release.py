@@ -17,9 +17,9 @@ LOAD_MAX = (0.5, 0.4)
         ((0.02, 0.0, 0.0), 3.0, (0.0, 0.0, 0.0), (False, False, False), (0.019, 0.0, 0.0)),
         # half of 100 mm would be taken up in a cycle: no further than the step
         ((0.001, -0.1, 0.0), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0005, -0.0995, 0.0)),
-        # what pulls waits for the robot, and gives way to it
+        # a slack tendon that pulls waits for the robot, and yields to it
         ((0.02, -0.01, -0.01), 0.01, (0.0, -0.005, -0.02), (True, True, True), (0.0195, -0.01, -0.02)),
-        # nothing is wound up any more: slowly
+        # no displacement is positive any more: slowly
         ((0.0, -0.01, -0.00005), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0, -0.0099, 0.0)),
         ((-0.003, -0.01, 0.0), 0.01, (-0.003, -0.012, 0.0), (True, True, False), (-0.003, -0.012, 0.0)),
         ((0.0004, 0.0, 0.0), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0, 0.0, 0.0)),

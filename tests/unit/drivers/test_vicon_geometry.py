@@ -50,7 +50,7 @@ def test_euler_angles_and_quaternions_there_and_back() -> None:
         rotation_from_quaternion(1.0, 1.0, 0.0, 0.0)
 
 
-def test_a_tip_seen_from_the_base_does_not_depend_on_where_the_world_is() -> None:
+def test_a_tip_relative_to_the_base_does_not_depend_on_where_the_world_is() -> None:
     section = ViconSection(base_axes=("+z", "+x", "+y"), base_offset=(0.01, 0.02, 0.03), tip_offset=(0.0, 0.0, -0.004))
     alignment = Alignment(section, GRAVITY)
     tip, base, moved = random_placement(1), random_placement(2), random_placement(3)
@@ -68,7 +68,7 @@ def test_axes_and_offsets_by_hand() -> None:
     assert np.allclose(tip_pose.position, [0.02, 0.0, 0.4], atol=1e-12)
 
 
-def test_every_choice_of_axes_is_a_rotation_or_refused() -> None:
+def test_every_selection_of_axes_is_a_rotation_or_refused() -> None:
     good = 0
     for axes in itertools.product(get_args(Axis), repeat=3):
         try:
@@ -93,7 +93,7 @@ def test_gravity_shows_a_base_that_is_mounted_differently_from_the_model() -> No
 
 
 @pytest.mark.parametrize("up", get_args(Axis))
-def test_markers_are_placed_so_that_the_driver_sees_what_they_were_placed_for(up: Axis) -> None:
+def test_markers_are_placed_so_that_the_driver_measures_the_intended_pose(up: Axis) -> None:
     section = ViconSection(
         base_axes=("+z", "+x", "+y"), base_offset=(0.1, 0.0, 0.2), tip_axes=("+y", "-x", "+z"), up=up
     )

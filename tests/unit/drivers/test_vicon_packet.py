@@ -116,7 +116,7 @@ def test_an_object_that_is_sent_twice_alike_is_one_object() -> None:
     assert (set(block.objects), block.faults) == ({"tip"}, {})
 
 
-def test_a_name_may_come_in_another_encoding_where_it_is_known() -> None:
+def test_a_configured_name_may_come_in_another_encoding() -> None:
     payload = by_hand(1, 1, item("Körper".encode("cp1252"), 1, 2, 3, 0, 0, 0))
     assert set(parse(payload, {"Körper".encode("cp1252"): "Körper"}).objects) == {"Körper"}
 

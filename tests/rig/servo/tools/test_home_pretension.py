@@ -124,7 +124,7 @@ def test_home_asks_where_a_tendon_stands_that_nobody_knows_and_believes_the_oper
 
 
 @pytest.mark.parametrize("loss", [0.01, 0.2])
-def test_tools_bear_lost_answers_as_the_driver_does(
+def test_tools_tolerate_lost_replies_as_the_driver_does(
     servos: EmulatedBus, config: Path, tmp_path: Path, loss: float
 ) -> None:
     config.write_text(config.read_text().replace("answer_timeout = 0.1", "answer_timeout = 0.02"))
@@ -204,7 +204,7 @@ def test_tools_refuse_a_servo_that_is_not_what_it_must_be_before_its_torque_is_o
         servos.apply(lambda register=register, value=wanted: servos.servos[1]._store(register, value))  # type: ignore[misc]
 
 
-def test_a_reboot_by_command_clears_a_hardware_error_and_the_place_is_still_known(
+def test_a_reboot_by_command_clears_a_hardware_error_and_keeps_the_place(
     servos: EmulatedBus, config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     calibrated(tmp_path, 0.0593, 0.0)

@@ -37,7 +37,7 @@ def test_scan_finds_servos_at_whatever_id_and_rate_and_changes_nothing(
             f"{port}: 4500000 bit/s, id 200: XL430-W250-T",
         ]
         scan_servos(config, str(port), 20, QUICK_SECONDS)
-        assert "id 32 answers as well, beyond --last-id" in capsys.readouterr().err
+        assert "id 32 replies as well, beyond --last-id" in capsys.readouterr().err
     with EmulatedBus(port, []), pytest.raises(DaemonError, match=r"no servo replies .*ids 0 to 252, 9600 to 4500000"):
         scan_servos(config, str(port), 252, QUICK_SECONDS)
 
@@ -47,7 +47,7 @@ def test_scan_names_two_servos_of_one_id(tmp_path: Path, config: Path, capsys: p
     twins = [EmulatedServo(1, 57600, position=2048), EmulatedServo(1, 57600, position=77)]
     with EmulatedBus(port, twins):
         scan_servos(config, str(port), 252, QUICK_SECONDS)
-    assert "id 1: XL430-W250-T, whose answers collide: are there several with this id?" in capsys.readouterr().out
+    assert "id 1: XL430-W250-T, whose replies collide: are there several with this id?" in capsys.readouterr().out
     twins[1]._store(table.FIRMWARE, 45)
     with EmulatedBus(port, twins), pytest.raises(DaemonError, match="garbled: plug in one servo at a time"):
         scan_servos(config, str(port), 252, QUICK_SECONDS)
@@ -92,7 +92,7 @@ def test_a_new_servo_is_set_up_after_confirmation(tmp_path: Path, config: Path) 
     }
 
 
-def test_setup_makes_a_used_servo_what_it_must_be_and_bears_lost_answers(tmp_path: Path, config: Path) -> None:
+def test_setup_makes_a_used_servo_what_it_must_be_despite_lost_replies(tmp_path: Path, config: Path) -> None:
     one = EmulatedServo(7, 1_000_000)
     for register, value in ((table.SHUTDOWN, 0), (table.PWM_LIMIT, 200), (table.HOMING_OFFSET, 300)):
         one._store(register, value)

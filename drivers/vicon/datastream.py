@@ -7,6 +7,7 @@ ended and another one started.
 
 import importlib.util
 import json
+import os
 import select
 import subprocess
 import sys
@@ -87,7 +88,7 @@ class DataStreamSource:
             if not ready:
                 self._lose_patience()
                 return None
-            data = self._child.stdout.read1(LONGEST_LINE)  # type: ignore[attr-defined]
+            data = os.read(self._child.stdout.fileno(), LONGEST_LINE)
             if not data:
                 self._replace(f"the connection to the DataStream server {self._section.server} has ended")
                 return None

@@ -128,7 +128,7 @@ def test_a_simulator_left_running_beside_the_real_drivers_is_named_refused_and_a
 
 
 def test_after_a_killed_controller_servos_stop_by_themselves_and_the_next_one_gets_the_reason(chain: Chain) -> None:
-    controller = next(one for one in chain.processes if one.args[3] == "run")  # type: ignore[index]
+    controller = chain.started["run"]
     with chain.session() as session:
         chain.track(session, 0.12)
     controller.kill()

@@ -29,14 +29,14 @@ for a while, the controller may not. Those of space are the defaults."""
 
 
 class Bench:
-    """The rig, the controller's process, an operator's session and the peer."""
+    """Rig, controller process, operator's session and peer."""
 
     def __init__(self, one: Rig, session: zenoh.Session, peer: Peer) -> None:
         self.rig, self.session, self.peer = one, session, peer
         self.process = one.processes[0]
 
     def track(self, alter: Callable[[TipPose], Outgoing] | None = None) -> None:
-        """Bring it to tracking, from wherever it is; with `alter`, poses are altered from the arming on."""
+        """Bring the controller to tracking, from any mode; with `alter`, poses are altered from the arming on."""
         self.peer.heal()
         rounds = self.peer.rounds
         while self.peer.rounds < rounds + 3:  # what was bad before is followed by something good
@@ -67,12 +67,21 @@ class Bench:
         return reply.message if reply.done else f"refused: {reply.message}"
 
     def fault(self) -> str:
-        """Wait for a fault, then for slack tendons; the reason."""
+        """Wait for a fault, then for slack tendons; return the reason."""
         status = self.rig.until(self.session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
         return status.reason
 
     def status(self) -> Status:
         return self.rig.status(self.session)
+
+    def missed_since(self, before: int, more: int) -> int:
+        """Wait until so many more ticks are missed; return their number."""
+        status = self.rig.until(self.session, lambda s: s.loop.missed_ticks >= before + more)
+        return status.loop.missed_ticks
+
+    def await_rejected(self, reason: str, count: int) -> None:
+        """Wait until so many messages are rejected for a reason."""
+        self.rig.until(self.session, lambda s: s.rejected.get(reason, 0) >= count)
 
     def counted(self, reason: str) -> int:
         return self.status().rejected.get(reason, 0)
@@ -90,7 +99,7 @@ def once(left: list[bytes | None]) -> Callable[[TipPose], Outgoing]:
 
 
 def changed_briefly(change: dict[str, Any]) -> Callable[[TipPose], Outgoing]:
-    """The next three poses with `change`, of which at least one reaches a cycle; then poses as they are."""
+    """Return a change of the next three poses, of which at least one reaches a cycle; then poses as they are."""
     done: list[bool] = []
 
     def alter(pose: TipPose) -> Outgoing:

@@ -23,7 +23,7 @@ from tests.sil.background import running
 PATIENCE_SECONDS = 120.0
 
 FLOOD = 1000.0
-"""Questions a second."""
+"""Queries a second."""
 
 PATIENT = """
 [faults]
@@ -57,9 +57,11 @@ class Rig:
             with self.config.open("a") as file:
                 file.write(PATIENT)
         self.processes: list[subprocess.Popen[str]] = []
+        self.started: dict[str, subprocess.Popen[str]] = {}
+        """The newest process of each command."""
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
-        """A tendond process; what it says is kept."""
+        """Start a tendond process, with its output in pipes."""
         process = subprocess.Popen(
             [sys.executable, "-m", "tendond.cli", *arguments, "--config", str(self.config)],
             cwd=self.folder,
@@ -68,19 +70,20 @@ class Rig:
             text=True,
         )
         self.processes.append(process)
+        self.started[arguments[0]] = process
         return process
 
     def command(self, *arguments: str) -> "subprocess.CompletedProcess[str]":
-        """An operator's command, to its end."""
+        """Run an operator's command to its end."""
         command = [sys.executable, "-m", "tendond.cli", *arguments, "--config", str(self.config)]
         return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_SECONDS)
 
     def controller(self, *arguments: str) -> subprocess.Popen[str]:
-        """The controller, logging to run.mcap."""
+        """Start the controller, logging to run.mcap."""
         return self.start("run", "--log", str(self.folder / "run.mcap"), *arguments)
 
     def session(self) -> zenoh.Session:
-        """A client session, once the controller is there."""
+        """Open a client session, once the controller listens."""
         return open_client(self.endpoint, PATIENCE_SECONDS)
 
     def ask(self, session: zenoh.Session, action: ControlAction) -> ControlReply:
@@ -94,7 +97,7 @@ class Rig:
                     raise
 
     def status(self, session: zenoh.Session) -> Status:
-        """The controller's status."""
+        """Return the controller's status."""
         reply = self.ask(session, ControlAction.STATUS)
         assert reply.status is not None
         return reply.status
@@ -118,7 +121,7 @@ class Rig:
         self.until(session, lambda status: status.mode is Mode.TRACKING)
 
     def end(self, process: subprocess.Popen[str], number: int = signal.SIGTERM) -> tuple[int, str]:
-        """Signal a process and wait: its exit status and what it said."""
+        """Signal a process and wait; return its exit status and its standard error."""
         process.send_signal(number)
         _, said = process.communicate(timeout=30.0)
         return process.returncode, said
@@ -126,7 +129,7 @@ class Rig:
 
 @contextmanager
 def rig(folder: Path, extra: str = "") -> Iterator[Rig]:
-    """A rig whose processes do not outlive the test."""
+    """Yield a rig whose processes end with the block."""
     one = Rig(folder, extra)
     try:
         yield one

@@ -41,7 +41,7 @@ class RefusedError(ServoError):
     """A servo refuses an instruction."""
 
 
-class Port(PortHandler):  # type: ignore[misc]
+class Port(PortHandler):  # type: ignore[misc]  # the SDK has no types
     """Port of the SDK with timeouts on the monotonic clock, any baud rate, and exclusive use."""
 
     def __init__(self, name: str, reply_timeout: float) -> None:

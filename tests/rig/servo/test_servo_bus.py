@@ -97,13 +97,15 @@ def test_a_reply_with_a_wrong_crc_is_an_error(servos: EmulatedBus, bus: ServoBus
 
 
 @pytest.mark.parametrize("fast", [True, False])
-def test_negative_values_that_look_like_a_header_are_read_right(servos: EmulatedBus, bus: ServoBus, fast: bool) -> None:
+def test_negative_values_that_look_like_a_header_are_read_right(
+    servos: EmulatedBus, bus: ServoBus, fast: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Velocity -1 before position -3 is FF FF FF FF FD on the wire: stuffed in plain replies, as it is in fast ones."""
     one = servos.servos[0]
     with servos._lock:
         one._store(table.PRESENT_VELOCITY, -1)
         one._store(table.PRESENT_POSITION, -3)
-        one.advance = lambda duration: None  # type: ignore[method-assign]
+        monkeypatch.setattr(one, "advance", lambda duration: None)
     assert bus.read_all(IDS, fast=fast)[1].position == -3
 
 

@@ -31,8 +31,7 @@ def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench:
         os.kill(bench.process.pid, signal.SIGSTOP)
         time.sleep(seconds)
         os.kill(bench.process.pid, signal.SIGCONT)
-        now = bench.rig.until(bench.session, lambda s, m=missed: s.loop.missed_ticks >= m + 3)  # type: ignore[misc]
-        missed = now.loop.missed_ticks
+        missed = bench.missed_since(missed, 3)
     assert bench.fault().startswith("overrun: ")
 
 

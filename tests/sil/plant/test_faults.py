@@ -93,7 +93,7 @@ def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: Be
     for reason, change in wrong.items():
         wanted = before.get(reason, 0) + 1
         bench.peer.alter = changed_briefly(change)
-        bench.rig.until(bench.session, lambda s, r=reason, n=wanted: s.rejected.get(r, 0) >= n)  # type: ignore[misc]
+        bench.await_rejected(reason, wanted)
     assert bench.status().mode is Mode.TRACKING
 
 

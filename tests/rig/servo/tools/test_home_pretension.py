@@ -1,6 +1,7 @@
 """Home, pretension and reboot by an operator, on emulated servos."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -191,7 +192,7 @@ def test_tools_refuse_a_servo_that_is_not_what_it_must_be_before_its_torque_is_o
     changes = ((table.HOMING_OFFSET, 300), (table.SHUTDOWN, 0), (table.SECONDARY_ID, 2), (table.DRIVE_MODE, 1))
     for register, value in changes:
         wanted = servos.servos[1].value(register)
-        servos.apply(lambda register=register, value=value: servos.servos[1]._store(register, value))  # type: ignore[misc]
+        servos.apply(partial(servos.servos[1]._store, register, value))
         asked = len(servos.instructions)
         refused = f"servo 2: {re.escape(register.name)} is {value}, must be"
         with pytest.raises(ServoError, match=refused):
@@ -201,7 +202,7 @@ def test_tools_refuse_a_servo_that_is_not_what_it_must_be_before_its_torque_is_o
         assert not any(servo.energised for servo in servos.servos)
         torque = bytes([table.TORQUE_ENABLE.address, 0, 1])
         assert all(packet.parameters != torque for packet in servos.instructions[asked:])
-        servos.apply(lambda register=register, value=wanted: servos.servos[1]._store(register, value))  # type: ignore[misc]
+        servos.apply(partial(servos.servos[1]._store, register, wanted))
 
 
 def test_a_reboot_by_command_clears_a_hardware_error_and_keeps_the_place(

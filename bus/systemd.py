@@ -70,7 +70,7 @@ class Supervisor:
 
 
 def _connected(address: str) -> socket.socket | None:
-    """A datagram socket to a path, or to a name in the abstract namespace, which begins with '@'."""
+    """Open a datagram socket to a path, or to a name in the abstract namespace, which begins with '@'."""
     if not address.startswith(("/", "@")):
         return None
     notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)

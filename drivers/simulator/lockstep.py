@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Watched:
-    """One cycle, and the plant when that cycle saw it.
+    """Record of one cycle, and the plant as that cycle measured it.
 
     Attributes:
         record: record of the cycle.
@@ -118,7 +118,7 @@ def without_probe(config: RigConfig) -> RigConfig:
 
 
 def open_loop(config: RigConfig, commands: Iterable[TendonCommand]) -> Iterator[tuple[TendonState, SimulatorTruth]]:
-    """The plant alone under commands, one each `simulator.period`: what the servos report and the truth, after each.
+    """Run the plant alone under commands, one each `simulator.period`; yield tendon state and truth after each.
 
     Raises:
         ConvergenceError: the plant has no solution.

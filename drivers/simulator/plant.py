@@ -77,7 +77,7 @@ class Plant:
         return self.seq * self._rod.time_step
 
     def shape(self, points: int) -> Array:
-        """The backbone from base to tip [m], shape (points, 3)."""
+        """Return points of the backbone from base to tip [m], shape (points, 3)."""
         return self._rod.curve(self._state, points)
 
     def let_go(self) -> None:
@@ -87,7 +87,7 @@ class Plant:
         self._servos.stand(self._command)
 
     def step(self, command: TendonCommand | None) -> None:
-        """One period under a new command, or under the last one when none came: servos hold.
+        """Advance by one period under a new command, or under the last one when none came: servos hold.
 
         Raises:
             ConvergenceError: the plant has no solution; it stays where it was.

@@ -36,7 +36,7 @@ Observation = tuple[TipPose | None, TendonState, SimulatorTruth]
 
 
 class SimulatorError(TendondError):
-    """A plant that cannot be simulated as asked."""
+    """Plant that cannot be simulated as asked."""
 
 
 class Simulator:

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class RodSizes(NamedTuple):
-    """What the plant asks of a rod's parameters.
+    """Parameters of a rod that the plant needs.
 
     Attributes:
         tendon_count: number of tendons, n. length: length of the backbone [m].
@@ -212,7 +212,7 @@ class GeneralPlantRod:
 
 
 def _last_point(place: NDArray[np.int64], arm: Array) -> int:
-    """Index of the mass point on the tip itself."""
+    """Return the index of the mass point on the tip itself."""
     found: Sequence[int] = [
         index for index in range(len(place)) if place[index] == place.max() and not arm[index].any()
     ]

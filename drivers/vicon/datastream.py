@@ -155,7 +155,7 @@ def is_installed() -> bool:
 
 
 def _placement(numbers: list[float]) -> Placement | str | None:
-    """Placement of an object; none for one that is not tracked, which has no unit quaternion; else what is wrong.
+    """Return the placement of an object; none without a unit quaternion, if it is not tracked; else what is wrong.
 
     Raises:
         ValueError, TypeError: these are not seven numbers.

@@ -49,7 +49,7 @@ class Sequencer:
     _pending: Frame | None = None
 
     def add(self, block: Frame) -> list[Frame]:
-        """A block; the frames that it completes, oldest first."""
+        """Add a block; return the frames that it completes, oldest first."""
         ahead = 1 if self._newest is None else _ahead(block.number, self._newest)
         if ahead == 0:
             if self._pending is None:

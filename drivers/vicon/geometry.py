@@ -94,7 +94,7 @@ class Alignment:
         self._gravity = np.array(gravity) / norm if norm > 0.0 else None
 
     def tip_in_base(self, tip: Placement, base: Placement) -> Placement:
-        """The rod's tip in the rod's base frame, from the two objects in the Vicon world."""
+        """Return the rod's tip in the rod's base frame, from the two objects in the Vicon world."""
         return tip.after(self._tip).relative_to(base.after(self._base))
 
     def gravity_error(self, base: Placement) -> float:
@@ -112,8 +112,8 @@ class Alignment:
         return math.acos(float(np.clip(down @ self._gravity, -1.0, 1.0)))
 
     def markers(self, tip: Placement) -> tuple[Placement, Placement]:
-        """The reverse, for simulated Trackers: tip and base object, with the rod's base at the world's origin and
-        turned so that gravity points as the model has it."""
+        """Invert `tip`, for simulated Trackers: return tip and base object, with the rod's base at the world's origin
+        and turned so that gravity points as the model has it."""
         base_frame = Placement(np.zeros(3), _turn(self._gravity, self._down))
         return base_frame.after(tip).after(_inverse(self._tip)), base_frame.after(_inverse(self._base))
 
@@ -123,7 +123,7 @@ def _inverse(placement: Placement) -> Placement:
 
 
 def _turn(from_vector: Array | None, to_vector: Array) -> Array:
-    """A rotation that takes one unit vector to another, shape (3, 3)."""
+    """Return a rotation that takes one unit vector to another, shape (3, 3)."""
     if from_vector is None:
         return np.eye(3)
     axis, cosine = np.cross(from_vector, to_vector), float(from_vector @ to_vector)
@@ -148,7 +148,7 @@ def euler_from_rotation(matrix: Array) -> Vector3:
 
 
 def continued(matrix: Array, last: Quaternion | None) -> Quaternion:
-    """The rotation's quaternion, of the two signs the one that is nearer to the last."""
+    """Return the rotation's quaternion, with the sign that is closer to the last."""
     w, x, y, z = quaternion(matrix)
     if last is not None and w * last[0] + x * last[1] + y * last[2] + z * last[3] < 0.0:
         return -w, -x, -y, -z

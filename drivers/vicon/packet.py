@@ -109,7 +109,7 @@ def _add(objects: dict[str, ObjectReading], faults: dict[str, str], name: str, n
 
 
 def build(block: Block, size: int = 1024) -> bytes:
-    """The payload of a packet.
+    """Build the payload of a packet.
 
     Args:
         block: at most 3, 6 or 13 objects for the three sizes.

@@ -71,7 +71,7 @@ def _bound(address: str, port: int, *, shared: bool) -> socket.socket:
 
 
 def _member(group: str, address: str, port: int) -> socket.socket:
-    """A member of a multicast group, on the card with the address."""
+    """Return a membership of a multicast group, on the card with the address."""
     one = _bound(group, port, shared=True)
     try:
         membership = socket.inet_aton(group) + socket.inet_aton(address)

@@ -27,7 +27,7 @@ STALE_NS = 100_000_000
 
 
 def placed(reading: ObjectReading, order: EulerOrder) -> Placement | None:
-    """An object's placement in SI; none when Tracker does not see it."""
+    """Return an object's placement in SI; none when Tracker does not track it."""
     if reading.occluded:
         return None
     return Placement(
@@ -122,7 +122,7 @@ class UdpSource:
 
 
 def _code_page(name: str) -> bytes:
-    """The name as Windows may encode it, where Tracker runs; empty where it cannot."""
+    """Encode a name as Windows may, where Tracker runs; empty where it cannot."""
     try:
         return name.encode("cp1252")
     except UnicodeEncodeError:

@@ -7,7 +7,7 @@ from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.requests import ControlReply
 
 HOT = 75.0
-"""[degree Celsius]: above the servos' own limit."""
+"""Temperature above the servos' own limit [degree Celsius]."""
 
 LOW_VOLTS = 3.0
 OVERLOAD_BIT = 5

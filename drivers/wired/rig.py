@@ -37,7 +37,7 @@ RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 
 
 def without_servos(config: RigConfig) -> RigConfig:
-    """The configuration of a plant behind emulated servos, whose rate, acceleration and ticks are their own."""
+    """Return the configuration of a plant behind emulated servos, whose rate, acceleration and ticks are their own."""
     bare = SimulatedServos(friction=config.simulator.servo.friction)
     return config.model_copy(update={"simulator": config.simulator.model_copy(update={"servo": bare})})
 
@@ -169,7 +169,7 @@ def _reading(placement: Placement) -> ObjectReading:
 
 
 def _free_link(path: Path) -> Path:
-    """A path at which nothing is, or an earlier pseudo-terminal's link.
+    """Return a path at which nothing is, or an earlier pseudo-terminal's link.
 
     Raises:
         WiredError: something else is there: a real port must not be replaced by a simulated one.

@@ -28,11 +28,11 @@ class Bench:
 
     @property
     def first(self) -> EmulatedServo:
-        """The emulated servo 1."""
+        """Return the emulated servo 1."""
         return self.bus.servos[0]
 
     def get(self, name: str, identifier: int = 1, *, signed: bool = False) -> int:
-        """A register's value by its name in the manual."""
+        """Return a register's value by its name in the manual."""
         row = ROWS[name]
         return self.host.value(identifier, row.address, row.size, signed=signed)
 

@@ -25,7 +25,7 @@ def crc(data: bytes) -> int:
 
 
 def packet(identifier: int, instruction: int, parameters: bytes = b"") -> bytes:
-    """An instruction packet."""
+    """Build an instruction packet."""
     body = bytearray()
     for byte in bytes([instruction]) + parameters:
         body.append(byte)
@@ -67,7 +67,7 @@ class Host:
         os.close(self._file)
 
     def set_rate(self, rate: int) -> None:
-        """Any rate [bit/s]."""
+        """Set any rate [bit/s]."""
         settings = list(struct.unpack("4I20B2I", fcntl.ioctl(self._file, TCGETS2, bytes(44))))
         settings[2] = settings[2] & ~CBAUD | BOTHER
         settings[-2:] = [rate, rate]
@@ -97,7 +97,7 @@ class Host:
         return int.from_bytes(self.read(identifier, address, size).data, "little", signed=signed)
 
     def write(self, identifier: int, address: int, size: int, value: int) -> int:
-        """The error of a write."""
+        """Send a write; return its error."""
         (reply,) = self.ask(identifier, 0x03, write_parameters(address, size, value))
         return reply.error
 

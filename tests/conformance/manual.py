@@ -120,7 +120,7 @@ class Row:
 
 
 def rows() -> list[Row]:
-    """The control table, Indirect Addresses and Data included."""
+    """Return the control table, Indirect Addresses and Data included."""
     table = []
     for line in CONTROL_TABLE.strip().splitlines():
         address, size, name, access, initial, bounds = (cell.strip() for cell in line.split("|"))

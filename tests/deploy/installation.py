@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def tool(name: str, package: str) -> str:
-    """A program of the machine; without it the test is skipped, but not in CI, which installs it."""
+    """Return a program of the machine; without it the test is skipped, but not in CI, which installs it."""
     found = shutil.which(name)
     if found is None:
         assert not os.environ.get("CI"), f"no {name}: .ci/run must install Debian's {package}"
@@ -23,7 +23,7 @@ def tool(name: str, package: str) -> str:
 
 @dataclass
 class Installation:
-    """Below a folder, as a package's build does it."""
+    """Installation below a folder."""
 
     source: Path
     wheel: Path

@@ -34,7 +34,7 @@ def section(**changes: object) -> ServoSection:
 
 
 class Bench:
-    """A driver on emulated servos with springs, cycled here."""
+    """Driver on emulated servos with springs, cycled by the test."""
 
     def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection, tension_max: float = math.inf) -> None:
         self.servos = servos
@@ -89,7 +89,7 @@ class Bench:
         return [servo.energised for servo in self.servos.servos if not servo.silent]
 
     def ends_slack_and_off(self, fault: str) -> None:
-        """The fault is latched; the tendons are released, the torque is off, and armed commands change nothing."""
+        """Check that the fault is latched, tendons are released, torque is off, and armed commands change nothing."""
         self.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
         assert fault in self.driver.fault
         for _ in range(20):

@@ -27,7 +27,7 @@ def set_up(servo: EmulatedServo) -> None:
 
 @contextmanager
 def emulated(folder: Path, count: int = 4, *, position: int = 2048, ready: bool = True) -> Iterator[EmulatedBus]:
-    """A bus with servos 1 to `count`, in extended position mode when `ready`."""
+    """Yield a bus with servos 1 to `count`, in extended position mode when `ready`."""
     servos = [EmulatedServo(i + 1, BAUDRATE if ready else 57600, position) for i in range(count)]
     if ready:
         for servo in servos:
@@ -38,7 +38,7 @@ def emulated(folder: Path, count: int = 4, *, position: int = 2048, ready: bool 
 
 RADIUS = 0.015
 SPRING = 600.0
-"""[N/m] of the tendons that are hung on the spools here."""
+"""Stiffness of the tendons on the spools [N/m]."""
 
 
 def calibration(signs: Sequence[Literal[-1, 1]] = (1, -1, 1, -1), zero: int = 2048, rig: str = "paper") -> Calibration:
@@ -51,7 +51,7 @@ def calibration(signs: Sequence[Literal[-1, 1]] = (1, -1, 1, -1), zero: int = 20
 
 
 def hang_springs(bus: EmulatedBus, calibrated: Calibration) -> None:
-    """A spring on each spool, slack below zero."""
+    """Hang a spring on each spool, slack below zero."""
 
     def spring(tendon: TendonCalibration) -> Callable[[float], float]:
         spool = Spool(tendon)

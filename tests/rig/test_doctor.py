@@ -41,7 +41,7 @@ def servo_rig(folder: Path) -> str:
 
 
 def examined(one: Rig, *arguments: str) -> tuple[int, dict[str, dict[str, str]], "subprocess.CompletedProcess[str]"]:
-    """Exit status, and the results by check."""
+    """Run the doctor; return its exit status, and the results by check."""
     result = one.command("doctor", "--json", *arguments)
     assert "Traceback" not in result.stderr
     report: dict[str, Any] = json.loads(result.stdout)
@@ -54,7 +54,7 @@ REST, TURNED = (-0.02767, 0.0, 0.49912), (math.cos(0.03692), 0.0, -math.sin(0.03
 
 @contextmanager
 def poses_at(one: Rig, hertz: float) -> Iterator[None]:
-    """Published as a driver does."""
+    """Publish poses as a driver does."""
     ending = threading.Event()
 
     def publish() -> None:
@@ -187,7 +187,7 @@ def test_a_base_cannot_be_measured_beside_a_running_driver_and_the_result_says_s
 
 @contextmanager
 def camera_rig(folder: Path) -> Iterator[tuple[DoctorRig, int]]:
-    """The robot with its base object's +x down the rod's -z, so that a roll about x tilts it; and Tracker's port."""
+    """Yield the robot, its base object's +x along the rod's -z, so that a roll about x tilts it; and Tracker's port."""
     port = free_port(socket.SOCK_DGRAM)
     section = {"base_axes": ["+z", "+y", "-x"], "gravity_tolerance": 0.1, "port": port, "address": "127.0.0.1"}
     yield DoctorRig(check_config({"vicon": section}, "test"), None, folder), port

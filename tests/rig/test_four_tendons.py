@@ -17,7 +17,7 @@ from tests.rig.wired import PATIENCE_SECONDS, PERIOD, WiredBench, wired_bench
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
 TENSION_MIN, TENSION_MAX = 2.0, 8.0
-"""[N] Of each tendon on the circle."""
+"""Tension of each tendon on the circle [N]."""
 
 TURN = 250
 """Cycles."""

@@ -12,7 +12,7 @@ OTHER = ObjectReading((-5.0, 6.0, -7.0), (1.0, 0.5, -1.0))
 
 
 def free_port(kind: socket.SocketKind) -> int:
-    """A port on loopback that nobody listens on."""
+    """Return a port on loopback that nobody listens on."""
     with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -37,12 +37,12 @@ class Tracker:
         self._socket.close()
 
     def send(self, objects: Mapping[str, ObjectReading], frame: int | None = None, size: int = 1024) -> None:
-        """One packet; the frame's number counts up by itself."""
+        """Send one packet; the frame's number counts up by itself."""
         if frame is not None:
             self.frame = frame
         self.send_bytes(build(Block(self.frame, objects), size))
         self.frame += 1
 
     def send_bytes(self, payload: bytes) -> None:
-        """Any payload."""
+        """Send any payload."""
         self._socket.sendto(payload, self._address)

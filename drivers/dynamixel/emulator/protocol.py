@@ -74,29 +74,29 @@ def crc16(data: bytes) -> int:
 
 
 def stuff(body: bytes) -> bytes:
-    """A further FD after each FF FF FD, so that nothing in a packet looks like a header."""
+    """Insert an FD after each FF FF FD, so that nothing in a packet looks like a header."""
     return body.replace(HEADER, HEADER + b"\xfd")
 
 
 def unstuff(body: bytes) -> bytes:
-    """The reverse."""
+    """Remove the stuffed FDs."""
     return body.replace(HEADER + b"\xfd", HEADER)
 
 
 def packet(identifier: int, body: bytes) -> bytes:
-    """A packet: header, id, length, the body (instruction first) stuffed, CRC."""
+    """Build a packet: header, id, length, the stuffed body (instruction first), CRC."""
     stuffed = stuff(body)
     start = HEADER + bytes([0, identifier]) + (len(stuffed) + 2).to_bytes(2, "little") + stuffed
     return start + crc16(start).to_bytes(2, "little")
 
 
 def status(identifier: int, error: int, parameters: bytes = b"") -> bytes:
-    """A status packet."""
+    """Build a status packet."""
     return packet(identifier, bytes([STATUS, error]) + parameters)
 
 
 def fast_status(blocks: list[tuple[int, int, bytes]], length: int) -> bytes:
-    """The one packet in which servos reply to a Fast Sync Read, as far as the servos in `blocks` write it.
+    """Build the one packet in which servos reply to a Fast Sync Read, as far as the servos in `blocks` write it.
 
     Args:
         blocks: error, id and data of each servo that replies, in the order asked; each adds a CRC of all before it.

@@ -177,7 +177,7 @@ class ServoMotion:
 
 
 class CaughtError(ServoError):
-    """The load rises during a release: the tendon becomes slack only without torque."""
+    """Error of a load that rises during a release: the tendon becomes slack only without torque."""
 
 
 @contextmanager

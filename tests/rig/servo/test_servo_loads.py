@@ -17,7 +17,7 @@ pytestmark = pytest.mark.rig
 
 TENSION_MAX = 20.0
 STIFFNESS = 5_000.0
-"""[N/m] of a tendon and what has caught it: 4 N more in each cycle at full speed."""
+"""Stiffness of a tendon and of what has caught it [N/m]: 4 N more in each cycle at full speed."""
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def weak(tmp_path: Path) -> Iterator[Bench]:
 
 
 def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
-    """A stiff tendon that pulls once its spool has turned by `slack` [m] in a direction; its tensions [N]."""
+    """Attach a stiff tendon that pulls once its spool has turned by `slack` [m] in a direction; return its tensions."""
     pulls: list[float] = []
 
     def torque(ticks: float) -> float:

@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
 TENSION_MAX = 20.0
 PULL = 15.0
-"""[N] of tendon 0, of which the commanded displacements are made."""
+"""Tension of tendon 0 from which the commanded displacements are computed [N]."""
 
 RAMP_CYCLES, HOLD_CYCLES = 100, 100
 ALLOWED = 1.5 * TENSION_MAX + 15.0
@@ -25,7 +25,7 @@ ALLOWED = 1.5 * TENSION_MAX + 15.0
 
 
 def change(made: Calibration, index: int, **changes: Any) -> Calibration:
-    """The calibration with one tendon changed."""
+    """Return the calibration with one tendon changed."""
     tendons = list(made.tendons)
     tendons[index] = tendons[index].model_copy(update=changes)
     return made.model_copy(update={"tendons": tuple(tendons)})

@@ -27,7 +27,7 @@ MARK = ObjectReading((500.0, 500.0, 500.0), (0.0, 0.0, 0.0))
 
 
 class Listener:
-    """A running driver, what it publishes and what it says."""
+    """Running driver, its poses and its lines for people."""
 
     def __init__(self, config: RigConfig, session: zenoh.Session) -> None:
         assert config.vicon is not None

@@ -25,14 +25,14 @@ STATE = TendonState(seq=1, stamp_ns=0, displacement=(0.0,) * 4, tension=(0.0,) *
 
 
 def put_in_place(folder: Path) -> None:
-    """The examples, as an administrator would install them for a rig 'sil'."""
+    """Install the examples as an administrator would for a rig 'sil'."""
     for file in EXAMPLES.iterdir():
         text = file.read_text().replace("/etc/tendond/bus", str(folder)).replace('"rig/', '"sil/')
         (folder / file.name).write_text(text)
 
 
 def certificates(folder: Path, names: Sequence[str] = ("controller", "vicon", "viewer")) -> None:
-    """An authority, and whom it certifies, by the README's commands."""
+    """Make an authority and the certificates of `names`, by the README's commands."""
 
     def openssl(*arguments: str) -> None:
         subprocess.run(["openssl", *arguments], cwd=folder, check=True, capture_output=True)
@@ -79,7 +79,7 @@ def gets(hub: Hub, session: zenoh.Session, action: ControlAction) -> bool:
 
 
 class Guarded:
-    """A hub with access control, and sessions by name."""
+    """Hub with access control, and sessions by name."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, protocol: str = "tcp") -> None:
         self.folder, self.patch, self.protocol = folder, monkeypatch, protocol

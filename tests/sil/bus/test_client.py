@@ -21,7 +21,7 @@ KEY = "paper/tip/pose"
 
 @pytest.fixture(scope="module")
 def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """A hub and a client of it."""
+    """Yield a hub and a client of it."""
     endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
     config = zenoh.Config()
     config.insert_json5("listen/endpoints", json.dumps([endpoint]))

@@ -43,7 +43,7 @@ def test_a_stop_is_heard_under_a_flood_of_a_thousand_questions_a_second(tmp_path
 
 
 def raw(session: zenoh.Session, one: Rig, request: ControlRequest, patience: float) -> ControlReply | None:
-    """A request as a client of others may put it, without a deadline."""
+    """Send a request as a client of others may, without a deadline."""
     for reply in session.get(control_key(one.name, request.action.value), payload=encode(request), timeout=patience):
         if reply.ok is not None:
             return decode(ControlReply, reply.ok.payload.to_bytes())

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.sil
 
 
 class Network:
-    """A router, a rig's controller that is connected to it, and sessions by name, at one or the other."""
+    """Router, a rig's controller that is connected to it, and sessions by name, at one or the other."""
 
     def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:
         self.folder, self.patch = folder, patch

@@ -28,7 +28,7 @@ HOME = "\x1b[H"
 
 
 class Terminal:
-    """A pseudo-terminal with a program on it, and the last whole frame that it has drawn."""
+    """Pseudo-terminal with a program on it, and the last whole frame that it has drawn."""
 
     def __init__(self, command: list[str], environment: dict[str, str]) -> None:
         self._master, slave = pty.openpty()
@@ -61,7 +61,7 @@ class Terminal:
 
     @property
     def frame(self) -> str:
-        """The last frame that is whole, without colours."""
+        """Return the last whole frame, without colours."""
         frames = self.all.split(HOME)
         return CONTROL.sub("", frames[-2]) if len(frames) > 2 else ""
 

@@ -13,9 +13,9 @@ from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
 from tendond.model.strain.describe.configured import robot_from_section
-from tendond.model.strain.dynamics import Loads
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.stepping.scratch import Loads
 from tendond.schemas.config.simulator import SimulatorSection
 
 Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ and follow IEEE on division by zero instead of raising.
 """
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +35,27 @@ def kernel(function: Any, counted: bool = True) -> Any:
     options: dict[str, Any] = {} if counted else {"_nrt": False}
     compiled: Any = njit(function, fastmath=_FASTMATH, error_model="numpy", nogil=True, cache=True, **options)
     # numba looks at the kernel's own file only, and would go on using code inlined from another one that has changed.
-    compiled._cache._cache_file._source_stamp = _SOURCES
+    stored = compiled._cache._cache_file
+    stored._source_stamp = _SOURCES
+    stored._load_index = _forgiving(stored._load_index)
     _KERNELS.append(compiled)
     return compiled
+
+
+def _forgiving(load: Callable[[], Any]) -> Callable[[], Any]:
+    """Return a reader of a kernel's index on the disk that takes one it cannot read for an empty one.
+
+    numba looks whether an index is out of date only after it has imported the modules of the types in it, and where one
+    of them has moved since, no kernel would compile any more.
+    """
+
+    def load_index() -> Any:
+        try:
+            return load()
+        except (ImportError, AttributeError):
+            return {}
+
+    return load_index
 
 
 def lean(function: Any) -> Any:

@@ -6,6 +6,17 @@ from tendond.model.numerics.compile import inlined
 
 
 @inlined
+def _find_pivot(a: Any, column: int, size: int) -> int:
+    """Return the row from the diagonal on that is largest in a column; -1 where it is 0, or not finite."""
+    pivot = column
+    for row in range(column + 1, size):
+        if abs(a[row, column]) > abs(a[pivot, column]):
+            pivot = row
+    largest = abs(a[pivot, column])
+    return pivot if largest > 0.0 and largest < 1e300 else -1
+
+
+@inlined
 def solve_in_place(a: Any, b: Any, size: int) -> bool:
     """Solve a x = b by Gaussian elimination with partial pivoting; x replaces b, a is destroyed.
 
@@ -17,12 +28,8 @@ def solve_in_place(a: Any, b: Any, size: int) -> bool:
         False where a is singular or not finite.
     """
     for column in range(size):
-        pivot = column
-        for row in range(column + 1, size):
-            if abs(a[row, column]) > abs(a[pivot, column]):
-                pivot = row
-        largest = abs(a[pivot, column])
-        if not (largest > 0.0 and largest < 1e300):
+        pivot = _find_pivot(a, column, size)
+        if pivot < 0:
             return False
         if pivot != column:
             for j in range(column, size):
@@ -55,12 +62,8 @@ def factor_lu(a: Any, rows: Any, size: int) -> bool:
         False where a is singular or not finite.
     """
     for column in range(size):
-        pivot = column
-        for row in range(column + 1, size):
-            if abs(a[row, column]) > abs(a[pivot, column]):
-                pivot = row
-        largest = abs(a[pivot, column])
-        if not (largest > 0.0 and largest < 1e300):
+        pivot = _find_pivot(a, column, size)
+        if pivot < 0:
             return False
         rows[column] = pivot
         if pivot != column:

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound, kernel
 from tendond.model.numerics.parked import address_of, parked_at
-from tendond.model.strain.dynamics import advance, scratch_for
-from tendond.model.strain.equations import Loads, Scratch
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
+from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.scratch import Loads, Scratch, scratch_for
 
 Array = NDArray[np.float64]
 Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.equations import Loads
-from tendond.model.strain.layout import Layout, gauss, lobatto, nodes_of
+from tendond.model.strain.discretise.quadrature import gauss, lobatto, nodes_of
+from tendond.model.strain.layout import Layout
 from tendond.model.strain.robot import Robot
+from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]
 Drive = ArrayLike | Sequence[float | None] | None

@@ -3,18 +3,24 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.describe.profile import Rows, Values, tabulated
+from tendond.model.strain.describe.profile import Profile, Rows, Values, tabulated
 from tendond.model.strain.describe.section import Section
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Route = Callable[[float], tuple[float, float]]
 """Position (x, y) of a tendon in the cross-section [m] at the arc length s [m] of the whole backbone."""
+
+
+def _pair(profile: Profile, s: float) -> tuple[float, float]:
+    x, y = profile(s)
+    return x, y
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ class Tendon:
     def tabulated(end: float, rows: Rows, stiffness: float | None = None, friction: float = 0.0) -> "Tendon":
         """Return a tendon through points (s, x, y) [m], straight from each to the next as between holes in disks."""
         profile = tabulated(rows, 2, "tendon: route")
-        return Tendon(end, profile.function, stiffness, friction, profile.knots)  # type: ignore[arg-type]
+        return Tendon(end, partial(_pair, profile), stiffness, friction, profile.knots)
 
     @staticmethod
     def helical(

@@ -10,12 +10,15 @@ from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
-from tendond.model.strain.dynamics import Loads, advance, mass_matrix, scratch_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
+from tendond.model.strain.minima.hessian import stiffness_of
+from tendond.model.strain.minima.minimise import ITERATIONS, minimise
 from tendond.model.strain.robot import Body, Robot
-from tendond.model.strain.statics import ITERATIONS, minimise, stiffness_of
+from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.mass import mass_matrix
+from tendond.model.strain.stepping.scratch import Loads, scratch_for
 from tendond.model.strain.tendons import empty_paths, find_paths
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection

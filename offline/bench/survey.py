@@ -14,7 +14,7 @@ import numpy as np
 
 from tendond.model.errors import ConvergenceError
 from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState, Tendon
-from tendond.model.strain.dynamics import Loads
+from tendond.model.strain.stepping.scratch import Loads
 
 LOADED_STEPS, FREE_STEPS = 12, 13
 

@@ -14,18 +14,24 @@ from tendond.model.strain.derivatives.linearise import Linearisation
 Array = NDArray[np.float64]
 
 
-def elastica() -> float:
-    """Return the largest error under a dead load across the tip, P L^2 / EI = 1, 2, 5.
+ELASTICA = ((1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763))
+"""P L^2 / EI of a dead load across the tip, deflection w / L, shortening 1 - x / L.
 
-    K. Mattiasson, "Numerical results from large deflection beam and frame problems", IJNME 17 (1981).
-    """
+K. Mattiasson, "Numerical results from large deflection beam and frame problems", IJNME 17 (1981).
+"""
+
+
+def elastica_tip(load: float) -> tuple[float, float]:
+    """Return deflection and shortening of a rod of length 1 m under a dead load across its tip, P L^2 / EI."""
     section = Section.round(1.0, 1e-3, 200e9, 7850.0, stretch_modes=0, bending_modes=6)
     rod = StrainRod(Robot((section,)))
-    errors = []
-    for load, deflection, shortening in ((1.0, 0.30172, 0.05643), (2.0, 0.49346, 0.16064), (5.0, 0.71379, 0.38763)):
-        tip, _ = rod.tip(rod.solve_static(rod.loads(tip_force=(load * section.bending_stiffness[1], 0.0, 0.0))))
-        errors.append(math.hypot(tip[0] - deflection, 1.0 - tip[2] - shortening))
-    return max(errors)
+    tip, _ = rod.tip(rod.solve_static(rod.loads(tip_force=(load * section.bending_stiffness[1], 0.0, 0.0))))
+    return float(tip[0]), 1.0 - float(tip[2])
+
+
+def elastica() -> float:
+    """Return the largest error of `ELASTICA`."""
+    return max(math.dist(elastica_tip(load), published) for load, *published in ELASTICA)
 
 
 def helix() -> float:
@@ -44,23 +50,32 @@ def helix() -> float:
     return float(np.linalg.norm(rod.tip(rod.rest())[0] - exact)) / length
 
 
-def curved_cantilever() -> float:
-    """Return the error at 600 lb of the 45 degree bend of K.-J. Bathe and S. Bolourchi, IJNME 14 (1979).
+BEND_ARC = 100.0 * math.pi / 4.0
+BEND_TIP = (15.558, 46.892, 53.606)
+"""[in] A shooting solver's, of the equations of `bend_tip`."""
 
-    Radius 100 in, 1 in square, E = 1e7 psi, torsion of a square 0.1406 G. Published tips: 15.9, 47.2, 53.4 in; the
-    figure held to is that of a shooting solver of the same equations: 15.558, 46.892, 53.606 in.
+
+def bend_tip() -> tuple[float, float, float]:
+    """Return the tip at 600 lb of the 45 degree bend of K.-J. Bathe and S. Bolourchi, IJNME 14 (1979) [in].
+
+    Radius 100 in, 1 in square, E = 1e7 psi, torsion of a square 0.1406 G. In the plane, along, out of the plane.
+    Published: 15.9, 47.2, 53.4; Simo & Vu-Quoc 15.79, 47.23, 53.37; Cardona & Geradin 15.55, 47.04, 53.50.
     """
-    arc = 100.0 * math.pi / 4.0
     section = Section(
-        arc, (1e7 / 12.0, 1e7 / 12.0), 0.140577 * 5e6, 1e7, 1.0, 1.0, curvature=(0.0, 0.01, 0.0), bending_modes=6,
+        BEND_ARC, (1e7 / 12.0, 1e7 / 12.0), 0.140577 * 5e6, 1e7, 1.0, 1.0, curvature=(0.0, 0.01, 0.0), bending_modes=6,
         torsion_modes=6, stretch_modes=2,
     )  # fmt: skip
     rod = StrainRod(Robot((section,)))
     state = rod.rest()
     for load in np.linspace(60.0, 600.0, 10):
         state = rod.solve_static(rod.loads(tip_force=(0.0, load, 0.0)), state)
-    in_plane, out_of_plane, along = rod.tip(state)[0]
-    return float(np.linalg.norm(np.array([in_plane, along, out_of_plane]) - (15.558, 46.892, 53.606))) / arc
+    in_plane, out_of_plane, along = (float(one) for one in rod.tip(state)[0])
+    return in_plane, along, out_of_plane
+
+
+def curved_cantilever() -> float:
+    """Return the error of `bend_tip`."""
+    return math.dist(bend_tip(), BEND_TIP) / BEND_ARC
 
 
 def heavy_column() -> float:
@@ -82,37 +97,51 @@ def heavy_column() -> float:
     return abs(low / 7.83735 - 1.0)
 
 
-def routing(solve: Callable[..., tuple[Array, Array]], piece: Callable[..., object]) -> float:
-    """Return the largest error with converging, helical and ending tendons, beside a plain solver of a cut's balance.
+REACH = 0.242
+THREE = Tendon(0.1, (0.008, 0.0)), Tendon(0.18, (-0.004, 0.007)), Tendon(REACH, (-0.004, -0.007))
+HELICAL, CONVERGING = Tendon.helical(REACH, 0.008, 0.5), Tendon.converging(REACH, (0.01, 0.0), (0.004, 0.003))
+
+Routed = tuple[tuple[Tendon, ...], tuple[float, ...], tuple[float, float, float]]
+ROUTED: dict[str, Routed] = {
+    "converging": ((CONVERGING,), (4.0,), (0.0, 0.0, 0.0)),
+    "helical": ((HELICAL,), (3.0,), (0.0, 0.0, 0.0)),
+    "both with a load": ((HELICAL, CONVERGING), (2.0, 3.0), (0.1, 0.05, 0.02)),
+    "ends of three sections": (THREE, (4.0, 2.0, 3.0), (0.0, 0.1, 0.0)),
+}
+"""Tendons, their tensions [N] and a dead force on the tip [N]."""
+
+Tip = tuple[Array, Array]
+
+
+def routed_tips(
+    case: Routed, solve: Callable[..., Tip], piece: Callable[[float, tuple[float, float, float], float], object]
+) -> tuple[Tip, Tip]:
+    """Return position [m] and orientation of the tip with routed tendons, and those of a plain solver.
 
     The robot of D. C. Rucker and R. J. Webster, IEEE T-RO 27 (2011): L 242 mm, radius 0.4 mm, E 210 GPa, tendons 8 mm
     off the axis. The solver is that of the tests, tests/reference/routing.py: `solve_routing` and `Piece`.
     """
-    length = 0.242
-    three = Tendon(0.1, (0.008, 0.0)), Tendon(0.18, (-0.004, 0.007)), Tendon(length, (-0.004, -0.007))
-    helical, converging = Tendon.helical(length, 0.008, 0.5), Tendon.converging(length, (0.01, 0.0), (0.004, 0.003))
-    cases = (
-        ((converging,), (4.0,), (0.0, 0.0, 0.0)),
-        ((helical,), (3.0,), (0.0, 0.0, 0.0)),
-        (three, (4.0, 2.0, 3.0), (0.0, 0.1, 0.0)),
+    tendons, tensions, force = case
+    lengths = np.diff([0.0, *sorted({one.end for one in tendons} | {REACH})])
+    sections = tuple(
+        Section.round(float(one), 4e-4, 210e9, 7850.0, bending_modes=8, torsion_modes=6, stretch_modes=4)
+        for one in lengths
     )
-    errors = []
-    for tendons, tensions, force in cases:
-        lengths = np.diff([0.0, *sorted({one.end for one in tendons} | {length})])
-        sections = tuple(
-            Section.round(float(one), 4e-4, 210e9, 7850.0, bending_modes=8, torsion_modes=6, stretch_modes=4)
-            for one in lengths
-        )
-        rod = StrainRod(Robot(sections, tendons))
-        state = rod.rest()
-        for part in np.linspace(0.25, 1.0, 4):
-            state = rod.solve_static(rod.loads(part * np.array(tensions), tip_force=part * np.array(force)), state)
-        tip, one = rod.tip(state)[0], sections[0]
-        moduli = (*one.bending_stiffness, one.torsion_stiffness)
-        pieces = [piece(float(part), moduli, one.axial_stiffness) for part in lengths]
-        pulls = [(tension, tendon.end, tendon.at) for tension, tendon in zip(tensions, tendons, strict=True)]
-        errors.append(np.linalg.norm(tip - solve(pieces, pulls, force, guess=tip)[0]) / length)
-    return float(max(errors))
+    rod = StrainRod(Robot(sections, tendons))
+    state = rod.rest()
+    for part in np.linspace(0.25, 1.0, 4):
+        state = rod.solve_static(rod.loads(part * np.array(tensions), tip_force=part * np.array(force)), state)
+    tip, one = rod.tip(state), sections[0]
+    moduli = (*one.bending_stiffness, one.torsion_stiffness)
+    pieces = [piece(float(part), moduli, one.axial_stiffness) for part in lengths]
+    pulls = [(tension, tendon.end, tendon.at) for tension, tendon in zip(tensions, tendons, strict=True)]
+    return tip, solve(pieces, pulls, force, guess=tip[0])
+
+
+def routing(solve: Callable[..., Tip], piece: Callable[[float, tuple[float, float, float], float], object]) -> float:
+    """Return the largest error of the tips of `ROUTED`, beside the plain solver's."""
+    tips = (routed_tips(case, solve, piece) for case in ROUTED.values())
+    return max(float(np.linalg.norm(ours[0] - theirs[0])) / REACH for ours, theirs in tips)
 
 
 def follower() -> float:

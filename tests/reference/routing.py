@@ -20,6 +20,8 @@ from scipy.optimize import root
 
 Array = npt.NDArray[np.float64]
 Route = Callable[[float], tuple[float, float]]
+Pull = tuple[float, float, Route]
+"""Tension [N], end [m] and route in the cross-section [m] of a tendon."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def _strain(
 
 def solve_routing(
     pieces: Sequence[Piece],
-    tendons: Sequence[tuple[float, float, Route]],
+    tendons: Sequence[Pull],
     tip_force: Sequence[float] = (0.0, 0.0, 0.0),
     tip_moment: Sequence[float] = (0.0, 0.0, 0.0),
     guess: Array | None = None,
@@ -76,7 +78,7 @@ def solve_routing(
                 middle = 0.5 * (left + right)
                 here = [one for one in tendons if one[0] > 0.0 and one[1] > middle]
 
-                def slope(s: float, y: Array, piece: Piece = piece, here: list = here) -> Array:  # type: ignore[type-arg]
+                def slope(s: float, y: Array, piece: Piece = piece, here: list[Pull] = here) -> Array:
                     nonlocal last
                     R = y[3:].reshape(3, 3)
                     pulls = []

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendond.model.strain.equations import Loads
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.stepping.scratch import Loads
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from tendond.model.errors import ParameterError
+from tendond.model.strain.discretise.modes import ModeTable, section_at
 from tendond.model.strain.kinematics import empty_shape, find_shape
-from tendond.model.strain.layout import ModeTable, section_at
 from tendond.model.strain.rod import StrainRod, StrainState
 
 Array = NDArray[np.float64]

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from tendond.model.strain.dynamics import Loads, mass_matrix, scratch_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.minima.hessian import stiffness_of
 from tendond.model.strain.rod import StrainRod, StrainState
-from tendond.model.strain.statics import stiffness_of
+from tendond.model.strain.stepping.mass import mass_matrix
+from tendond.model.strain.stepping.scratch import Loads, scratch_for
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from tendond.model.strain.equations import Loads, scratch_for
+from tendond.model.strain.minima.energy import find_energy
+from tendond.model.strain.minima.hessian import stiffness_of
 from tendond.model.strain.rod import StrainRod, StrainState
-from tendond.model.strain.statics import find_energy, stiffness_of
+from tendond.model.strain.stepping.scratch import Loads, scratch_for
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tendond.model.errors import ConvergenceError
 from tendond.model.strain.analysis.frames import bend, strength
 from tendond.model.strain.analysis.modes import natural_modes
+from tendond.model.strain.describe.section import Section
 from tendond.model.strain.rod import StrainRod, StrainState
 
 Array = NDArray[np.float64]
@@ -91,8 +92,8 @@ def summarise(rod: StrainRod, tension_max: float, modes: int = 6) -> Summary:
     )
 
 
-def _mean(section: object, name: str) -> float:
-    return float(np.mean([section.at(name, s)[0] for s in np.linspace(0.0, section.length, 201)]))  # type: ignore[attr-defined]
+def _mean(section: Section, name: str) -> float:
+    return float(np.mean([section.at(name, s)[0] for s in np.linspace(0.0, section.length, 201)]))
 
 
 def _decay(frequency: float, ratio: float) -> float:

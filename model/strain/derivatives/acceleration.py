@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import kernel
 from tendond.model.numerics.linear import factor_symmetric
 from tendond.model.strain.derivatives.columns import solve_symmetric_columns
-from tendond.model.strain.derivatives.curvature import add_curvature, find_rates
-from tendond.model.strain.derivatives.step import Room
-from tendond.model.strain.equations import Loads, Scratch, mass_matrix
+from tendond.model.strain.derivatives.curvature import add_curvature
+from tendond.model.strain.derivatives.rates import find_rates
+from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.stepping.mass import mass_matrix
+from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendons import add_tendon_stiffness, find_paths
 
 Array = NDArray[np.float64]

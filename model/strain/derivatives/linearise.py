@@ -14,12 +14,13 @@ from scipy.linalg import eigh
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
 from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
-from tendond.model.strain.derivatives.curvature import find_rates
-from tendond.model.strain.derivatives.step import differentiate, room_for
-from tendond.model.strain.dynamics import advance, scratch_for
-from tendond.model.strain.equations import Loads
+from tendond.model.strain.derivatives.rates import find_rates
+from tendond.model.strain.derivatives.room import room_for
+from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod, StrainState
+from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.scratch import Loads, scratch_for
 from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from tendond.model.strain.describe.profile import Profile, combined
 from tendond.model.strain.describe.section import Section
-from tendond.model.strain.layout import BENDING_X, BENDING_Y, lay_out
+from tendond.model.strain.discretise.modes import BENDING_X, BENDING_Y
+from tendond.model.strain.layout import lay_out
 from tendond.model.strain.robot import Robot
 
 Array = NDArray[np.float64]

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tendond.model.strain import Body, Robot, Section, StrainRod
-from tendond.model.strain.derivatives.curvature import add_curvature, empty_rates, find_rates
+from tendond.model.strain.derivatives.curvature import add_curvature
+from tendond.model.strain.derivatives.rates import empty_rates, find_rates
 from tendond.model.strain.kinematics import empty_shape, find_shape
 
 Array = NDArray[np.float64]

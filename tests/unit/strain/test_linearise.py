@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tendond.model.errors import ParameterError
 from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState, Tendon
 from tendond.model.strain.derivatives.linearise import Linearisation
-from tendond.model.strain.dynamics import Loads, advance, scratch_for
+from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.scratch import Loads, scratch_for
 from tests.unit.strain.robots import paper
 
 Array = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""A robot cut into modes, mass points and quadrature points."""

@@ -1,0 +1,69 @@
+"""Quadrature of the tendons' paths."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.strain.discretise.modes import ModeTable
+from tendond.model.strain.discretise.quadrature import distinct, gauss
+from tendond.model.strain.robot import Robot, Tendon
+
+Array = NDArray[np.float64]
+
+TENDON_POINTS = 8
+"""Gauss points per piece of a section between ends of tendons, and points of their routes."""
+
+TENDON_POINTS_MIN = 3
+"""The same, for a piece that is short beside its section."""
+
+
+def _slope(tendon: Tendon, s: float, step: float) -> tuple[float, float]:
+    """Derivative of a tendon's place in the cross-section by the arc length."""
+    before, after = tendon.at(s - step), tendon.at(s + step)
+    return (after[0] - before[0]) / (2.0 * step), (after[1] - before[1]) / (2.0 * step)
+
+
+def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
+    """Quadrature of the tendons' paths."""
+    count = len(robot.tendons)
+    values: list[Array] = []
+    strains: list[Array] = []
+    weights: list[list[float]] = []
+    routes: list[list[tuple[float, float]]] = []
+    slopes: list[list[tuple[float, float]]] = []
+    step = 1e-6 * robot.length
+    begin = 0.0
+    for number, section in enumerate(robot.sections):
+        breaks = {0.0, section.length, *section.inner_knots("curvature")}
+        for tendon in robot.tendons:
+            breaks |= {s - begin for s in (tendon.end, *tendon.knots) if begin < s < begin + section.length}
+        edges = [begin + part * section.length for part in distinct([s / section.length for s in breaks])]
+        for left, right in pairwise(edges):
+            fine = max(TENDON_POINTS_MIN, round(TENDON_POINTS * min(1.0, 2.0 * (right - left) / section.length)))
+            for part, weight in zip(*gauss(fine), strict=True):
+                s = left + part * (right - left)
+                values.append(modes.values(number, (s - begin) / section.length))
+                strains.append(np.array((*section.at("curvature", s - begin), 0.0, 0.0, 1.0)))
+                passing = [tendon.end > 0.5 * (left + right) for tendon in robot.tendons]
+                weights.append([weight * (right - left) if one else 0.0 for one in passing])
+                routes.append([tendon.at(s) for tendon in robot.tendons])
+                slopes.append([_slope(tendon, s, step) for tendon in robot.tendons])
+        begin += section.length
+    shape = (len(values), count)
+    route = np.array(routes, dtype=np.float64).reshape(*shape, 2)
+    slope = np.array(slopes, dtype=np.float64).reshape(*shape, 2)
+    weight = np.array(weights, dtype=np.float64).reshape(shape)
+    strain = np.array(strains, dtype=np.float64)
+    u, v = strain[:, None, :3], strain[:, None, 3:]
+    arm = np.concatenate((route, np.zeros((*shape, 1))), axis=2)
+    tangent = v + np.cross(u, arm) + np.concatenate((slope, np.zeros((*shape, 1))), axis=2)
+    return {
+        "tendon_at": np.array(values, dtype=np.float64),
+        "tendon_strain": strain,
+        "weight": weight,
+        "route": route,
+        "slope": slope,
+        "straight": np.einsum("qm,qm->m", weight, np.linalg.norm(tangent, axis=2)),
+        "tendon_stiffness": np.array([tendon.stiffness or 0.0 for tendon in robot.tendons], dtype=np.float64),
+    }

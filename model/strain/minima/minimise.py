@@ -1,0 +1,121 @@
+"""A descent to a minimum of the energy.
+
+A Newton method, damped in the metric of the stiffness where it must (Levenberg and Marquardt), goes downhill from where
+it starts: a rod that is loaded slowly gets to the same place, and what is found is stable. Dead moments are no gradient
+of any energy: with them, the residual decides instead.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.numerics.compile import lean
+from tendond.model.numerics.linear import factor_symmetric, solve_symmetric
+from tendond.model.strain.layout import Layout
+from tendond.model.strain.minima.energy import find_energy
+from tendond.model.strain.minima.hessian import find_hessian
+from tendond.model.strain.stepping.scratch import Loads, Scratch
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 300
+
+ROUNDING = 1e-14
+"""Of the energies' sum, below which a decrease is lost in rounding."""
+
+ATTAINED = 1e-12
+"""Of the energies' sum: an undamped step promises less, where no step goes down any more and the minimum is reached."""
+
+CONTRACTION = 0.05
+"""Of the decrement in one step, above which a new second derivative is worth its price."""
+
+
+@lean
+def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: float, work: Scratch) -> int:
+    """Move q to a minimum of the energy, in place.
+
+    Args:
+        layout: of the robot.
+        loads: on it.
+        q: strains, shape (n,).
+        rate: 1 / h of an implicit Euler step [1/s], after `begin_step`; 0: statics.
+        tolerance: of q [rad], in the measure of energy.
+        work: scratch arrays.
+
+    Returns:
+        Newton's iterations; -1 where they came to no end, and q has the least energy found.
+    """
+    n = len(q)
+    damping = 0.0
+    moments = False
+    if rate == 0.0:
+        for k in range(1, len(layout.polar)):
+            for c in range(3):
+                moments |= loads.moment[k, c] != 0.0
+    target = tolerance * tolerance * work.unit[0]
+    step, trial, residual, last = work.correction, work.trial, work.pull, work.row
+    energy, size = find_energy(layout, loads, q, rate, work)
+    fresh, decrement, last_decrement = False, np.inf, np.inf
+    for a in range(n):
+        residual[a] = work.residual[a]
+    for count in range(1, ITERATIONS + 1):
+        last_decrement = np.inf  # of an undamped step from here
+        if not fresh:
+            find_hessian(layout, loads, q, rate, work)
+        while True:
+            if not fresh:
+                for a in range(n):
+                    for b in range(n):
+                        work.matrix[a, b] = work.hessian[a, b]
+                    work.matrix[a, a] += damping * layout.stiffness[a, a]
+                    step[a] = residual[a]
+                positive = factor_symmetric(work.matrix, n)
+                if positive:
+                    solve_symmetric(work.matrix, step, n)
+            else:
+                positive = True
+            if positive:
+                decrement = 0.0
+                for a in range(n):
+                    decrement += step[a] * residual[a]
+                    trial[a] = q[a] - step[a]
+                if damping == 0.0:
+                    last_decrement = decrement
+                found, other = find_energy(layout, loads, trial, rate, work)
+                if moments:
+                    for a in range(n):
+                        last[a] = work.residual[a]
+                    solve_symmetric(work.matrix, last, n)
+                    before = after = 0.0
+                    for a in range(n):
+                        before += layout.stiffness[a, a] * step[a] * step[a]
+                        after += layout.stiffness[a, a] * last[a] * last[a]
+                    if after < before or after < target:
+                        break
+                elif found <= energy - 1e-4 * decrement + ROUNDING * size:
+                    break
+            if fresh:
+                fresh = False
+                find_energy(layout, loads, q, rate, work)
+                find_hessian(layout, loads, q, rate, work)
+                continue
+            damping = max(4.0 * damping, 1e-3)
+            if damping > 1e15:  # no way down: this is the place, if rounding is what hides it
+                return count if last_decrement <= ATTAINED * size else -1
+        undamped = damping == 0.0
+        damping = 0.25 * damping if damping > 1e-3 else 0.0
+        energy, size = found, other
+        for a in range(n):
+            q[a] = trial[a]
+            residual[a] = work.residual[a]
+            step[a] = residual[a]
+        fresh = False
+        if undamped:
+            solve_symmetric(work.matrix, step, n)
+            left = 0.0
+            for a in range(n):
+                left += layout.stiffness[a, a] * step[a] * step[a] if moments else step[a] * residual[a]
+            left = abs(left)
+            if left <= target or (decrement <= ROUNDING * size and left > 0.25 * decrement):
+                return count
+            fresh = left <= CONTRACTION * decrement and not moments
+    return -1

@@ -1,0 +1,110 @@
+"""Newton's method for the balance of a step, whose factors are kept while they contract.
+
+What decides is the correction, which does not depend on how the equations are scaled (P. Deuflhard, Newton Methods for
+Nonlinear Problems, 2004, section 3.3: natural monotonicity test, simplified Newton steps).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.linear import factor_lu, solve_lu
+from tendond.model.strain.kinematics import find_shape
+from tendond.model.strain.layout import Layout
+from tendond.model.strain.stepping.balance import find_residual
+from tendond.model.strain.stepping.scratch import Loads, Scratch
+from tendond.model.strain.stepping.tangent import find_matrix
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 15
+"""Of Newton's method; one that needs more is split into shorter steps."""
+
+CONTRACTION = 0.2
+"""Of the correction in one step, above which a new matrix is worth its price."""
+
+SHORTEST = 1.0 / 64.0
+"""Part of Newton's step, below which it leads nowhere."""
+
+
+@inlined
+def _size(work: Scratch, vector: Array) -> float:
+    """Rotation or stretch that a change of the modes stands for, squared."""
+    total = 0.0
+    for a in range(len(vector)):
+        total += work.scale[a] * vector[a] * vector[a]
+    return total
+
+
+@inlined
+def _energy(layout: Layout, vector: Array) -> float:
+    """Twice the elastic energy of a change of the modes [J]."""
+    total = 0.0
+    for a in range(len(vector)):
+        total += layout.stiffness[a, a] * vector[a] * vector[a]
+    return total
+
+
+@lean
+def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
+    """Solve one step from `work.q0` to `work.q1`, which holds a first guess, after `begin_step`.
+
+    Returns:
+        The residuals it took; -1 if they come to no end.
+    """
+    n = len(work.q0)
+    q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
+    target = tolerance * tolerance * work.unit[0]
+    find_residual(layout, loads, work.q0, q1, h, work)
+    find_matrix(layout, loads, q1, h, work)
+    if not factor_lu(work.matrix, work.rows, n):
+        return -1
+    for a in range(n):
+        step[a] = work.residual[a]
+    solve_lu(work.matrix, work.rows, step, n)
+    size, energy = _size(work, step), _energy(layout, step)
+    part = 1.0
+    for count in range(2, ITERATIONS + 2):
+        if not size < 1e300:
+            return -1
+        if energy <= target:
+            for a in range(n):
+                q1[a] -= step[a]
+            find_shape(layout, q1, work.after)
+            return count
+        for a in range(n):
+            trial[a] = q1[a] - part * step[a]
+        find_residual(layout, loads, work.q0, trial, h, work)
+        for a in range(n):
+            correction[a] = work.residual[a]
+        solve_lu(work.matrix, work.rows, correction, n)
+        left = _size(work, correction)
+        if not left <= (1.0 - 0.25 * part) ** 2 * size:
+            left_energy = _energy(layout, correction)
+            if not (part == 1.0 and left_energy <= target):
+                part *= 0.5
+                if part < SHORTEST:
+                    return -1
+                continue
+        for a in range(n):
+            q1[a] = trial[a]
+        if part == 1.0:
+            reached = _energy(layout, correction)
+            if reached <= target:
+                return count
+            ratio = left / size
+            if ratio < CONTRACTION * CONTRACTION:
+                for a in range(n):
+                    step[a] = correction[a]
+                size = left
+                energy = ratio * reached  # what is left after it
+                continue
+        find_matrix(layout, loads, q1, h, work)
+        if not factor_lu(work.matrix, work.rows, n):
+            return -1
+        for a in range(n):
+            step[a] = work.residual[a]
+        solve_lu(work.matrix, work.rows, step, n)
+        size, energy = _size(work, step), np.inf
+        part = min(1.0, 2.0 * part)
+    return -1

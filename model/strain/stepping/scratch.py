@@ -1,0 +1,105 @@
+"""What acts on the robot over a step, and the arrays that a step works in."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.numerics.parked import park
+from tendond.model.numerics.products import padded
+from tendond.model.strain.discretise.modes import BENDING_Y, STRETCH
+from tendond.model.strain.kinematics import Shape, empty_shape
+from tendond.model.strain.layout import Layout
+from tendond.model.strain.tendons import Paths, empty_paths
+
+Array = NDArray[np.float64]
+
+
+class Loads(NamedTuple):
+    """What acts on a robot over a step.
+
+    Attributes:
+        force: dead forces on the mass points, world frame [N], shape (P, 3).
+        tension: of each tendon [N]; or its displacement [m] where `driven`. shape (m,).
+        driven: whether a tendon is driven by displacement, shape (m,).
+        moment: dead moments on the nodes, world frame [N m], shape (K + 1, 3).
+    """
+
+    force: Array
+    tension: Array
+    driven: NDArray[np.bool_]
+    moment: Array
+
+
+class Scratch(NamedTuple):
+    """Arrays of a step, kept from call to call so that none is allocated in it.
+
+    Attributes:
+        before, after: shapes at both ends. paths_before, paths_after: tendons there.
+        matrix: derivative of the residual by q1, or its factors, shape (n, n). rows: of its pivots, shape (n,).
+        residual: shape (n,). force: on the mass points, shape (P, 3). velocity: of them at q0, shape (P, 3).
+        spin: rotation rates of the nodes at q0, shape (K + 1,); torque: moments of inertia on them, shape (K + 1,).
+        taut: mean tensions, shape (m,); slack: their derivatives by the displacement at the end, shape (m,).
+        elastic: the linear part of the matrix, shape (n, n); held: of the residual, shape (n,).
+        scale: rotation or stretch per unit of each mode, squared, shape (n,).
+        unit: energy of bending by 1 rad [J], then share and norm of the balance, shape (3,).
+        q0, w0, q1, w1, trial, change, correction, pull, push, row: vectors, shape (n,).
+        hessian: second derivative of the energy, shape (n, n).
+        left, right, total: matrices for `add_products`.
+    """
+
+    before: Shape
+    after: Shape
+    paths_before: Paths
+    paths_after: Paths
+    matrix: Array
+    rows: NDArray[np.int64]
+    residual: Array
+    force: Array
+    velocity: Array
+    spin: Array
+    torque: Array
+    taut: Array
+    slack: Array
+    elastic: Array
+    held: Array
+    scale: Array
+    unit: Array
+    q0: Array
+    w0: Array
+    q1: Array
+    w1: Array
+    trial: Array
+    change: Array
+    correction: Array
+    pull: Array
+    push: Array
+    row: Array
+    hessian: Array
+    left: Array
+    right: Array
+    total: Array
+
+
+def scratch_for(layout: Layout) -> Scratch:
+    """Return arrays for the steps of this robot."""
+    n, points, tendons, nodes = len(layout.component), len(layout.mass), len(layout.straight), len(layout.polar)
+    width = padded.py_func(n)  # numba compiles a call from Python anew in each process
+    lengths = np.zeros(n)
+    for first, last, step in zip(layout.first, layout.last, layout.step, strict=True):
+        lengths[first:last] += step
+    scale = np.where(layout.component < STRETCH - 2, lengths**2, 1.0) / (2.0 * layout.order + 1.0)
+    bends = (layout.component <= BENDING_Y) & (layout.order == 0)
+    unit = np.min(np.diag(layout.stiffness)[bends] / lengths[bends] ** 2)
+    vectors = ("q0", "w0", "q1", "w1", "trial", "change", "correction", "pull", "push", "row", "residual", "held")
+    rows = 3 * points + nodes + tendons
+    work = Scratch(
+        before=empty_shape(layout), after=empty_shape(layout),
+        paths_before=empty_paths(layout), paths_after=empty_paths(layout),
+        rows=np.zeros(n, dtype=np.int64), force=np.zeros((points, 3)), velocity=np.zeros((points, 3)),
+        spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
+        unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
+        total=np.zeros(width**2), **{name: np.zeros((n, n)) for name in ("matrix", "elastic", "hessian")},
+        **{name: np.zeros(n) for name in vectors},
+    )  # fmt: skip
+    return park(work)

@@ -13,31 +13,29 @@ import zenoh
 from tendond.schemas.keys import TIP_POSE
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
+from tests.sil.bus.live import Live
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil
 
 
-def test_a_left_over_simulator_keeps_the_rig_from_arming_and_is_a_fault_while_armed(tmp_path: Path) -> None:
-    with rig(tmp_path) as one:
-        one.controller()
-        session = one.session()
-        with session:
-            first = one.start("simulate")
-            one.until(session, lambda status: status.tip is not None)
-            second = one.start("simulate")
-            status = one.until(session, lambda status: len(status.sources.get(TIP_POSE, ())) == 2)
-            reply = one.ask(session, ControlAction.ARM)
-            assert not reply.done
-            assert "two sources of tip/pose: 'simulator-" in reply.message
-            assert all(name in reply.message for name in status.sources[TIP_POSE])
-            one.end(second)
-            one.until(session, lambda status: len(status.sources[TIP_POSE]) == 1)
-            one.arm(session)
-            one.start("simulate")
-            status = one.until(session, lambda status: status.mode is Mode.FAULT)
-            assert "two sources of tip/pose: 'simulator-" in status.reason
-            assert first.poll() is None
+def test_a_left_over_simulator_keeps_the_rig_from_arming_and_is_a_fault_while_armed(live: Live) -> None:
+    one, session = live.rig, live.session
+    second = one.start("simulate")
+    status = one.until(session, lambda status: len(status.sources.get(TIP_POSE, ())) == 2)
+    reply = one.ask(session, ControlAction.ARM)
+    assert not reply.done
+    assert "two sources of tip/pose: 'simulator-" in reply.message
+    assert all(name in reply.message for name in status.sources[TIP_POSE])
+    one.end(second)
+    one.until(session, lambda status: len(status.sources[TIP_POSE]) == 1)
+    one.arm(session)
+    third = one.start("simulate")
+    status = one.until(session, lambda status: status.mode is Mode.FAULT)
+    assert "two sources of tip/pose: 'simulator-" in status.reason
+    assert live.simulator.poll() is None
+    one.end(third)
+    one.until(session, lambda status: len(status.sources[TIP_POSE]) == 1)
 
 
 def router(endpoint: str) -> zenoh.Session:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.sil.bus.live import Live
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil
@@ -132,27 +133,28 @@ def test_watch_has_no_colours_where_they_are_not_wanted(tmp_path: Path) -> None:
         assert not re.search(r"\x1b\[[0-9;]*[34][0-7]m", terminal.all)
 
 
-def test_watch_once_and_watch_in_a_pipe(tmp_path: Path) -> None:
+def test_watch_once_without_a_controller_is_refused(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
         alone = one.command("watch", "--once")
-        assert alone.returncode == 1
-        assert alone.stderr.startswith("tendond: no controller of rig 'sil'")
-        one.controller()
-        one.start("simulate")
-        with one.session() as session:
-            one.arm(session)
-        once = one.command("watch", "--once")
-        assert (once.returncode, once.stderr) == (0, "")
-        assert "TRACKING" in once.stdout
-        assert "\x1b" not in once.stdout
-        piped = subprocess.Popen([*WATCH, str(one.config)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        assert piped.stdout is not None
-        lines: list[str] = []
-        while not lines or "tracking (armed by the operator), tip" not in lines[-1]:
-            lines.append(piped.stdout.readline())
-            assert len(lines) < 10, lines
-        piped.stdout.close()  # the reader has enough
-        assert piped.wait(30.0) == 1
-        assert piped.stderr is not None
-        assert piped.stderr.read() == ""
-        piped.stderr.close()
+    assert alone.returncode == 1
+    assert alone.stderr.startswith("tendond: no controller of rig 'sil'")
+
+
+def test_watch_once_and_watch_in_a_pipe(live: Live) -> None:
+    one = live.rig
+    one.arm(live.session)
+    once = one.command("watch", "--once")
+    assert (once.returncode, once.stderr) == (0, "")
+    assert "TRACKING" in once.stdout
+    assert "\x1b" not in once.stdout
+    piped = subprocess.Popen([*WATCH, str(one.config)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert piped.stdout is not None
+    lines: list[str] = []
+    while not lines or "tracking (armed by the operator), tip" not in lines[-1]:
+        lines.append(piped.stdout.readline())
+        assert len(lines) < 10, lines
+    piped.stdout.close()  # the reader has enough
+    assert piped.wait(30.0) == 1
+    assert piped.stderr is not None
+    assert piped.stderr.read() == ""
+    piped.stderr.close()

@@ -110,6 +110,11 @@ class Rig:
             time.sleep(0.02)
         return status
 
+    def pass_ticks(self, session: zenoh.Session, count: int) -> Status:
+        """Wait for so many cycles of the controller; return the status after them."""
+        start = self.status(session).tick
+        return self.until(session, lambda status: status.tick > start + count)
+
     def arm(self, session: zenoh.Session) -> None:
         """Arm, once there are poses and the tip rests, and wait until it tracks."""
         self.until(session, lambda status: status.tip is not None)

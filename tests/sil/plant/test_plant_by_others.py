@@ -1,6 +1,7 @@
 """The controller as a process against a plant, a camera and a tendon driver by others: documented messages only."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,9 @@ import pytest
 from tests.sil.rig import rig
 
 pytestmark = pytest.mark.sil
+
+HOLD_CYCLES = 300
+"""Cycles on the target, longer than the plant's summary covers."""
 
 ROOT = Path(__file__).parents[3]
 
@@ -21,13 +25,15 @@ def test_a_plant_by_others_is_tracked_in_real_time(drive: str, tmp_path: Path) -
         one.controller()
         plant = subprocess.Popen(
             [sys.executable, "-m", "tests.plants.mujoco_rig", "--endpoint", one.endpoint, "--rig", one.name,
-             "--drive", drive, "--noise", "1e-4", "--duration", "14"],
+             "--drive", drive, "--noise", "1e-4"],
             cwd=ROOT, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         one.processes.append(plant)
         with one.session() as session:
             one.arm(session)
             one.until(session, lambda status: abs((status.tip or (0,))[0] - 0.34) < 3e-3)
+            one.pass_ticks(session, HOLD_CYCLES)
+            plant.send_signal(signal.SIGTERM)
             said, _ = plant.communicate(timeout=60.0)
         summary = json.loads(said.splitlines()[-1])
         assert summary["armed"], said

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 import zenoh
 
+from tendond.drivers.simulator.faults import request_fault
 from tendond.offline.logs.log import load
 from tendond.schemas.config.presets import RIG
+from tendond.schemas.config.rig import parse_config
+from tendond.schemas.faults import Fault, FaultRequest
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
@@ -37,7 +40,7 @@ def inject(one: Rig, *arguments: str) -> str:
 
 def leave(one: Rig, session: zenoh.Session) -> None:
     """Make the rig slack, repaired and idle."""
-    inject(one, "clear")
+    assert request_fault(parse_config(one.config.read_text(), "rig.toml"), FaultRequest(fault=Fault.CLEAR)).done
     one.ask(session, ControlAction.STOP)
     one.until(session, lambda s: one.ask(session, ControlAction.RESET).done or s.mode is Mode.IDLE)
 
@@ -79,20 +82,22 @@ def test_a_weight_and_an_impact_are_tolerated(shared: tuple[Rig, zenoh.Session])
     inject(one, "impact", "--size", "1", "--direction", "-z")
     status = one.until(session, lambda s: abs((s.tip or (0,))[0] - 0.34) < 5e-3 and (s.tip or (0, 0, 1))[2] < 0.06)
     assert status.mode is Mode.TRACKING
+    inject(one, "clear")
     leave(one, session)
 
 
 def test_what_cannot_be_caused_is_refused_in_one_line(shared: tuple[Rig, zenoh.Session]) -> None:
     one, _ = shared
-    for arguments, code, message in [
+    refused = [
         (("crc",), 1, "crc needs wires"),
         (("stuck", "--servo", "7"), 1, "there is no servo 7; the servos are 1 to 4"),
         (("stuck",), 2, "stuck needs a servo"),
         (("occlusion", "--size", "1"), 2, "occlusion takes no size"),
         (("noise", "--size", "9"), 2, "noise takes at most 0.05 m"),
         (("earthquake",), 2, "'earthquake' is not a fault"),
-    ]:
-        process = one.start("rig", "inject", *arguments)
+    ]
+    processes = [one.start("rig", "inject", *arguments) for arguments, _, _ in refused]
+    for process, (_, code, message) in zip(processes, refused, strict=True):
         _, said = process.communicate(timeout=PATIENCE_SECONDS)
         assert process.returncode == code, said
         assert message in said
@@ -116,8 +121,9 @@ def test_the_log_holds_the_truth_beside_what_was_measured(shared: tuple[Rig, zen
 
 def test_a_file_and_a_profile_at_once_and_an_unknown_profile_are_refused(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
-        for command in ("run", "simulate"):
-            for profile, message in (("rig", "give one of them"), ("nice", "give one of them")):
-                process = one.start(command, "--profile", profile)
-                _, said = process.communicate(timeout=PATIENCE_SECONDS)
-                assert (process.returncode, message in said, said.count("\n")) == (2, True, 1), said
+        processes = [
+            one.start(command, "--profile", profile) for command in ("run", "simulate") for profile in ("rig", "nice")
+        ]
+        for process in processes:
+            _, said = process.communicate(timeout=PATIENCE_SECONDS)
+            assert (process.returncode, "give one of them" in said, said.count("\n")) == (2, True, 1), said

@@ -14,14 +14,15 @@ from typing import Any
 import pytest
 
 from tendond.cli.doctor import camera
-from tendond.cli.doctor.check import CheckOutcome
+from tendond.cli.doctor import servos as servo_checks
+from tendond.cli.doctor.check import CheckOutcome, CheckResult
 from tendond.cli.doctor.check import Rig as DoctorRig
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.vicon.packet import ObjectReading
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO
-from tendond.schemas.config.rig import check_config
+from tendond.schemas.config.rig import check_config, parse_config
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import TipPose
 from tendond.schemas.requests import ControlAction
@@ -101,6 +102,14 @@ def test_a_rig_from_its_first_start_to_a_running_driver(tmp_path: Path) -> None:
                 assert one.ask(session, ControlAction.STATUS).done
 
 
+def checked(one: Rig) -> CheckResult:
+    """Return the doctor's result for the servos alone, on a rig without processes."""
+    config = parse_config(one.config.read_text(), "rig.toml")
+    result = servo_checks.servos(DoctorRig(config, one.config, one.folder))
+    assert result is not None
+    return result
+
+
 def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -> None:
     with rig(tmp_path, servo_rig(tmp_path)) as one, emulated(tmp_path) as servos:
         save_calibration(tmp_path / "calibration.json", calibration(rig=one.name))
@@ -111,13 +120,12 @@ def test_servos_with_something_wrong_are_named_with_the_remedy(tmp_path: Path) -
         assert "Overload" in found["servos"]["finding"]
         servos.apply(servos.servos[1].power_up)
         servos.apply(lambda: servos.servos[2]._store(table.SHUTDOWN, 0))
-        _, found, _ = examined(one)
-        assert "servo 3" in found["servos"]["finding"]
-        assert "Shutdown is 0, must be 52" in found["servos"]["finding"]
-        assert found["servos"]["remedy"] == "tendond servo setup 3"
+        result = checked(one)
+        assert "servo 3" in result.finding
+        assert "Shutdown is 0, must be 52" in result.finding
+        assert result.remedy == "tendond servo setup 3"
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 0))
-        _, found, _ = examined(one)
-        assert "servo 1 replies only to pings: its Status Return Level is 0" in found["servos"]["finding"]
+        assert "servo 1 replies only to pings: its Status Return Level is 0" in checked(one).finding
         servos.apply(lambda: servos.servos[0]._store(table.STATUS_RETURN_LEVEL, 2))
         servos.instructions.clear()
         _, found, _ = examined(one, "--no-servos")

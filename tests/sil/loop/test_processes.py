@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -22,19 +23,22 @@ pytestmark = pytest.mark.sil
 LANDING = np.array([0.3400, 0.0, 0.0398])
 
 
-def lockstep_run(folder: Path) -> bytes:
-    """300 cycles in lockstep; the log's cycles as bytes."""
-    folder.mkdir()
-    with rig(folder, PAPER) as one:
-        controller = one.controller("--lockstep", "--cycles", "300", "--arm-at", "5")
-        simulator = one.start("simulate", "--lockstep", "--cycles", "300")
-        assert controller.wait(120) == 0
-        assert simulator.wait(30) == 0
-    return b"\n".join(record.model_dump_json().encode() for record in load(folder / "run.mcap").records)
+def cycles_as_bytes(log: Path) -> bytes:
+    return b"\n".join(record.model_dump_json().encode() for record in load(log).records)
 
 
 def test_lockstep_lands_where_the_papers_robot_lands_and_repeats_exactly(tmp_path: Path) -> None:
-    first, second = lockstep_run(tmp_path / "one"), lockstep_run(tmp_path / "two")
+    """Two runs of 300 cycles, beside each other."""
+    folders = [tmp_path / name for name in ("one", "two")]
+    with ExitStack() as rigs:
+        processes = []
+        for folder in folders:
+            folder.mkdir()
+            one = rigs.enter_context(rig(folder, PAPER))
+            processes.append(one.controller("--lockstep", "--cycles", "300", "--arm-at", "5"))
+            processes.append(one.start("simulate", "--lockstep", "--cycles", "300"))
+        assert [process.wait(120) for process in processes] == [0] * 4
+    first, second = (cycles_as_bytes(folder / "run.mcap") for folder in folders)
     assert first == second
     last = load(tmp_path / "one" / "run.mcap").records[-1]
     assert last.measured is not None

@@ -125,7 +125,7 @@ def test_a_dead_force_on_the_tip_bends_the_rod_into_the_elastica() -> None:
     assert plant.position == pytest.approx([across, 0.0, along], abs=1e-3 * robot.length)
 
 
-def test_a_winch_holds_what_a_tension_holds() -> None:
+def test_a_displacement_command_holds_the_same_shape_as_its_tension() -> None:
     """The ends' displacement is the tendon's shortening and its stretch."""
     plant = MujocoRobot(Robot(step=5e-4))
     plant.set_tension(np.array([20.0, 0.0, 0.0, 0.0]))

@@ -19,7 +19,7 @@ def test_the_tip_settles_under_a_weight_on_a_plant_by_others(case: Case) -> None
     assert outcome.passed, outcome
 
 
-def test_what_swings_falls_short(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_that_swings_falls_short(capsys: pytest.CaptureFixture[str]) -> None:
     """Poses 150 ms older than configured."""
     status = main(["--json", "--jobs", "1", "--tracking", "4", "--law", "backstepping", "--rate", "100",
                    "--mass", "0", "--stiffness", "1", "--known-delay", "0", "--unknown-delay", "15"])  # fmt: skip

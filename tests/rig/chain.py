@@ -75,7 +75,7 @@ class Chain(Rig):
         assert status.mode is Mode.TRACKING, status.reason
 
     def reset_servos(self) -> ControlReply:
-        """`tendond servo reset`, once the driver has come back from letting out."""
+        """Reset the servos once the driver has released the tendons; return the reply."""
         deadline = time.monotonic() + PATIENCE_SECONDS
         while not (reply := request_reset(self.settings, 30.0)).done and "being released" in reply.message:
             assert time.monotonic() < deadline, reply.message

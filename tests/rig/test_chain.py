@@ -240,7 +240,7 @@ def test_every_fault_of_the_wires_can_be_caused_and_cleared(tmp_path: Path) -> N
         assert "the servos are 1, 2, 3, 4" in refused.message
 
 
-def test_a_section_that_a_driver_needs_is_asked_for(tmp_path: Path) -> None:
+def test_a_missing_section_of_a_driver_is_named(tmp_path: Path) -> None:
     one = Rig(tmp_path)
     for command, words in (("vicon", ("rig", "vicon")), ("servo", ("servo",))):
         process = one.start(*words)

@@ -157,7 +157,7 @@ def test_a_wrong_configuration_and_a_wrong_option(tmp_path: Path) -> None:
         assert one.command("doctor", "--nonsense").returncode == 2
 
 
-def test_what_people_see_is_plain_when_piped(tmp_path: Path) -> None:
+def test_the_text_report_is_plain_in_a_pipe(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
         said = one.command("doctor").stdout
         assert "\033" not in said

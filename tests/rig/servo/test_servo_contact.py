@@ -110,7 +110,7 @@ def test_a_tendon_under_the_load_of_a_rod_keeps_its_speed(monkeypatch: pytest.Mo
     assert behind[600.0] < behind[0.0] + 1e-3
 
 
-def test_the_output_for_speed_goes_as_a_load_nears_its_limit_and_sooner_where_it_rises() -> None:
+def test_the_output_for_speed_is_reduced_as_a_load_approaches_its_limit_and_sooner_where_it_rises() -> None:
     assert speed_share(0.2, 0.0, 0.3) == pytest.approx(1.0)
     assert speed_share(0.25, 0.0, 0.3) == pytest.approx(0.5)
     assert speed_share(0.3, 0.0, 0.3) == 0.0

@@ -61,7 +61,7 @@ def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str)
     assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
 
 
-def test_a_blocked_servo_is_noticed_by_what_it_is_behind(bench: Bench) -> None:
+def test_a_blocked_servo_is_detected_by_its_following_error(bench: Bench) -> None:
     bench.pull()
     bench.servos.apply(lambda: setattr(bench.servos.servos[0], "stuck", True))
     bench.until(lambda one: one.phase is DriverPhase.STOPPED, (0.05, 0.0, 0.0, 0.0))
@@ -76,7 +76,7 @@ def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
     assert "outside its range" in bench.driver.fault
 
 
-def test_servos_that_their_watchdog_stopped_while_the_driver_could_not_run_are_let_out_all_the_same(
+def test_servos_that_their_watchdog_stopped_during_a_standstill_of_the_driver_are_released_all_the_same(
     bench: Bench,
 ) -> None:
     bench.pull()
@@ -147,20 +147,20 @@ def test_replies_that_come_late_are_not_taken_for_those_to_the_next_question(tmp
         bench.driver.session.bus.close()
 
 
-def test_reads_that_are_lost_or_late_are_said_while_it_runs_but_not_all_the_time() -> None:
-    ear, late = ReadLossLog(0.0), LateReplies()
-    assert ear.line(10.0, 0, late) == ""
-    assert ear.line(10.1, 21, late) == "21 reads without a reply in 10 s"
-    assert ear.line(15.0, 30, late) == ""
+def test_lost_and_late_reads_are_reported_at_a_bounded_rate() -> None:
+    log, late = ReadLossLog(0.0), LateReplies()
+    assert log.line(10.0, 0, late) == ""
+    assert log.line(10.1, 21, late) == "21 reads without a reply in 10 s"
+    assert log.line(15.0, 30, late) == ""
     late.count, late.by = 4, 0.017
-    assert ear.line(20.2, 30, late) == (
+    assert log.line(20.2, 30, late) == (
         "9 reads without a reply in 10 s, 4 replies late, by up to 17 ms: is the adapter's latency timer 1 ms?"
     )
-    assert ear.line(40.0, 30, late) == ""
-    ear.note(0.002)
-    assert ear.line(60.0, 30, late) == ""
-    ear.note(0.0165)
-    assert ear.line(80.2, 30, late) == (
+    assert log.line(40.0, 30, late) == ""
+    log.note(0.002)
+    assert log.line(60.0, 30, late) == ""
+    log.note(0.0165)
+    assert log.line(80.2, 30, late) == (
         "0 reads without a reply in 60 s, replies take 16 ms more than their time on the wire: is the adapter's"
         " latency timer 1 ms?"
     )
@@ -180,7 +180,7 @@ def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again
     bench.until(lambda one: one.phase is DriverPhase.OFF)
 
 
-def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_lets_out(bench: Bench) -> None:
+def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_releases(bench: Bench) -> None:
     bench.pull()
     bench.servos.unplug()
     bench.until(lambda one: one.phase is DriverPhase.LOST, PULLED)

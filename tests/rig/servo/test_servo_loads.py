@@ -83,7 +83,7 @@ def test_output_and_load_are_shared_as_in_a_motor() -> None:
     assert goal_pwm(0.7, 0.015, 1.0, 11.1) == 885
 
 
-def test_a_tendon_whose_load_rises_while_it_is_let_out_is_dropped_alone_and_named(weak: Bench) -> None:
+def test_a_tendon_whose_load_rises_while_it_is_released_is_dropped_alone_and_named(weak: Bench) -> None:
     """The sign is wrong in the calibration: 'releasing' pulls a stiff tendon, after 3 mm of slack."""
     weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))

@@ -116,7 +116,7 @@ def test_places_are_written_while_tendons_move_and_survive_a_kill(tmp_path: Path
     assert said == []
 
 
-def test_places_that_cannot_be_written_are_said_once_and_stop_nothing(tmp_path: Path) -> None:
+def test_places_that_cannot_be_written_are_reported_once_and_stop_nothing(tmp_path: Path) -> None:
     said: list[str] = []
     with PlaceKeeper(tmp_path / "nowhere" / "places.json", calibration(), said.append) as keeper:
         for step in range(5):

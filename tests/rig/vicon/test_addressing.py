@@ -106,7 +106,7 @@ def test_packets_from_another_address_than_the_configured_sender_give_no_pose() 
 
 
 @pytest.mark.parametrize("broadcast", ["127.255.255.255", "255.255.255.255"])
-def test_what_is_broadcast_is_heard_on_a_cards_own_address_too(broadcast: str) -> None:
+def test_broadcasts_are_received_on_a_cards_own_address_too(broadcast: str) -> None:
     with driver() as (listener, _), Tracker(listener.section.port, broadcast) as tracker:
         listener.until(lambda one: bool(one.poses), lambda: tracker.send({"tip": TIP, "base": BASE}))
     assert listener.poses[0].valid

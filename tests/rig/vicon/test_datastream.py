@@ -43,7 +43,7 @@ def connect(kind, settings):
 """
 
 
-def test_a_datastream_server_that_goes_away_and_comes_back_is_heard_again(
+def test_a_datastream_server_that_goes_away_and_comes_back_is_connected_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Real processes and sockets; a stand-in for the vendor's package, which has its manners."""
@@ -111,7 +111,7 @@ def test_a_datastream_frame_becomes_placements_of_the_robots_objects_alone(
     assert not source.counts
 
 
-def test_a_datastream_server_that_is_not_there_is_said_and_tried_again() -> None:
+def test_an_absent_datastream_server_is_reported_and_tried_again() -> None:
     pytest.importorskip("motioncapture", reason="the extra [vicon-sdk] is not installed")
     server = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
     source = DataStreamSource(ViconSection(source="datastream", server=server, server_timeout=0.8))

@@ -119,7 +119,7 @@ def test_the_configured_euler_order_is_used() -> None:
         assert (found.inv() * Rotation.from_euler(order, angles)).magnitude() < 1e-9
 
 
-def test_silence_is_said_once_and_its_end_too() -> None:
+def test_silence_is_reported_once_and_its_end_too() -> None:
     with driver() as (listener, tracker):
         listener.heard(tracker)
         listener.until(lambda one: any("nothing from Tracker" in line for line in one.said))
@@ -186,7 +186,7 @@ def test_a_tip_that_flickers_does_not_fill_the_run_log() -> None:
     assert any("lines withheld" in line for line in listener.said)
 
 
-def test_a_base_that_is_rolled_against_gravity_is_said_while_its_poses_are_used() -> None:
+def test_a_base_that_is_rolled_against_gravity_is_reported_while_its_poses_are_used() -> None:
     """Three degrees about the rod's axis; the rod lies with its +x up."""
     lying = {"base_axes": ["+z", "+y", "-x"], "gravity_tolerance": 0.17}
     rolled = ObjectReading(BASE.translation, (math.radians(3.0), 0.0, 0.0))

@@ -160,7 +160,7 @@ def test_a_reference_is_planned_beside_the_loop_and_replays_the_same(space: Live
     assert longest < 0.5e6, "a cycle that plans takes longer than that"
 
 
-def test_no_controller_is_said_before_anything_is_asked_of_it(tmp_path: Path) -> None:
+def test_a_missing_controller_is_reported_before_any_request(tmp_path: Path) -> None:
     with rig(tmp_path) as one, pytest.raises(BusError, match="no controller"), open_client(one.endpoint, 0.1):
         pass
 

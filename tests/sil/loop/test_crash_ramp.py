@@ -42,5 +42,7 @@ def test_the_ramp_of_a_crash_releases_pulled_tendons_steadily_to_zero(
     assert np.all(np.diff(ramp.max(axis=1)) <= 0.0)
     rate = one.config.with_own_rates().limits.displacement_rate
     assert np.abs(np.diff(ramp[:-1], axis=0)).max() <= rate * one.config.loop.period  # the last one is slack, disarmed
-    assert ramp[:, 0] == pytest.approx(ramp[0, 0] * pulled / pulled[0], abs=1e-9)  # as much is let out as is released
+    assert ramp[:, 0] == pytest.approx(
+        ramp[0, 0] * pulled / pulled[0], abs=1e-9
+    )  # displacement and tension in proportion
     assert not ramp[-1].any()

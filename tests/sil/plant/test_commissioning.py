@@ -11,9 +11,7 @@ SWAPPED = "[simulator.rod]\ntendon_positions = [[-0.02, 0.0], [0.0, 0.02], [0.02
 
 
 @pytest.mark.parametrize(("extra", "status", "words"), [("", 0, "as the model says"), (SWAPPED, 1, "0 and 2 swapped")])
-def test_the_doctor_probes_the_tendons_where_it_is_asked_to(
-    tmp_path: Path, extra: str, status: int, words: str
-) -> None:
+def test_the_doctor_probes_the_tendons_on_request(tmp_path: Path, extra: str, status: int, words: str) -> None:
     with rig(tmp_path, extra) as one:
         controller, _ = one.controller(), one.start("simulate")
         with one.session() as session:

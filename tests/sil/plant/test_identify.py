@@ -1,4 +1,4 @@
-"""The excitation on a rig of real processes: recorded, weight and all, and let go when it is broken off."""
+"""The excitation on a rig of real processes: recorded with its weight, and released when it is interrupted."""
 
 import signal
 import subprocess
@@ -52,7 +52,7 @@ def test_a_plan_is_carried_out_and_recorded_with_its_weight(tmp_path: Path) -> N
     assert not records[-1].command.armed
 
 
-def test_ctrl_c_lets_the_arm_go(tmp_path: Path) -> None:
+def test_ctrl_c_releases_the_tendons(tmp_path: Path) -> None:
     with rig(tmp_path, CONFIG) as one:
         simulator, operator = one.start("simulate"), begin(one)
         with one.session() as session:

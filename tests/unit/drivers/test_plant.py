@@ -177,7 +177,7 @@ def test_a_hardware_error_of_one_servo_releases_all_until_it_is_cleared() -> Non
     assert arm.observe(0)[2].tension[0] == 5.0
 
 
-def test_a_frozen_picture_goes_on_in_sequence_and_thaws() -> None:
+def test_a_frozen_pose_continues_in_sequence_and_ends() -> None:
     arm = injected("", fault=Fault.FROZEN, seconds=0.2)
     poses = []
     for _ in range(40):

@@ -87,7 +87,7 @@ def test_a_tendon_far_from_its_zero_is_not_switched_on(sign: float) -> None:
     )
 
 
-def test_a_tendon_of_which_nobody_knows_the_turn_is_not_switched_on() -> None:
+def test_a_tendon_of_uncertain_turn_is_not_switched_on() -> None:
     said = away(0.0, (0.094,))
     assert said.startswith("tendon 1 (servo 2) ")
     assert said.endswith(": measure it and run 'tendond servo home --at 1=MM'")

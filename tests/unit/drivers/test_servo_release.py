@@ -11,7 +11,7 @@ LOAD_MAX = (0.5, 0.4)
 @pytest.mark.parametrize(
     ("last", "duration", "places", "taut", "goals"),
     [
-        # 0.5 mm of 20 mm are let out, of the others as large a part
+        # 0.5 mm of 20 mm are released, of the others in proportion
         ((0.02, 0.01, -0.01), 0.01, (0.0, 0.0, 0.0), (True, False, False), (0.0195, 0.00975, -0.00975)),
         ((0.02, 0.0, 0.0), 0.015, (0.0, 0.0, 0.0), (False, False, False), (0.01925, 0.0, 0.0)),
         ((0.02, 0.0, 0.0), 3.0, (0.0, 0.0, 0.0), (False, False, False), (0.019, 0.0, 0.0)),
@@ -25,7 +25,7 @@ LOAD_MAX = (0.5, 0.4)
         ((0.0004, 0.0, 0.0), 0.01, (0.0, 0.0, 0.0), (False, False, False), (0.0, 0.0, 0.0)),
     ],
 )
-def test_tendons_are_let_out_steadily_and_slack_is_taken_up_in_proportion(
+def test_tendons_are_released_steadily_and_slack_is_taken_up_in_proportion(
     last: tuple[float, ...],
     duration: float,
     places: tuple[float, ...],
@@ -35,7 +35,7 @@ def test_tendons_are_let_out_steadily_and_slack_is_taken_up_in_proportion(
     assert release_step(SECTION, last, duration, places, taut) == pytest.approx(goals, abs=1e-12)
 
 
-def test_tendons_are_let_out_no_faster_than_the_servos_may_go() -> None:
+def test_tendons_are_released_no_faster_than_the_servos_may_move() -> None:
     slow = SECTION.model_copy(update={"displacement_rate": 0.02})
     assert release_step(slow, (0.02,), 0.01, (0.0,), (False,)) == pytest.approx((0.0198,))
 
@@ -43,7 +43,7 @@ def test_tendons_are_let_out_no_faster_than_the_servos_may_go() -> None:
 PULLED, RELEASED = [0.01, 0.01], [-0.01, -0.01]
 
 
-def test_a_load_that_rises_while_its_tendon_is_let_out_is_named() -> None:
+def test_a_load_that_rises_while_its_tendon_is_released_is_named() -> None:
     watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
     assert watch.rising([0.2, 0.1], PULLED) == {}
     assert watch.rising([0.1, 0.02], PULLED) == {}  # the rod swings: it may come back to what it had, and a little more
@@ -63,7 +63,7 @@ def test_a_load_that_is_too_small_to_be_believed_does_not_rise() -> None:
     assert list(watch.rising([0.141, 0.0], PULLED)) == [0]
 
 
-def test_a_load_that_was_there_before_is_let_out_however_large() -> None:
+def test_a_load_of_the_start_is_released_however_large() -> None:
     watch = ReleaseMonitor(limits=LOAD_MAX, sense=0.06)
     assert watch.rising([0.66, 0.98], PULLED) == {}
     assert watch.rising([0.66, 1.0], PULLED) == {}

@@ -174,7 +174,7 @@ def rolled(degrees: float) -> Placement:
 
 
 @pytest.mark.parametrize(("degrees", "said"), [(1.5, False), (-1.5, False), (2.5, True), (-9.0, True)])
-def test_a_base_that_is_rolled_by_more_than_two_degrees_is_said_with_the_gravity_that_fits(
+def test_a_base_that_is_rolled_by_more_than_two_degrees_is_reported_with_the_gravity_that_fits(
     degrees: float, said: bool
 ) -> None:
     alignment = Alignment(ViconSection(base_axes=("+z", "+y", "-x")), GRAVITY)
@@ -221,7 +221,7 @@ def test_the_first_sender_is_kept_until_it_falls_silent_and_others_are_named() -
     assert not senders.admit(first, 1.6)
 
 
-def test_with_a_configured_sender_no_other_is_heard_whatever_it_does() -> None:
+def test_with_a_configured_sender_no_other_is_used_whatever_it_sends() -> None:
     senders = Senders("10.0.0.9", patience=1.0)
     for i in range(1000):
         assert not senders.admit((f"10.0.{i % 200}.2", 5000), float(i))

@@ -21,7 +21,7 @@ from tests.rig.servos import calibration
 pytestmark = pytest.mark.rig
 
 
-def test_calibration_finds_id_sign_spool_and_zero_and_can_be_gone_on_with(
+def test_calibration_finds_id_sign_spool_and_zero_and_can_be_resumed(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:
     """The springs begin to pull at 2048; servo 1 pulls towards larger positions, servo 2 towards smaller ones."""

@@ -107,7 +107,7 @@ def test_home_after_a_reboot_beyond_half_a_turn_releases_and_does_not_pull(
     assert displaced(servos) == pytest.approx([0.0, 0.0], abs=1.5e-3)
 
 
-def test_home_asks_where_a_tendon_stands_that_nobody_knows_and_believes_the_operator(
+def test_home_asks_where_a_tendon_of_uncertain_place_stands_and_uses_the_reply(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:
     calibrated(tmp_path)
@@ -163,7 +163,7 @@ def test_a_tool_that_is_interrupted_releases_a_pulled_tendon_before_the_torque_g
     assert off_at == pytest.approx([0.0], abs=2e-3)
 
 
-def test_home_drops_a_tendon_that_pulls_harder_while_it_is_let_out(
+def test_home_drops_a_tendon_that_pulls_harder_while_it_is_released(
     servos: EmulatedBus, config: Path, tmp_path: Path
 ) -> None:
     """The calibration has the wrong sign: what it calls releasing pulls."""

@@ -30,7 +30,7 @@ class ServoGroup:
         calibration: complete.
         bus: open.
         last: last known displacement of each tendon, by servo id [m].
-        tension_max: that of [limits] [N].
+        tension_max: limits.tension_max [N].
 
     Raises:
         ServoError: a servo is missing, of another model, not set up, or has counted too many turns.

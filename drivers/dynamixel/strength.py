@@ -25,7 +25,7 @@ def load_limit(section: ServoSection, tension_max: float, spool_radius: float) -
 
     Args:
         section: [servo].
-        tension_max: that of [limits] [N].
+        tension_max: limits.tension_max [N].
         spool_radius: spool radius of the tendon's spool [m].
     """
     allowed = section.tension_margin * tension_max * spool_radius / STALL_TORQUE
@@ -41,7 +41,7 @@ def speed_share(load: float, rise: float, limit: float) -> float:
 
     Args:
         load: size of the newest load [-].
-        rise: rise of it since the reading before [-].
+        rise: its increase since the last reading [-].
         limit: largest load [-].
     """
     predicted = load + PREDICTED_READINGS * max(rise, 0.0)

@@ -49,7 +49,7 @@ class Block:
     """One packet.
 
     Attributes:
-        frame: number of it.
+        frame: number of the frame.
         objects: readings by name.
         faults: reasons for which an object in the packet has no reading, by name; the others can be used all the same.
     """

@@ -26,7 +26,7 @@ class ServoCycle:
         calibration: complete.
         open_bus: opens the port.
         last: last known displacement of each tendon, by servo id [m].
-        tension_max: that of [limits] [N]; limits loads and motor output.
+        tension_max: limits.tension_max [N]; limits loads and motor output.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up.

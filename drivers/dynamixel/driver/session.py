@@ -29,7 +29,7 @@ class ServoSession:
         calibration: complete.
         open_bus: opens the port.
         places: last known displacement of each tendon, by servo id [m]; kept up to date.
-        tension_max: that of [limits] [N]; limits loads and motor output.
+        tension_max: limits.tension_max [N]; limits loads and motor output.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up; the port is closed.

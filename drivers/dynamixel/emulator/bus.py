@@ -28,7 +28,7 @@ TERMIOS2 = struct.Struct("4IB19B2I")
 
 
 class EmulatedBus:
-    """ServoGroup on a serial line.
+    """Servos on a serial line.
 
     Args:
         link: path at which the port appears, as a symbolic link to the pseudo-terminal.

@@ -18,7 +18,7 @@ RESET_ALL = b"\xff"
 
 
 class ServoLine:
-    """ServoGroup that share a line.
+    """Servos that share a line.
 
     Attributes:
         knows_fast: the servos' firmware knows Fast Sync Read.
@@ -31,7 +31,7 @@ class ServoLine:
         """Return the reply and its delay [s]; empty without a reply.
 
         Args:
-            servos: that receive the packet; several may have the same id.
+            servos: servos that receive the packet; several may have the same id.
             packet: from the host.
         """
         if packet.id != BROADCAST:

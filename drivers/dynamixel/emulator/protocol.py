@@ -100,7 +100,7 @@ def fast_status(blocks: list[tuple[int, int, bytes]], length: int) -> bytes:
 
     Args:
         blocks: error, id and data of each servo that replies, in the order asked; each adds a CRC of all before it.
-        length: that the whole packet announces. It is not stuffed.
+        length: length that the whole packet announces. It is not stuffed.
     """
     data = HEADER + bytes([0, BROADCAST]) + length.to_bytes(2, "little") + bytes([STATUS])
     for error, identifier, parameters in blocks:

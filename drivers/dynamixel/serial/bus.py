@@ -32,15 +32,13 @@ class ServoBus:
     """Servos on a serial port.
 
     Args:
-        port: port of the adapter.
-        baudrate: [bit/s].
-        reply_timeout: timeout of a reply, beyond its time on the wire [s].
+        port, baudrate, reply_timeout: see `Transport`, which opens the port.
 
     Raises:
         PortLostError: it cannot be opened.
 
     Attributes:
-        port: name of it.
+        port: name of the port.
         transport: packets on it.
         reads: number of reads of all servos.
         round_trips: times of those with all replies, since the list was last emptied [s]; bounded.

@@ -188,7 +188,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
         bus: open.
         section: [servo].
         spool: spool of the tendon.
-        tension_max: that of [limits] [N].
+        tension_max: limits.tension_max [N].
 
     Raises:
         ServoError: it has an error, is not set up, refuses or does not reply.

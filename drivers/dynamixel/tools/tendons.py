@@ -30,7 +30,7 @@ def home(
         bus: open.
         section: [servo].
         located: where the tendon is.
-        tension_max: that of [limits] [N].
+        tension_max: limits.tension_max [N].
         stopped: true when the operator interrupts it.
 
     Returns:

@@ -38,6 +38,15 @@ def test_a_left_over_simulator_keeps_the_rig_from_arming_and_is_a_fault_while_ar
     one.until(session, lambda status: len(status.sources[TIP_POSE]) == 1)
 
 
+def test_an_identification_beside_a_running_controller_is_refused(live: Live, tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    refused = live.rig.command("identify", "run", "--log", str(log), "--parts", "steps", "--yes")
+    assert refused.returncode == 2
+    assert "a controller runs at" in refused.stderr
+    assert not log.exists()
+    assert live.rig.status(live.session).mode is Mode.IDLE
+
+
 def router(endpoint: str) -> zenoh.Session:
     settings = zenoh.Config()
     settings.insert_json5("mode", '"router"')

@@ -2,7 +2,6 @@
 
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -62,19 +61,3 @@ def test_ctrl_c_releases_the_tendons(tmp_path: Path) -> None:
     records = load(tmp_path / "run.mcap").records
     assert not records[-1].command.armed
     assert max(records[-1].command.tension) == 0.0
-
-
-def test_a_controller_that_is_there_already_is_not_driven(tmp_path: Path) -> None:
-    with rig(tmp_path, CONFIG) as one:
-        controller = one.start("run", "--log", str(tmp_path / "other.mcap"))
-        with one.session() as session:
-            one.until(session, lambda status: True)
-            command = ["identify", "run", "--log", str(tmp_path / "run.mcap"), "--parts", "steps", "--yes"]
-            refused = subprocess.run(
-                [sys.executable, "-m", "tendond.cli", *command, "--config", str(one.config)],
-                capture_output=True, text=True, timeout=120.0,
-            )  # fmt: skip
-            assert refused.returncode == 2
-            assert "a controller runs at" in refused.stderr
-            assert one.status(session).mode is Mode.IDLE
-        one.end(controller)

@@ -11,7 +11,7 @@ from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial.bus import ServoBus
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
-from tests.rig.servos import BAUDRATE, calibration, set_up
+from tests.rig.servos import BAUDRATE, REPLY_SECONDS, calibration, set_up
 
 STEP = 0.0005
 """Time step of the servos [s]."""
@@ -65,7 +65,9 @@ class SteppedBench:
         serial = InstantSerial(self.servos)
         monkeypatch.setattr("serial.Serial", lambda **_: serial)
         self.now, self._seq = 0.0, 0
-        self.driver = ServoDriver(section, calibration(), lambda: ServoBus("none", BAUDRATE, 0.01), {}, tension_max)
+        self.driver = ServoDriver(
+            section, calibration(), lambda: ServoBus("none", BAUDRATE, REPLY_SECONDS), {}, tension_max
+        )
 
     def cycle(self, displacement: Sequence[float], *, armed: bool, during: Callable[[], None] = lambda: None) -> None:
         """Run one cycle of the driver, then its period of the servos.

@@ -3,7 +3,11 @@
 import os
 import resource
 import signal
+import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -44,21 +48,44 @@ def test_a_run_from_ready_to_stopping(tmp_path: Path, manager: Manager, monkeypa
         assert end.index("STOPPING=1") < max(i for i, line in enumerate(end) if line.startswith("STATUS=releasing"))
 
 
-def test_signs_of_life_come_at_half_the_watchdogs_time_and_not_from_a_stopped_process(
-    tmp_path: Path, manager: Manager, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    manager.in_charge(monkeypatch)
-    with rig(tmp_path) as one:
+@dataclass(frozen=True)
+class Supervised:
+    """Controller under a manager, shared by tests; the last of them ends it."""
+
+    rig: Rig
+    controller: "subprocess.Popen[str]"
+    manager: Manager
+
+
+@pytest.fixture(scope="module")
+def supervised(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Supervised]:
+    folder = tmp_path_factory.mktemp("supervised")
+    with pytest.MonkeyPatch.context() as patch, closing(Manager(folder)) as manager, rig(folder) as one:
+        manager.in_charge(patch)
         controller = one.controller()
         manager.await_line(PING)
-        heard = manager.hear(5.0 * WATCHDOG_SECONDS)
-        assert 1 <= heard.count(PING) <= 11  # at most two in each of its periods, however many cycles there are
-        controller.send_signal(signal.SIGSTOP)
-        time.sleep(0.2)
-        assert manager.hear(3.0 * WATCHDOG_SECONDS) == []
-        controller.send_signal(signal.SIGCONT)
-        manager.await_line(PING, len(manager.received))
-        assert one.end(controller)[0] == 0
+        yield Supervised(one, controller, manager)
+
+
+def test_signs_of_life_come_at_half_the_watchdogs_time_and_not_from_a_stopped_process(supervised: Supervised) -> None:
+    manager, controller = supervised.manager, supervised.controller
+    heard = manager.hear(5.0 * WATCHDOG_SECONDS)
+    assert 1 <= heard.count(PING) <= 11  # up to two in each of its periods, however many cycles there are
+    controller.send_signal(signal.SIGSTOP)
+    time.sleep(0.2)
+    assert manager.hear(3.0 * WATCHDOG_SECONDS) == []
+    controller.send_signal(signal.SIGCONT)
+    manager.await_line(PING, len(manager.received))
+
+
+def test_a_full_disk_is_reported_and_does_not_end_the_signs_of_life(supervised: Supervised) -> None:
+    manager, controller = supervised.manager, supervised.controller
+    resource.prlimit(controller.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+    deadline = time.monotonic() + 60.0
+    while not any("the log ended" in line for line in manager.hear(0.05)):
+        assert time.monotonic() < deadline
+    manager.await_line(PING, len(manager.received))
+    assert supervised.rig.end(controller)[0] == 1
 
 
 def test_a_loop_that_is_always_late_gives_no_sign_of_life(tmp_path: Path, manager: Manager) -> None:
@@ -87,22 +114,6 @@ def test_a_loop_that_is_always_late_gives_no_sign_of_life(tmp_path: Path, manage
             loop.run(loop.warm(), Pacer(wakes), lambda: False)
         manager.await_line("STOPPING=1", before)
         assert (PING in manager.received[before:]) is alive
-
-
-def test_a_full_disk_is_reported_and_does_not_end_the_signs_of_life(
-    tmp_path: Path, manager: Manager, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    manager.in_charge(monkeypatch)
-    with rig(tmp_path) as one:
-        controller = one.controller()
-        manager.await_line(PING)
-        resource.prlimit(controller.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
-        deadline = time.monotonic() + 60.0
-        while not any("the log ended" in line for line in manager.hear(0.05)):
-            assert time.monotonic() < deadline
-        manager.await_line(PING, len(manager.received))
-        code, _ = one.end(controller)
-        assert code == 1
 
 
 def test_a_socket_that_is_gone_disturbs_nobody(tmp_path: Path) -> None:

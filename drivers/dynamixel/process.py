@@ -205,19 +205,19 @@ class ReadLossLog:
         Args:
             now: [s].
             lost: reads without a reply so far.
-            late: replies so far.
+            late: late replies so far.
         """
         count = late.count
         if now - self._since < SAY_SECONDS or ((lost, count) == (self._lost, self._late) and not self._slow):
             return ""
         new, new_late, span = lost - self._lost, count - self._late, now - self._since
         self._since, self._lost, self._late = now, lost, count
-        said = f"{new} reads without a reply in {span:.0f} s"
+        line = f"{new} reads without a reply in {span:.0f} s"
         if new_late > 0:
-            said += f", {new_late} replies late, by up to {late.by * 1e3:.0f} ms"
+            line += f", {new_late} replies late, by up to {late.by * 1e3:.0f} ms"
         if self._slow:
-            said += f", replies take {self._slow * 1e3:.0f} ms more than their time on the wire"
-        return said + (": is the adapter's latency timer 1 ms?" if new_late > 0 or self._slow else "")
+            line += f", replies take {self._slow * 1e3:.0f} ms more than their time on the wire"
+        return line + (": is the adapter's latency timer 1 ms?" if new_late > 0 or self._slow else "")
 
 
 def request_reset(config: RigConfig, timeout: float = 1.0, *, reboot: bool = False) -> ControlReply:

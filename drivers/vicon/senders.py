@@ -1,4 +1,4 @@
-"""Choice of the sender whose packets are used: the configured one or the first; others are counted and named. Pure."""
+"""Selection of the sender whose packets are used, configured or the first one; others are counted and named. Pure."""
 
 from collections import Counter
 from dataclasses import dataclass, field

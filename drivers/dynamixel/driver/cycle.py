@@ -164,8 +164,8 @@ class ServoCycle:
         elif self.phase is DriverPhase.STOPPED and session.overloaded:
             self._enter(DriverPhase.RELEASING, now)
         elif self.phase is DriverPhase.RELEASING:
-            for said in session.drop_rising():
-                self.fault = f"{self.fault}; {said}" if self.fault else said
+            for reason in session.drop_rising():
+                self.fault = f"{self.fault}; {reason}" if self.fault else reason
                 self.commands.disarmed = False
         elif self.phase in (DriverPhase.ON, DriverPhase.HOLDING) and (fault := session.fault(now)):
             self._fail(now, fault)

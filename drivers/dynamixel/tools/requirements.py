@@ -100,6 +100,6 @@ def require(bus: ServoBus, identifiers: Iterable[int], reply_timeout: float) -> 
 
 def in_words(wrong: Mapping[int, list[str]]) -> str:
     """Return what is wrong with each servo, and the remedy."""
-    said = "; ".join(f"servo {identifier}: {', '.join(found)}" for identifier, found in wrong.items())
+    faults = "; ".join(f"servo {identifier}: {', '.join(found)}" for identifier, found in wrong.items())
     which = " and ".join(map(str, wrong))
-    return f"{said}: run 'tendond servo setup' for {which}"
+    return f"{faults}: run 'tendond servo setup' for {which}"

@@ -76,11 +76,11 @@ def test_a_silent_servo_is_an_error_and_never_a_zero(
 ) -> None:
     servos.servos[who - 1].silent = True
     bus.close()
-    with ServoBus(bus.port, BAUDRATE, SHORT_SECONDS) as hasty:
+    with ServoBus(bus.port, BAUDRATE, SHORT_SECONDS) as impatient:
         with pytest.raises(NoReplyError):
-            hasty.read_all(IDS, fast=fast)
+            impatient.read_all(IDS, fast=fast)
         with pytest.raises(NoReplyError, match=f"servo {who}: read Present Position"):
-            hasty.read(who, table.PRESENT_POSITION)
+            impatient.read(who, table.PRESENT_POSITION)
     bus.transport.set_baudrate(BAUDRATE)
     if fast:
         assert bus.absent(IDS) == [who]

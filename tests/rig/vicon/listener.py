@@ -46,7 +46,7 @@ class Listener:
                 self.poses.append(decode(TipPose, sample.payload.to_bytes()))
 
     def heard(self, tracker: Tracker) -> None:
-        """Send frames until the driver hears them; what came so far is then forgotten."""
+        """Send frames until the driver receives them; forget the poses so far."""
         self.until(lambda one: bool(one.poses), lambda: tracker.send({"tip": TIP, "base": BASE}))
         tracker.send({"tip": MARK, "base": BASE})
         marked = self.poses[0].position

@@ -22,7 +22,7 @@ def run_batch(rods: int, *, as_json: bool) -> bool:
         "1 s of 10 ms steps",
         "threads",
         "s",
-        "us a step and thread",
+        "us a step, processor",
         f"s for {GOAL_RODS}",
         "goal s",
         "bits as one by one",

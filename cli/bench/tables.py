@@ -11,6 +11,7 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.bench.general import GeneralRow, bench_general
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.bench.replay import markdown as replay_table
 from tendond.offline.bench.rod import RodRow, bench_rod
@@ -26,6 +27,10 @@ MEANING = {
 }
 
 
+DIGITS = (1, 1, 2, 2)
+"""Of the columns of the general rod's table."""
+
+
 def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
     """Time the rod's solvers and print the table; see `tendond bench rod --help`.
 
@@ -38,11 +43,13 @@ def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
     console = Console()
     with Console(stderr=True).status("") as status:
         rows = bench_rod(lambda name: status.update(f"timing {MEANING.get(name, name)}"))
+        general = bench_general(lambda name: status.update(f"timing {name}"))
     if as_json:
-        print(json.dumps(rows_as_json(rows), indent=2))
+        print(json.dumps([*rows_as_json(rows), *rows_as_json(general)], indent=2))
         return
-    header, lines = _cells(rows, earlier)
-    print_table(console, header, lines)
+    print_table(console, *_cells(rows, earlier))
+    console.print()
+    print_table(console, *_general_cells(general, earlier))
 
 
 def print_table(console: Console, header: list[str], lines: list[list[str]], left: int = 1) -> None:
@@ -87,6 +94,24 @@ def _cells(rows: list[RodRow], earlier: dict[str, float]) -> tuple[list[str], li
             f"{row.median_us / euler:.2f}",
         ]
         for row in rows
+    ]
+    if earlier:
+        header.append("to earlier")
+        for row, line in zip(rows, lines, strict=True):
+            line.append(f"{row.median_us / earlier[row.name]:.2f}" if row.name in earlier else "-")
+    return header, lines
+
+
+def _general_cells(rows: list[GeneralRow], earlier: dict[str, float]) -> tuple[list[str], list[list[str]]]:
+    """Format header and lines of the table of the general rod."""
+    header = ["general rod", "median us", "p99 us", "to shooting rod", "to a step of 10 ms"]
+    numbers = [(row.median_us, row.p99_us, row.to_shooting, row.to_step) for row in rows]
+    lines = [
+        [
+            row.name,
+            *("-" if math.isnan(one) else f"{one:.{digits}f}" for one, digits in zip(cells, DIGITS, strict=True)),
+        ]
+        for row, cells in zip(rows, numbers, strict=True)
     ]
     if earlier:
         header.append("to earlier")

@@ -59,3 +59,18 @@ def add_products(
             simd_store(out, fourth, s21)
             simd_store(out, third + width, s30)
             simd_store(out, fourth + width, s31)
+
+
+@lean
+def add_transformed(a: Any, b: Any, size: int, width: int, columns: int, out: Any) -> None:
+    """Add a b to out: a is square, of that size, its rows `width` wide; those of b and out are `columns` wide."""
+    for j in range(0, columns, LANES):
+        for row in range(size):
+            at = row * columns + j
+            one, two = simd_load(out, at, _BLOCK), simd_load(out, at + HALF, _BLOCK)
+            for k in range(size):
+                factor, other = a[row * width + k], k * columns + j
+                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
+                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+            simd_store(out, at, one)
+            simd_store(out, at + HALF, two)

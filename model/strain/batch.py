@@ -17,7 +17,7 @@ from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
 from tendond.model.strain.stepping.advance import advance
-from tendond.model.strain.stepping.scratch import Loads, Scratch, scratch_for
+from tendond.model.strain.stepping.scratch import Loads, Scratch, mirrored, scratch_for
 
 Array = NDArray[np.float64]
 Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
@@ -28,6 +28,7 @@ Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
 def advance_many(
     like: Layout,
     work: Scratch,
+    other: Scratch,
     loads: Any,
     tip: int,
     addresses: Any,
@@ -56,7 +57,8 @@ def advance_many(
                 loads.tension[a] = actuation[now, i, a]
             for c in range(3):
                 loads.force[tip, c] = tip_force[pushed, i, c]
-            total, parts, damped = advance(layout, loads, strain[i], rate[i], h, tolerance, work)
+            total, parts, damped = advance(layout, loads, strain[i], rate[i], h, tolerance, work, k > 0)
+            work, other = other, work
             counts[i, 0] += total
             counts[i, 1] += parts
             counts[i, 2] += damped
@@ -116,7 +118,8 @@ class RodBatch:
                 np.zeros(m, dtype=np.bool_),
                 np.zeros((len(first.polar), 3)),
             )
-            self._rooms.append((scratch_for(first), loads))
+            work = scratch_for(first)
+            self._rooms.append((work, mirrored(work), loads))
         self._edges = np.linspace(0, count, workers + 1).astype(np.int64)
         self._advance = [Bound(advance_many) for _ in range(workers)]
 
@@ -159,11 +162,11 @@ class RodBatch:
         force = self._given("tip_force", tip_force, 3, steps)
 
         def part(worker: int) -> None:
-            work, loads = self._rooms[worker]
+            work, other, loads = self._rooms[worker]
             loads.driven[:] = tension is None
             first, last = int(self._edges[worker]), int(self._edges[worker + 1])
             self._advance[worker].call(
-                self._like, work, loads, self._tip, self._addresses, self._measures, given, force, self.strain,
+                self._like, work, other, loads, self._tip, self._addresses, self._measures, given, force, self.strain,
                 self.rate, self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
             )  # fmt: skip
 

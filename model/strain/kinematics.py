@@ -13,26 +13,27 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import add_products, padded
-from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate, scale
+from tendond.model.numerics.products import HALF, add_products, padded
+from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
+from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate
+from tendond.model.strain.directions import DIRECTIONS, Directions, directions_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
+from tendond.model.strain.twists import LANES, load_six, magnus, magnus_change, store_six
 
 Array = NDArray[np.float64]
 
-COMMUTATOR = math.sqrt(3.0) / 12.0
-"""Of the Magnus expansion with two Gauss points."""
-
 
 class Shape(NamedTuple):
-    """A robot's shape, and its Jacobians; world frame. Modes come last, side by side in memory.
+    """A robot's shape, and its Jacobians; world frame. Modes come last: N numbers, n rounded up to a multiple of eight.
 
     Attributes:
         rotation: of each node, row by row, shape (K + 1, 9). position: [m], shape (K + 1, 3).
-        twist: spatial twist of each node by each mode, shape (K + 1, 6, n); part: of each interval, shape (K, 6, n).
-        point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, 3, n).
-        spin: rotation about the own axis of each node by each mode, shape (K + 1, n).
-        room: for the march itself, shape (4, 6).
+        twist: spatial twist of each node by each mode, shape (K + 1, 6, N); part: of each interval, shape (K, 6, N).
+        point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, 3, N).
+        spin: rotation about the own axis of each node by each mode, shape (K + 1, N).
+        room: for the march itself, shape (2, 6). directions: of the strain.
+        twists, parts, jacobians, spins: the same numbers in a row.
     """
 
     rotation: Array
@@ -43,30 +44,38 @@ class Shape(NamedTuple):
     jacobian: Array
     spin: Array
     room: Array
+    directions: Directions
+    twists: Array
+    parts: Array
+    jacobians: Array
+    spins: Array
 
 
 def empty_shape(layout: Layout) -> Shape:
     """Return arrays for a shape of this robot."""
     intervals, n = layout.at1.shape
-    points = len(layout.mass)
-    return park(Shape(
-        np.zeros((intervals + 1, 9)), np.zeros((intervals + 1, 3)), np.zeros((intervals + 1, 6, n)),
-        np.zeros((intervals, 6, n)), np.zeros((points, 3)), np.zeros((points, 3, n)), np.zeros((intervals + 1, n)),
-        np.zeros((4, 6)),
-    ))  # fmt: skip
+    points, width = len(layout.mass), -(-n // HALF) * HALF
+    shapes = {
+        "twist": (intervals + 1, 6, width),
+        "part": (intervals, 6, width),
+        "jacobian": (points, 3, width),
+        "spin": (intervals + 1, width),
+    }
+    rows = {name: _aligned(math.prod(size)) for name, size in shapes.items()}
+    shape = Shape(
+        rotation=np.zeros((intervals + 1, 9)), position=np.zeros((intervals + 1, 3)), point=np.zeros((points, 3)),
+        room=np.zeros((2, 6)), directions=directions_of(layout),
+        **{name: rows[name].reshape(size) for name, size in shapes.items()},
+        **{f"{name}s": row for name, row in rows.items()},
+    )  # fmt: skip
+    return park(shape)
 
 
-@inlined
-def _bracket(au: Vector, av: Vector, bu: Vector, bv: Vector) -> tuple[Vector, Vector]:
-    """Lie bracket of two twists."""
-    return cross(au, bu), add(cross(au, bv), cross(av, bu))
-
-
-@inlined
-def _unit(component: int) -> tuple[Vector, Vector]:
-    u = (1.0 if component == 0 else 0.0, 1.0 if component == 1 else 0.0, 1.0 if component == 2 else 0.0)
-    v = (1.0 if component == 3 else 0.0, 1.0 if component == 4 else 0.0, 1.0 if component == 5 else 0.0)
-    return u, v
+def _aligned(size: int) -> Array:
+    """Return zeros that begin where a line of the processor's cache does, so that eight of them lie in one."""
+    room = np.zeros(size + HALF)
+    skipped = -room.ctypes.data // room.itemsize % HALF
+    return room[skipped : skipped + size]
 
 
 @inlined
@@ -85,7 +94,8 @@ def position_of(shape: Shape, k: int) -> Vector:
 @lean
 def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
     """Write the shape for the strains q, shape (n,), with all Jacobians."""
-    room, part, twist = shape.room, shape.part, shape.twist
+    width, room, twists = shape.spin.shape[1], shape.room, shape.twists
+    directions, lanes = shape.directions, shape.directions.lanes
     for c in range(9):
         shape.rotation[0, c] = layout.base[c]
     for c in range(3):
@@ -99,12 +109,9 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             room[0, c] += layout.at1[k, d] * q[d]
             room[1, c] += layout.at2[k, d] * q[d]
         h = layout.step[k]
-        w = COMMUTATOR * h * h
-        u1, v1 = (room[0, 0], room[0, 1], room[0, 2]), (room[0, 3], room[0, 4], room[0, 5])
-        u2, v2 = (room[1, 0], room[1, 1], room[1, 2]), (room[1, 3], room[1, 4], room[1, 5])
-        bu, bv = _bracket(u1, v1, u2, v2)
-        f = add(scale(0.5 * h, add(u1, u2)), scale(w, bu))
-        r = add(scale(0.5 * h, add(v1, v2)), scale(w, bv))
+        one = (room[0, 0], room[0, 1], room[0, 2]), (room[0, 3], room[0, 4], room[0, 5])
+        two = (room[1, 0], room[1, 1], room[1, 2]), (room[1, 3], room[1, 4], room[1, 5])
+        f, r = magnus(h, one, two)
         turn, jacobian, coupling = exponential(f, r)
         before, place = rotation_of(shape, k), position_of(shape, k)
         after = product(before, turn)
@@ -114,41 +121,47 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
         for c in range(3):
             shape.position[k + 1, c] = place[c] + step[c]
         rj, rq = product(before, jacobian), product(before, coupling)
-        d = first
-        while d < last:  # all modes of a component at once
-            c = layout.component[d]
-            eu, ev = _unit(c)
-            for gauss in range(2):
-                cu, cv = _bracket(eu, ev, u2, v2) if gauss == 0 else _bracket(u1, v1, eu, ev)
-                au = add(scale(0.5 * h, eu), scale(w, cu))
-                av = add(scale(0.5 * h, ev), scale(w, cv))
-                ou = rotate(rj, au)
-                ov = add(add(rotate(rq, au), rotate(rj, av)), cross(place, ou))
-                for i in range(3):
-                    room[2 + gauss, i], room[2 + gauss, 3 + i] = ou[i], ov[i]
-            while d < last and layout.component[d] == c:
-                for i in range(6):
-                    part[k, i, d] = layout.at1[k, d] * room[2, i] + layout.at2[k, d] * room[3, i]
-                d += 1
+        for group in range(directions.groups[k]):
+            unit, at = directions.unit, directions.base[k] + group * HALF
+            e1, e2 = load_six(unit, at, DIRECTIONS), load_six(unit, at + 6 * DIRECTIONS, DIRECTIONS)
+            au, av = magnus_change(h, e1, e2, one, two)
+            ou = rotate(rj, au)
+            ov = add(add(rotate(rq, au), rotate(rj, av)), cross(place, ou))
+            store_six(lanes, group * HALF, DIRECTIONS, (ou, ov))
+        used, begin = directions.groups[k] * HALF, first // HALF * HALF
         for i in range(6):
-            for d in range(first):
-                twist[k + 1, i, d] = twist[k, i, d]
-            for d in range(first, last):
-                twist[k + 1, i, d] = twist[k, i, d] + part[k, i, d]
-        for d in range(last):
-            shape.spin[k + 1, d] = (
-                after[2] * twist[k + 1, 0, d] + after[5] * twist[k + 1, 1, d] + after[8] * twist[k + 1, 2, d]
-            )
+            near, far = (6 * k + i) * width, (6 * (k + 1) + i) * width
+            for b in range(0, begin, HALF):
+                simd_store(twists, far + b, simd_load(twists, near + b, LANES))
+            at = directions.start[k]
+            for b in range(begin, last, HALF):
+                own = lanes[i * DIRECTIONS] * simd_load(directions.weights, at, LANES)
+                for lane in range(1, used):
+                    row = simd_load(directions.weights, at + lane * HALF, LANES)
+                    own = simd_multiply_add(lanes[i * DIRECTIONS + lane], row, own)
+                simd_store(shape.parts, near + b, own)
+                simd_store(twists, far + b, simd_load(twists, near + b, LANES) + own)
+                at += used * HALF
+        far = 6 * (k + 1) * width
+        for b in range(0, last, HALF):
+            x, y = simd_load(twists, far + b, LANES), simd_load(twists, far + width + b, LANES)
+            z = simd_load(twists, far + 2 * width + b, LANES)
+            simd_store(shape.spins, (k + 1) * width + b, x * after[2] + y * after[5] + z * after[8])
     for j in range(len(layout.mass)):
         k = layout.place[j]
         arm = (layout.arm[j, 0], layout.arm[j, 1], layout.arm[j, 2])
         x = add(position_of(shape, k), rotate(rotation_of(shape, k), arm))
         for i in range(3):
             shape.point[j, i] = x[i]
-        for d in range(layout.last[k - 1]):
-            shape.jacobian[j, 0, d] = twist[k, 1, d] * x[2] - twist[k, 2, d] * x[1] + twist[k, 3, d]
-            shape.jacobian[j, 1, d] = twist[k, 2, d] * x[0] - twist[k, 0, d] * x[2] + twist[k, 4, d]
-            shape.jacobian[j, 2, d] = twist[k, 0, d] * x[1] - twist[k, 1, d] * x[0] + twist[k, 5, d]
+        at, to = 6 * k * width, 3 * j * width
+        for b in range(0, layout.last[k - 1], HALF):
+            u0, u1 = simd_load(twists, at + b, LANES), simd_load(twists, at + width + b, LANES)
+            u2 = simd_load(twists, at + 2 * width + b, LANES)
+            v0, v1 = simd_load(twists, at + 3 * width + b, LANES), simd_load(twists, at + 4 * width + b, LANES)
+            v2 = simd_load(twists, at + 5 * width + b, LANES)
+            simd_store(shape.jacobians, to + b, u1 * x[2] - u2 * x[1] + v0)
+            simd_store(shape.jacobians, to + width + b, u2 * x[0] - u0 * x[2] + v1)
+            simd_store(shape.jacobians, to + 2 * width + b, u0 * x[1] - u1 * x[0] + v2)
 
 
 @lean

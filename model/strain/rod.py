@@ -1,5 +1,6 @@
 """The general rod: statics, time steps, tip, shape and stability of a robot, from one description."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from tendond.model.strain.minima.minimise import ITERATIONS, minimise
 from tendond.model.strain.robot import Body, Robot
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.mass import mass_matrix
-from tendond.model.strain.stepping.scratch import Loads, scratch_for
+from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 from tendond.model.strain.tendons import empty_paths, find_paths
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
@@ -66,6 +67,8 @@ class StrainRod:
         self.time_step = time_step
         self.layout: Layout = lay_out(replace(robot, bodies=(*robot.bodies, *(Body(at, 0.0) for at in stations))))
         self._work = scratch_for(self.layout)
+        self._next = mirrored(self._work)
+        self._last: StrainState | None = None  # whose shape is in `_work.after`
         self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
@@ -132,6 +135,7 @@ class StrainRod:
             ConvergenceError: none was found.
         """
         q = self.rest().strain if start is None else start.strain.copy()
+        self._last = None
         count = self._minimise.call(self.layout, loads, q, 0.0, STATIC_TOLERANCE, self._work)
         if count < 0 or not np.all(np.isfinite(q)):
             raise ConvergenceError(
@@ -146,10 +150,17 @@ class StrainRod:
             ConvergenceError: not a finite state, or not finite loads.
         """
         q, w = state.strain.copy(), state.rate.copy()
-        count, steps, damped = self._advance.call(self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work)
-        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
+        known = state is self._last
+        if known:
+            self._work, self._next = self._next, self._work
+        self._last = None
+        count, steps, damped = self._advance.call(
+            self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work, known
+        )
+        if not math.isfinite(q @ q + w @ w):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
-        return StrainState(q, w, count, steps, damped)
+        self._last = StrainState(q, w, count, steps, damped)
+        return self._last
 
     def _residual(self) -> float:
         return float(np.max(np.abs(self._work.residual)))
@@ -162,7 +173,7 @@ class StrainRod:
     def tip_velocity(self, state: StrainState) -> Array:
         """Return velocity of the tip, world frame [m/s], shape (3,)."""
         find_shape(self.layout, state.strain, self._shape)
-        twist = self._shape.twist[-1] @ state.rate
+        twist = self._shape.twist[-1, :, : self.modes] @ state.rate
         return np.asarray(np.cross(twist[:3], self._shape.position[-1]) + twist[3:])
 
     def backbone(self, state: StrainState) -> Array:
@@ -177,15 +188,15 @@ class StrainRod:
 
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
+        self._last = None
         tangent = stiffness_of(self.layout, loads, state.strain, self._work)
         return float(eigh(tangent, self.layout.stiffness, eigvals_only=True)[0])
 
     def frequencies(self, state: StrainState, loads: Loads) -> Array:
         """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""
+        self._last = None
         tangent = stiffness_of(self.layout, loads, state.strain, self._work)
-        mass = np.zeros_like(tangent)
-        mass_matrix(self.layout, self._work.after, mass)
-        lower = np.linalg.cholesky(mass)
+        lower = np.linalg.cholesky(mass_matrix(self.layout, self._work.after, self._work))
         inner = np.linalg.solve(lower, np.linalg.solve(lower, tangent).T)
         squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
@@ -193,8 +204,8 @@ class StrainRod:
     def energy(self, state: StrainState) -> float:
         """Return kinetic, elastic and gravity's energy [J]."""
         find_shape(self.layout, state.strain, self._shape)
-        velocity = self._shape.jacobian @ state.rate
-        spin = self._shape.spin @ state.rate
+        velocity = self._shape.jacobian[:, :, : self.modes] @ state.rate
+        spin = self._shape.spin[:, : self.modes] @ state.rate
         kinetic = 0.5 * float(self.layout.mass @ np.sum(velocity**2, axis=1) + self.layout.polar @ spin**2)
         elastic = 0.5 * float(state.strain @ self.layout.stiffness @ state.strain)
         weight = -float(self.layout.mass @ (self._shape.point @ self.layout.gravity))

@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
+from tendond.model.numerics.products import HALF
+from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+
+LANES = (0.0,) * HALF
 
 ROUND = 1e-3
 """As a part of the backbone's length: a path is rounded where it is shorter, at a centre of curvature.
@@ -30,20 +34,25 @@ class Paths(NamedTuple):
     Attributes:
         displacement: [m], shape (m,). gradient: by the modes, shape (m, n).
         first, last: modes that the strain at a tendon point has, as a range, shape (Q,).
-        tangent: unit tangent of each tendon at each point, and its weight by its length, shape (Q, 4, m).
-        strain: at a point, shape (6,). pull: of each tendon on it, shape (6, m). block: stiffness by strains, shape
-            (6, 6). spread: a row of it by modes, shape (n,).
+        strain: at a point, shape (6,). block: stiffness by strains, shape (6, 6). spread: a row of it by modes,
+            shape (n,).
+        routes: x, y, their slopes and the weight of the tendons at each point, side by side: five rows of L tendons, L
+            a multiple of eight. tangent: unit tangent, and weight by length, four rows each.
+        shortening: of all tendons, L of them. pull: on a point's strain, six rows. turned: gradients, a row each mode.
     """
 
     displacement: Array
     gradient: Array
     first: Index
     last: Index
-    tangent: Array
     strain: Array
-    pull: Array
     block: Array
     spread: Array
+    routes: Array
+    tangent: Array
+    shortening: Array
+    pull: Array
+    turned: Array
 
 
 def empty_paths(layout: Layout) -> Paths:
@@ -52,43 +61,59 @@ def empty_paths(layout: Layout) -> Paths:
     used = layout.tendon_at != 0.0
     first = np.argmax(used, axis=1).astype(np.int64)
     last = (n - np.argmax(used[:, ::-1], axis=1)).astype(np.int64)
-    return park(Paths(
-        np.zeros(m), np.zeros((m, n)), first, last, np.zeros((len(used), 4, m)), np.zeros(6), np.zeros((6, m)),
-        np.zeros((6, 6)), np.zeros(n),
-    ))  # fmt: skip
+    points, width = len(used), -(-m // HALF) * HALF
+    routes = np.zeros((points, 5, width))
+    routes[:, :2, :m], routes[:, 2:4, :m] = np.swapaxes(layout.route, 1, 2), np.swapaxes(layout.slope, 1, 2)
+    routes[:, 4, :m] = layout.weight
+    paths = Paths(
+        np.zeros(m), np.zeros((m, n)), first, last, np.zeros(6), np.zeros((6, 6)), np.zeros(n), routes.reshape(-1),
+        np.zeros(points * 4 * width), np.zeros(width), np.zeros(6 * width), np.zeros(n * width),
+    )  # fmt: skip
+    return park(paths)
 
 
 @lean
 def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
     """Write displacements and gradients for the strains q, shape (n,)."""
-    n, tendons = len(q), len(layout.straight)
-    strain, pull, tangent = paths.strain, paths.pull, paths.tangent
-    for i in range(tendons):
-        paths.displacement[i] = layout.straight[i]
-        for d in range(n):
-            paths.gradient[i, d] = 0.0
+    n, width = len(q), len(paths.shortening)
+    strain, pull, tangent, turned = paths.strain, paths.pull, paths.tangent, paths.turned
+    paths.shortening[:], turned[:] = 0.0, 0.0
     for j in range(len(paths.first)):
         for c in range(6):
             strain[c] = layout.tendon_strain[j, c]
         for d in range(paths.first[j], paths.last[j]):
             strain[layout.component[d]] += layout.tendon_at[j, d] * q[d]
         u0, u1, u2, v0, v1, v2 = strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]
-        for i in range(tendons):
-            x, y, w = layout.route[j, i, 0], layout.route[j, i, 1], layout.weight[j, i]
-            tx = v0 - u2 * y + layout.slope[j, i, 0]
-            ty = v1 + u2 * x + layout.slope[j, i, 1]
-            tz = v2 + u0 * y - u1 * x
+        for lane in range(0, width, HALF):
+            at, to = 5 * j * width + lane, 4 * j * width + lane
+            x, y = simd_load(paths.routes, at, LANES), simd_load(paths.routes, at + width, LANES)
+            tx = simd_load(paths.routes, at + 2 * width, LANES) + v0 - u2 * y
+            ty = simd_load(paths.routes, at + 3 * width, LANES) + v1 + u2 * x
+            tz = y * u0 - x * u1 + v2
+            w = simd_load(paths.routes, at + 4 * width, LANES)
             length = math.sqrt(tx * tx + ty * ty + tz * tz + ROUND * ROUND)
             inverse = 1.0 / length
             tx, ty, tz = tx * inverse, ty * inverse, tz * inverse
-            tangent[j, 0, i], tangent[j, 1, i], tangent[j, 2, i], tangent[j, 3, i] = tx, ty, tz, w * inverse
-            paths.displacement[i] -= w * (length - 0.5 * ROUND * ROUND)
-            pull[0, i], pull[1, i], pull[2, i] = w * y * tz, -w * x * tz, w * (x * ty - y * tx)
-            pull[3, i], pull[4, i], pull[5, i] = w * tx, w * ty, w * tz
-        for i in range(tendons):
-            if layout.weight[j, i] != 0.0:
-                for d in range(paths.first[j], paths.last[j]):
-                    paths.gradient[i, d] -= layout.tendon_at[j, d] * pull[layout.component[d], i]
+            simd_store(tangent, to, tx)
+            simd_store(tangent, to + width, ty)
+            simd_store(tangent, to + 2 * width, tz)
+            simd_store(tangent, to + 3 * width, w * inverse)
+            short = simd_load(paths.shortening, lane, LANES)
+            simd_store(paths.shortening, lane, short - w * (length - 0.5 * ROUND * ROUND))
+            simd_store(pull, lane, w * y * tz)
+            simd_store(pull, width + lane, -w * x * tz)
+            simd_store(pull, 2 * width + lane, w * (x * ty - y * tx))
+            simd_store(pull, 3 * width + lane, w * tx)
+            simd_store(pull, 4 * width + lane, w * ty)
+            simd_store(pull, 5 * width + lane, w * tz)
+            for d in range(paths.first[j], paths.last[j]):
+                now = simd_load(turned, d * width + lane, LANES)
+                change = simd_load(pull, layout.component[d] * width + lane, LANES)
+                simd_store(turned, d * width + lane, simd_multiply_add(-layout.tendon_at[j, d], change, now))
+    for i in range(len(layout.straight)):
+        paths.displacement[i] = layout.straight[i] + paths.shortening[i]
+        for d in range(n):
+            paths.gradient[i, d] = turned[d * width + i]
 
 
 @lean
@@ -97,7 +122,7 @@ def add_tendon_stiffness(layout: Layout, q: Array, tension: Array, factor: float
 
     After `find_paths` at the same strains q, whose tangents it takes.
     """
-    block, spread, tangent = paths.block, paths.spread, paths.tangent
+    block, spread, tangent, width = paths.block, paths.spread, paths.tangent, len(paths.shortening)
     for j in range(len(paths.first)):
         any_tension = False
         for i in range(len(tension)):
@@ -111,11 +136,12 @@ def add_tendon_stiffness(layout: Layout, q: Array, tension: Array, factor: float
         b00 = b10 = b11 = b20 = b21 = b22 = b50 = b51 = b52 = b55 = 0.0
         b30 = b31 = b32 = b33 = b40 = b41 = b42 = b43 = b44 = b53 = b54 = 0.0
         for i in range(len(tension)):
-            w = tangent[j, 3, i] * tension[i] * factor
+            at = 4 * j * width + i
+            w = tangent[at + 3 * width] * tension[i] * factor
             if w == 0.0:
                 continue
             x, y = layout.route[j, i, 0], layout.route[j, i, 1]
-            tx, ty, tz = tangent[j, 0, i], tangent[j, 1, i], tangent[j, 2, i]
+            tx, ty, tz = tangent[at], tangent[at + width], tangent[at + 2 * width]
             # P = 1 - t t' on the tangent's derivatives (0, 0, y), (0, 0, -x), (-y, x, 0) by u, and the axes by v
             pz, spun = w * (1.0 - tz * tz), x * ty - y * tx
             uz = -w * spun * tz

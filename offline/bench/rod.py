@@ -8,7 +8,7 @@ whatever load.
 import importlib
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -155,6 +155,6 @@ def _reference() -> Iterator[_TimedRun]:
     yield _TimedRun(times, marches, tips)
 
 
-def as_json(rows: list[RodRow]) -> list[dict[str, Any]]:
-    """The rows as plain data; passes of the reference are not counted, so null."""
+def as_json(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """Return rows as plain data; what is not counted is null."""
     return [{key: None if value != value else value for key, value in asdict(row).items()} for row in rows]

@@ -49,7 +49,7 @@ def energy_of(rod: StrainRod, state: StrainState) -> Energy:
     """Return the energy of a state, by what holds it."""
     layout, shape = rod.layout, empty_shape(rod.layout)
     find_shape(layout, state.strain, shape)
-    velocity, spin = shape.jacobian @ state.rate, shape.spin @ state.rate
+    velocity, spin = shape.jacobian[:, :, : rod.modes] @ state.rate, shape.spin[:, : rod.modes] @ state.rate
     return Energy(
         0.5 * float(layout.mass @ np.sum(velocity**2, axis=1) + layout.polar @ spin**2),
         0.5 * float(state.strain @ layout.stiffness @ state.strain),
@@ -69,7 +69,7 @@ def balance_of(rod: StrainRod, before: StrainState, after: StrainState, loads: L
     start, end = rod.displacements(before), rod.displacements(after)
     stretch = np.maximum(0.0, loads.tension - 0.5 * (start + end))
     tension = np.where(loads.driven, layout.tendon_stiffness * stretch, loads.tension)
-    turned = 0.5 * (one.twist + two.twist)[:, :3] @ (after.strain - before.strain)
+    turned = 0.5 * (one.twist + two.twist)[:, :3, : rod.modes] @ (after.strain - before.strain)
     return Balance(
         energy_of(rod, before),
         energy_of(rod, after),

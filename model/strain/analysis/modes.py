@@ -39,18 +39,17 @@ def natural_modes(rod: StrainRod, state: StrainState, loads: Loads, count: int |
     stiffness, else right to the square of the coupling between modes. Drag, which goes with the square of the speed,
     does not count.
     """
-    layout = rod.layout
-    tangent = stiffness_of(layout, loads, state.strain, scratch_for(layout))
+    layout, work = rod.layout, scratch_for(rod.layout)
+    tangent = stiffness_of(layout, loads, state.strain, work)
     shape = empty_shape(layout)
     find_shape(layout, state.strain, shape)
-    mass = np.zeros_like(tangent)
-    mass_matrix(layout, shape, mass)
+    mass = mass_matrix(layout, shape, work)
     squares, vectors = eigh(tangent, mass)
     squares, shapes = squares[:count], vectors.T[:count]
     omega = np.sqrt(np.maximum(squares, 0.0))
     damping = np.einsum("kn,nm,km->k", shapes, layout.damping, shapes)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(omega > 0.0, damping / (2.0 * omega), np.nan)
-    spatial = np.einsum("kn,jin->kji", shapes, shape.twist)
+    spatial = np.einsum("kn,jin->kji", shapes, shape.twist[:, :, : rod.modes])
     motion = np.cross(spatial[:, :, :3], shape.position[None]) + spatial[:, :, 3:]
     return Modes(omega / (2.0 * np.pi), ratio, shapes, motion)

@@ -9,48 +9,49 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import kernel
-from tendond.model.numerics.linear import factor_symmetric
-from tendond.model.strain.derivatives.columns import solve_symmetric_columns
+from tendond.model.numerics.compile import lean
+from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric_columns
+from tendond.model.numerics.products import padded
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import find_rates
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
-from tendond.model.strain.stepping.mass import mass_matrix
+from tendond.model.strain.stepping.mass import find_mass
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendons import add_tendon_stiffness, find_paths
 
 Array = NDArray[np.float64]
 
 
-@kernel
+@lean
 def accelerate(layout: Layout, loads: Loads, q: Any, w: Any, work: Scratch, room: Room, out: Any) -> bool:
-    """Write M^-1 f to the first column of `out`, M^-1 d'_i to the others, shape (n, 1 + m); `work.taut`: tensions [N].
+    """Write M^-1 f to the first column of `out`, M^-1 d'_i to the others, padded rows; `work.taut`: tensions.
 
     `work.after` and `room.rates1` are then shape and motion at (q, w).
 
     Returns:
         False where the mass matrix is singular.
     """
-    n = len(q)
+    n, width = len(q), padded(len(q))
+    columns = len(out) // n
     shape, rates, force = work.after, room.rates1, room.force
     find_shape(layout, q, shape)
-    find_rates(layout, q, w, shape, rates)
+    find_rates(layout, q, w, shape, room.bends, rates)
     if len(work.taut) > 0:
         find_paths(layout, q, work.paths_after)
     for a in range(n):
         value = 0.0
         for b in range(n):
             value -= layout.stiffness[a, b] * q[b] + layout.damping[a, b] * w[b]
-        out[a, 0] = value
+        out[a * columns] = value
     for i in range(len(work.taut)):
         work.taut[i] = loads.tension[i]
         if loads.driven[i]:
             stretch = max(0.0, loads.tension[i] - work.paths_after.displacement[i])
             work.taut[i] = layout.tendon_stiffness[i] * stretch
         for a in range(n):
-            out[a, 1 + i] = work.paths_after.gradient[i, a]
+            out[a * columns + 1 + i] = work.paths_after.gradient[i, a]
     for j in range(len(layout.mass)):
         k, m = layout.place[j], layout.mass[j]
         last = layout.last[k - 1]
@@ -69,23 +70,23 @@ def accelerate(layout: Layout, loads: Loads, q: Any, w: Any, work: Scratch, room
                     force[j, i] -= layout.drag[j, c] * speed * abs(speed) * shape.rotation[k, 3 * i + c]
         for i in range(3):
             for a in range(last):
-                out[a, 0] += force[j, i] * shape.jacobian[j, i, a]
+                out[a * columns] += force[j, i] * shape.jacobian[j, i, a]
     for k in range(1, len(layout.polar)):
         turned = 0.0
         for a in range(n):
             turned += rates.spin[k, a] * w[a]
         for a in range(n):
-            out[a, 0] -= layout.polar[k] * turned * shape.spin[k, a]
+            out[a * columns] -= layout.polar[k] * turned * shape.spin[k, a]
             for i in range(3):
-                out[a, 0] += loads.moment[k, i] * shape.twist[k, i, a]
-    mass_matrix(layout, shape, work.matrix)
-    if not factor_symmetric(work.matrix, n):
+                out[a * columns] += loads.moment[k, i] * shape.twist[k, i, a]
+    find_mass(layout, shape, work)
+    if not factor_symmetric(work.mass, n, width):
         return False
-    solve_symmetric_columns(work.matrix, out, n, 0)
+    solve_symmetric_columns(work.mass, out, n, width, columns)
     return True
 
 
-@kernel
+@lean
 def tangent_stiffness(layout: Layout, loads: Loads, q: Any, work: Scratch, room: Room, out: Any) -> None:
     """Write the derivative of the forces' imbalance by q in statics, exact, shape (n, n); symmetric without moments.
 
@@ -105,7 +106,7 @@ def tangent_stiffness(layout: Layout, loads: Loads, q: Any, work: Scratch, room:
         room.torque[k] = 0.0
         for i in range(3):
             room.moment[k, i] = -loads.moment[k, i]
-    add_curvature(layout, q, work.after, room.force, room.moment, room.torque, out)
+    add_curvature(layout, q, work.after, room.force, room.moment, room.torque, room.bends, out)
     for i in range(len(work.taut)):
         work.taut[i] = loads.tension[i]
         if loads.driven[i]:

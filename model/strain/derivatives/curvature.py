@@ -11,139 +11,150 @@ Robotics, 2017, equation 7.86), so that its derivative takes a few brackets.
 
 from typing import Any
 
-import numpy as np
-
-from tendond.model.numerics.compile import kernel
+from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.products import HALF, add_products, padded
+from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate_back, scale
-from tendond.model.strain.derivatives.twists import (
+from tendond.model.strain.derivatives.bends import Bends
+from tendond.model.strain.directions import DIRECTIONS
+from tendond.model.strain.kinematics import Shape, rotation_of
+from tendond.model.strain.layout import Layout
+from tendond.model.strain.twists import (
+    COMMUTATOR,
+    LANES,
+    Six,
     bracket,
-    components,
-    direction,
+    load_six,
     magnus,
     magnus_change,
     pair,
     plus,
     polynomial,
-    rotation_at,
+    store_six,
     strain,
     times,
     transposed,
-    twist_at,
 )
-from tendond.model.strain.kinematics import COMMUTATOR, Shape
-from tendond.model.strain.layout import Layout
+
+NONE = (0.0, 0.0, 0.0)
 
 
-@kernel
-def add_curvature(layout: Layout, q: Any, shape: Shape, force: Any, moment: Any, spin: Any, out: Any) -> None:
+@inlined
+def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, room: Bends) -> None:
+    """Add the symmetric part of an interval's own second derivative to `room.total`."""
+    first, last, h, width = layout.first[k], layout.last[k], layout.step[k], padded(len(q))
+    r, p = rotation_of(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
+    l0 = rotate_back(r, add(wrench[0], cross(wrench[1], p))), rotate_back(r, wrench[1])
+    one, two = strain(layout, q, k, layout.at1, layout.strain1), strain(layout, q, k, layout.at2, layout.strain2)
+    psi = magnus(h, one, two)
+    c1, c2, c3, c4, d1, d2, d3, d4 = polynomial(dot(psi[0], psi[0]))
+    l1 = transposed(psi, l0)
+    l2 = transposed(psi, l1)
+    l3 = transposed(psi, l2)
+    l4 = transposed(psi, l3)
+    whole = plus(l0, plus(plus(times(c1, l1), times(c2, l2)), plus(times(c3, l3), times(c4, l4))))
+    z = plus(plus(times(d1, l1), times(d2, l2)), plus(times(d3, l3), times(d4, l4)))
+    y0 = plus(plus(times(c1, l0), times(c2, l1)), plus(times(c3, l2), times(c4, l3)))
+    y1 = plus(plus(times(c2, l0), times(c3, l1)), times(c4, l2))
+    y2 = plus(times(c3, l0), times(c4, l1))
+    y3 = times(c4, l0)
+    change, dual, pull, unit, base = room.change, room.dual, room.pull, room.directions.unit, room.directions.base[k]
+    for group in range(room.directions.groups[k]):
+        at = group * HALF
+        e1, e2 = load_six(unit, base + at, DIRECTIONS), load_six(unit, base + 6 * DIRECTIONS + at, DIRECTIONS)
+        t0 = magnus_change(h, e1, e2, one, two)
+        t1 = bracket(psi, t0)
+        t2 = bracket(psi, t1)
+        t3 = bracket(psi, t2)
+        # t . dual(t') + 2 (psi . t) z . t' is the product of z and y with the derivatives of the brackets
+        both = plus(plus(transposed(t0, y0), transposed(t1, y1)), plus(transposed(t2, y2), transposed(t3, y3)))
+        along = pair(z, t0) * 2.0
+        u = add(scale(-1.0, both[0]), (along * psi[0][0], along * psi[0][1], along * psi[0][2]))
+        store_six(change, at, DIRECTIONS, t0)
+        store_six(dual, at, DIRECTIONS, (u, scale(-1.0, both[1])))
+        turned = plus(transposed(e1, whole), times(-1.0, transposed(e2, whole)))
+        store_six(pull, at, DIRECTIONS, times(2.0 * COMMUTATOR * h * h, turned))
+    block, spread, total = room.block, room.spread, room.total
+    for row in range(room.directions.groups[k] * HALF):
+        against = base + 6 * DIRECTIONS * (1 - row % 2)
+        for at in range(0, room.directions.groups[k] * HALF, HALF):
+            value = change[row] * simd_load(dual, at, LANES)
+            for c in range(0, 6 * DIRECTIONS, DIRECTIONS):
+                if c > 0:
+                    value = simd_multiply_add(change[c + row], simd_load(dual, c + at, LANES), value)
+                value = simd_multiply_add(dual[c + row], simd_load(change, c + at, LANES), value)
+                value = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, LANES), value)
+            simd_store(block, row * DIRECTIONS + at, value * 0.5)
+        for e in range(first, last):
+            lane = row * DIRECTIONS + 2 * room.directions.slot[e]
+            spread[row * width + e] = layout.at1[k, e] * block[lane] + layout.at2[k, e] * block[lane + 1]
+    for d in range(first, last):
+        above, below = 2 * room.directions.slot[d] * width, (2 * room.directions.slot[d] + 1) * width
+        for b in range(first // HALF * HALF, last, HALF):
+            value = simd_load(total, d * width + b, LANES)
+            value = simd_multiply_add(layout.at1[k, d], simd_load(spread, above + b, LANES), value)
+            value = simd_multiply_add(layout.at2[k, d], simd_load(spread, below + b, LANES), value)
+            simd_store(total, d * width + b, value)
+
+
+@lean
+def add_curvature(
+    layout: Layout, q: Any, shape: Shape, force: Any, moment: Any, spin: Any, room: Bends, out: Any
+) -> None:
     """Add sum force . d2x_a/dq_b + sum moment . d(turn_a)/dq_b + sum spin d(own turn_a)/dq_b to out[a, b].
 
     `force` acts on the mass points, shape (P, 3), `moment` on the nodes, shape (K + 1, 3), dead, world frame; `spin`
     about each node's own axis, shape (K + 1,). Only the moments' part is not symmetric.
     """
-    alpha = np.empty((2, 6, 6))  # dpsi by the strain at each Gauss point
-    dual = np.empty((2, 6, 6))  # B(beta, alpha) = beta . dual(alpha) + 2 (f . beta) z . alpha
-    block = np.empty((2, 6, 2, 6))
-    f = (0.0, 0.0, 0.0)
-    dead = (0.0, 0.0, 0.0)
-    own = (0.0, 0.0, 0.0)
-    lever = (0.0, 0.0, 0.0)  # sum of x x force
-    sum_of = np.zeros(9)  # sum of x force', row by row
+    n, width = len(q), padded(len(q))
+    left, other, right = room.left, room.other, room.right
+    left[:], other[:], right[:], room.spread[:] = 0.0, 0.0, 0.0, 0.0
+    room.total[:], room.second[:] = 0.0, 0.0
+    f, dead, own, lever = NONE, NONE, NONE, NONE  # forces beyond, moments, moments about own axes, sum of x x force
+    q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x force' over the points beyond, row by row
     j = len(layout.mass) - 1
+    row = begin = 0
     for k in range(len(layout.step) - 1, -1, -1):
-        first, last, h = layout.first[k], layout.last[k], layout.step[k]
         while j >= 0 and layout.place[j] == k + 1:
             x, pull = (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]), (force[j, 0], force[j, 1], force[j, 2])
-            for a in range(3):
-                for b in range(3):
-                    sum_of[3 * a + b] += x[a] * pull[b]
+            q0, q1, q2 = q0 + x[0] * pull[0], q1 + x[0] * pull[1], q2 + x[0] * pull[2]
+            q3, q4, q5 = q3 + x[1] * pull[0], q4 + x[1] * pull[1], q5 + x[1] * pull[2]
+            q6, q7, q8 = q6 + x[2] * pull[0], q7 + x[2] * pull[1], q8 + x[2] * pull[2]
             f, lever = add(f, pull), add(lever, cross(x, pull))
             j -= 1
         dead = add(dead, (moment[k + 1, 0], moment[k + 1, 1], moment[k + 1, 2]))
         axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         own = add(own, scale(spin[k + 1], axis))
-        trace = sum_of[0] + sum_of[4] + sum_of[8]
-        turning = own[0] != 0.0 or own[1] != 0.0 or own[2] != 0.0
-        loaded = dead[0] != 0.0 or dead[1] != 0.0 or dead[2] != 0.0
+        first, last = layout.first[k], layout.last[k]
+        s0, s1, s2 = q4 + q8, q0 + q8, q0 + q4
+        p0, p1, p2 = row * width, (row + 1) * width, (row + 2) * width
         for d in range(first, last):
-            t = twist_at(shape.part, k, d)
-            a = t[0]
-            x = (
-                sum_of[0] * a[0] + sum_of[1] * a[1] + sum_of[2] * a[2] - trace * a[0],
-                sum_of[3] * a[0] + sum_of[4] * a[1] + sum_of[5] * a[2] - trace * a[1],
-                sum_of[6] * a[0] + sum_of[7] * a[1] + sum_of[8] * a[2] - trace * a[2],
-            )
-            x = add(x, cross(t[1], f))
-            for e in range(last):
-                turn = twist_at(shape.twist, k, e)[0]
-                value = dot(turn, x)
-                if e >= first:
-                    value += 0.5 * dot(twist_at(shape.part, k, e)[0], x)
-                out[d, e] += value
-                out[e, d] += value
-                if turning or loaded:
-                    across = cross(turn, a)
-                    if e >= first:
-                        across = add(across, scale(0.5, cross(twist_at(shape.part, k, e)[0], a)))
-                    out[e, d] += dot(own, across)
-                    out[d, e] += dot(dead, across)
+            t0, t1, t2 = shape.part[k, 0, d], shape.part[k, 1, d], shape.part[k, 2, d]
+            t3, t4, t5 = shape.part[k, 3, d], shape.part[k, 4, d], shape.part[k, 5, d]
+            x0 = q1 * t1 + q2 * t2 - s0 * t0 + t4 * f[2] - t5 * f[1]
+            x1 = q3 * t0 + q5 * t2 - s1 * t1 + t5 * f[0] - t3 * f[2]
+            x2 = q6 * t0 + q7 * t1 - s2 * t2 + t3 * f[1] - t4 * f[0]
+            left[p0 + d] = x0 + t1 * dead[2] - t2 * dead[1]
+            left[p1 + d] = x1 + t2 * dead[0] - t0 * dead[2]
+            left[p2 + d] = x2 + t0 * dead[1] - t1 * dead[0]
+            other[p0 + d] = x0 + t1 * own[2] - t2 * own[1]
+            other[p1 + d] = x1 + t2 * own[0] - t0 * own[2]
+            other[p2 + d] = x2 + t0 * own[1] - t1 * own[0]
+            right[p0 + d] = shape.twist[k, 0, d] + 0.5 * t0
+            right[p1 + d] = shape.twist[k, 1, d] + 0.5 * t1
+            right[p2 + d] = shape.twist[k, 2, d] + 0.5 * t2
+        for d in range(first):
+            right[p0 + d], right[p1 + d] = shape.twist[k, 0, d], shape.twist[k, 1, d]
+            right[p2 + d] = shape.twist[k, 2, d]
+        row += 3
         wrench = add(lever, add(dead, own)), f
-        if wrench == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)):
-            continue
-        # the symmetric part of an interval's own second derivative
-        r, p = rotation_at(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
-        l0 = rotate_back(r, add(wrench[0], cross(wrench[1], p))), rotate_back(r, wrench[1])
-        one, two = strain(layout, q, k, layout.at1, layout.strain1), strain(layout, q, k, layout.at2, layout.strain2)
-        psi = magnus(h, one, two)
-        c1, c2, c3, c4, d1, d2, d3, d4 = polynomial(dot(psi[0], psi[0]))
-        l1 = transposed(psi, l0)
-        l2 = transposed(psi, l1)
-        l3 = transposed(psi, l2)
-        l4 = transposed(psi, l3)
-        whole = plus(l0, plus(plus(times(c1, l1), times(c2, l2)), plus(times(c3, l3), times(c4, l4))))
-        z = plus(plus(times(d1, l1), times(d2, l2)), plus(times(d3, l3), times(d4, l4)))
-        y0 = plus(plus(times(c1, l0), times(c2, l1)), plus(times(c3, l2), times(c4, l3)))
-        y1 = plus(plus(times(c2, l0), times(c3, l1)), times(c4, l2))
-        y2 = plus(times(c3, l0), times(c4, l1))
-        y3 = times(c4, l0)
-        there = components(layout, k)
-        for c in range(6):
-            if not there & (1 << c):
-                continue
-            for point in range(2):
-                t = magnus_change(h, point, one, two, direction(c))
-                along = 2.0 * pair(z, t)
-                for i in range(3):
-                    alpha[point, c, i], alpha[point, c, 3 + i] = t[0][i], t[1][i]
-                    dual[point, c, i] = along * psi[0][i]
-                    dual[point, c, 3 + i] = 0.0
-                for step in range(4):
-                    y = y0 if step == 0 else y1 if step == 1 else y2 if step == 2 else y3
-                    u, v = add(cross(t[0], y[0]), cross(t[1], y[1])), cross(t[0], y[1])
-                    for i in range(3):
-                        dual[point, c, i] += u[i]
-                        dual[point, c, 3 + i] += v[i]
-                    t = bracket(psi, t)
-        for point in range(2):
-            for c in range(6):
-                if not there & (1 << c):
-                    continue
-                for other in range(2):
-                    for e in range(6):
-                        if not there & (1 << e):
-                            continue
-                        value = 0.0
-                        for i in range(6):
-                            value += alpha[other, e, i] * dual[point, c, i] + alpha[point, c, i] * dual[other, e, i]
-                        if point != other:
-                            one_by, two_by = (c, e) if point == 0 else (e, c)
-                            both = bracket(direction(one_by), direction(two_by))
-                            value += 2.0 * COMMUTATOR * h * h * pair(whole, both)
-                        block[point, c, other, e] = 0.5 * value
-        for d in range(first, last):
-            c = layout.component[d]
-            for e in range(first, last):
-                b = layout.component[e]
-                out[d, e] += layout.at1[k, d] * (
-                    layout.at1[k, e] * block[0, c, 0, b] + layout.at2[k, e] * block[0, c, 1, b]
-                ) + layout.at2[k, d] * (layout.at1[k, e] * block[1, c, 0, b] + layout.at2[k, e] * block[1, c, 1, b])
+        if wrench != (NONE, NONE):
+            _add_interval(layout, q, k, shape, wrench, room)
+        if k == 0 or layout.first[k - 1] != first:
+            add_products(left, right, width, begin, row, first, last, last, room.total)
+            add_products(other, right, width, begin, row, first, last, last, room.second)
+            begin = row
+            room.spread[:] = 0.0
+    for a in range(n):
+        for b in range(n):
+            out[a, b] += room.total[a * width + b] + room.second[b * width + a]

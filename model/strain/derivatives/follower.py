@@ -100,6 +100,7 @@ class Followers:
         """Residual and tangent of the statics at q, shape (n,) and (n, n)."""
         layout, shape = self.rod.layout, self._shape
         find_shape(layout, q, shape)
+        jacobian, turning = shape.jacobian[:, :, : len(q)], shape.twist[:, :3, : len(q)]
         turned = self._turned(part)
         force, moment = loads.force.copy(), loads.moment.copy()
         for (node, point), (pushed, spun) in zip(self._at, turned, strict=True):
@@ -108,12 +109,12 @@ class Followers:
         tangent = np.zeros((len(q), len(q)))
         tangent_stiffness(layout, loads._replace(force=force, moment=moment), q, work, room, tangent)
         weight = force + layout.mass[:, None] * layout.gravity
-        residual = layout.stiffness @ q - np.einsum("pin,pi->n", shape.jacobian, weight)
-        residual -= np.einsum("kin,ki->n", shape.twist[:, :3], moment)
+        residual = layout.stiffness @ q - np.einsum("pin,pi->n", jacobian, weight)
+        residual -= np.einsum("kin,ki->n", turning, moment)
         if len(layout.straight):
             residual -= work.taut @ work.paths_after.gradient
         for (node, point), (pushed, spun) in zip(self._at, turned, strict=True):
-            turns = shape.twist[node, :3]
-            tangent -= shape.jacobian[point].T @ np.cross(turns, pushed, axisa=0, axisc=0)
+            turns = turning[node]
+            tangent -= jacobian[point].T @ np.cross(turns, pushed, axisa=0, axisc=0)
             tangent -= turns.T @ np.cross(turns, spun, axisa=0, axisc=0)
         return residual, tangent

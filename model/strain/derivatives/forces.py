@@ -2,9 +2,11 @@
 
 from typing import Any
 
-from tendond.model.numerics.compile import inlined, kernel
+from tendond.model.numerics.compile import inlined, lean
+from tendond.model.numerics.products import add_products, padded
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.room import Room
+from tendond.model.strain.kinematics import Shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendons import add_tendon_stiffness
@@ -26,96 +28,106 @@ def _slope_before(layout: Layout, loads: Loads, i: int, work: Scratch) -> float:
     return value
 
 
-@kernel
-def add_points(layout: Layout, h: float, work: Scratch, room: Room) -> None:
-    """Add the derivatives of the mass points' forces; `room.lack`, `row`: of their work."""
-    n = len(room.lack)
-    r1, rx, lack, row = room.by_q1, room.by_input, room.lack, room.row
-    one, two = work.before, work.after
-    d0, d1 = room.by_force0, room.by_force1
+@inlined
+def _add_drag(shape: Shape, k: int, j: int, c: int, factors: Any, along: Any, ahead: float, into: Any, at: int) -> None:
+    """Add what a point's drag along the axis c does when that end of the step moves: `ahead` is 1 at its end, or -1."""
+    r, x, drag, slope = along[0], along[1], factors[0], factors[1]
+    width = padded(shape.spin.shape[1])
+    a0, a1, a2 = shape.rotation[k, c], shape.rotation[k, 3 + c], shape.rotation[k, 6 + c]
+    for b in range(shape.spin.shape[1]):
+        w0, w1, w2 = shape.twist[k, 0, b], shape.twist[k, 1, b], shape.twist[k, 2, b]
+        g0, g1, g2 = 0.5 * (w1 * a2 - w2 * a1), 0.5 * (w2 * a0 - w0 * a2), 0.5 * (w0 * a1 - w1 * a0)
+        moved = slope * (
+            g0 * x[0] + g1 * x[1] + g2 * x[2] + ahead * (
+                r[0] * shape.jacobian[j, 0, b] + r[1] * shape.jacobian[j, 1, b] + r[2] * shape.jacobian[j, 2, b]
+            )
+        )  # fmt: skip
+        into[at + b] += moved * r[0] + drag * g0
+        into[at + width + b] += moved * r[1] + drag * g1
+        into[at + 2 * width + b] += moved * r[2] + drag * g2
+
+
+@lean
+def write_points(layout: Layout, h: float, work: Scratch, room: Room) -> None:
+    """Write the rows of the mass points' forces; add those of their work to `room.lack` and `row`."""
+    n, width = len(room.lack), padded(len(room.lack))
+    left, after, before, rate, lack, row = room.left, room.after, room.before, room.rate, room.lack, room.row
+    one, two, motion = work.before, work.after, room.rates0.point
     for j in range(len(layout.mass)):
         k, c = layout.place[j], 2.0 * layout.mass[j] / h
-        last = layout.last[k - 1]
+        last, at = layout.last[k - 1], 3 * j * width
         x = (two.point[j, 0] - one.point[j, 0], two.point[j, 1] - one.point[j, 1], two.point[j, 2] - one.point[j, 2])
         for i in range(3):
+            here = at + i * width
             for b in range(last):
-                d1[i, b] = c / h * two.jacobian[j, i, b]
-                d0[i, b] = -c * (one.jacobian[j, i, b] / h + room.rates0.point[j, i, b])
+                j0, j1 = one.jacobian[j, i, b], two.jacobian[j, i, b]
+                left[here + b] = 0.5 * (j0 + j1)
+                after[here + b] = c / h * j1
+                before[here + b] = -c * (j0 / h + motion[j, i, b])
+                rate[here + b] = -c * j0
         for axis in range(3):
             if layout.drag[j, axis] == 0.0:
                 continue
-            a0 = (one.rotation[k, axis], one.rotation[k, 3 + axis], one.rotation[k, 6 + axis])
-            a1 = (two.rotation[k, axis], two.rotation[k, 3 + axis], two.rotation[k, 6 + axis])
-            r = (0.5 * (a0[0] + a1[0]), 0.5 * (a0[1] + a1[1]), 0.5 * (a0[2] + a1[2]))
+            r = (
+                0.5 * (one.rotation[k, axis] + two.rotation[k, axis]),
+                0.5 * (one.rotation[k, 3 + axis] + two.rotation[k, 3 + axis]),
+                0.5 * (one.rotation[k, 6 + axis] + two.rotation[k, 6 + axis]),
+            )
             speed = (r[0] * x[0] + r[1] * x[1] + r[2] * x[2]) / h
-            drag, slope = layout.drag[j, axis] * speed * abs(speed), 2.0 * layout.drag[j, axis] * abs(speed) / h
-            for end in range(2):
-                shape, axis_of, into, sign = (one, a0, d0, -1.0) if end == 0 else (two, a1, d1, 1.0)
-                for b in range(last):
-                    w0, w1, w2 = shape.twist[k, 0, b], shape.twist[k, 1, b], shape.twist[k, 2, b]
-                    g0 = 0.5 * (w1 * axis_of[2] - w2 * axis_of[1])
-                    g1 = 0.5 * (w2 * axis_of[0] - w0 * axis_of[2])
-                    g2 = 0.5 * (w0 * axis_of[1] - w1 * axis_of[0])
-                    along = g0 * x[0] + g1 * x[1] + g2 * x[2] + sign * (
-                        r[0] * shape.jacobian[j, 0, b] + r[1] * shape.jacobian[j, 1, b] + r[2] * shape.jacobian[j, 2, b]
-                    )  # fmt: skip
-                    into[0, b] += slope * along * r[0] + drag * g0
-                    into[1, b] += slope * along * r[1] + drag * g1
-                    into[2, b] += slope * along * r[2] + drag * g2
+            factors = layout.drag[j, axis] * speed * abs(speed), 2.0 * layout.drag[j, axis] * abs(speed) / h
+            _add_drag(one, k, j, axis, factors, (r, x), -1.0, before, at)
+            _add_drag(two, k, j, axis, factors, (r, x), 1.0, after, at)
         for i in range(3):
-            force = work.force[j, i]
+            force, here = work.force[j, i], at + i * width
             for b in range(last):
-                lack[b] += x[i] * d1[i, b] + force * two.jacobian[j, i, b]
-                row[b] += x[i] * d0[i, b] - force * one.jacobian[j, i, b]
-                row[n + b] -= c * x[i] * one.jacobian[j, i, b]
-            for a in range(last):
-                mean = 0.5 * (one.jacobian[j, i, a] + two.jacobian[j, i, a])
-                moved = -c * mean
-                for b in range(last):
-                    r1[a, b] += mean * d1[i, b]
-                for b in range(last):
-                    rx[a, b] += mean * d0[i, b]
-                for b in range(last):
-                    rx[a, n + b] += moved * one.jacobian[j, i, b]
+                lack[b] += x[i] * after[here + b] + force * two.jacobian[j, i, b]
+                row[b] += x[i] * before[here + b] - force * one.jacobian[j, i, b]
+                row[n + b] += x[i] * rate[here + b]
 
 
-@kernel
+@lean
 def add_pulls(layout: Layout, loads: Loads, work: Scratch, room: Room) -> None:
     """Add the derivatives of the tendons' pulls by both ends and by the actuation."""
-    n = len(room.lack)
+    n, width = len(room.lack), padded(len(room.lack))
+    columns = len(room.by_input) // n
+    begin = 3 * len(layout.mass) + len(layout.step)
     g0, g1 = work.paths_before.gradient, work.paths_after.gradient
+    driven = False
     for i in range(len(work.taut)):
         s1, s0, given = 0.0, 0.0, 1.0
         if loads.driven[i]:
             s1, s0 = work.slack[i], _slope_before(layout, loads, i, work)
             given = -(s0 + s1)
+            driven = True
         way = work.paths_after.displacement[i] - work.paths_before.displacement[i]
+        room.row[2 * n + i] -= given * way
+        at = (begin + i) * width
         for b in range(n):
             room.lack[b] -= (s1 * way + work.taut[i]) * g1[i, b]
             room.row[b] -= (s0 * way - work.taut[i]) * g0[i, b]
-        room.row[2 * n + i] -= given * way
-        for a in range(n):
-            mean = 0.5 * (g0[i, a] + g1[i, a])
-            room.by_input[a, 2 * n + i] -= given * mean
-            if s0 != 0.0 or s1 != 0.0:
-                for b in range(n):
-                    room.by_q1[a, b] -= s1 * mean * g1[i, b]
-                    room.by_input[a, b] -= s0 * mean * g0[i, b]
+            mean = 0.5 * (g0[i, b] + g1[i, b])
+            room.by_input[b * columns + 2 * n + i] -= given * mean
+            room.left[at + b], room.after[at + b], room.before[at + b] = mean, -s1 * g1[i, b], -s0 * g0[i, b]
+    if driven:
+        end = begin + len(work.taut)
+        add_products(room.left, room.after, width, begin, end, 0, n, n, room.by_q1)
+        add_products(room.left, room.before, width, begin, end, 0, n, n, room.by_q0)
 
 
-@kernel
-def bend(layout: Layout, q: Any, shape: Any, paths: Any, work: Scratch, room: Room) -> None:
-    """Write to `room.curvature` what forces, tensions and own moments do through second derivatives."""
+@lean
+def add_bend(layout: Layout, q: Any, shape: Any, paths: Any, work: Scratch, room: Room, out: Any) -> None:
+    """Add half of what forces, tensions and own moments do through second derivatives."""
     room.curvature[:, :] = 0.0
     room.moment[:, :] = 0.0
-    add_curvature(layout, q, shape, work.force, room.moment, work.torque, room.curvature)
+    add_curvature(layout, q, shape, work.force, room.moment, work.torque, room.bends, room.curvature)
     if len(work.taut) > 0:
         add_tendon_stiffness(layout, q, work.taut, 1.0, paths, room.curvature)
+    add_half(room, out)
 
 
-@kernel
-def turn(layout: Layout, loads: Loads, q: Any, shape: Any, room: Room) -> bool:
-    """Write to `room.curvature` what dead moments do; false where there are none."""
+@lean
+def add_turn(layout: Layout, loads: Loads, q: Any, shape: Any, room: Room, out: Any) -> None:
+    """Add half of what dead moments do through second derivatives."""
     any_moment = False
     for k in range(len(layout.polar)):
         room.torque[k] = 0.0
@@ -125,5 +137,14 @@ def turn(layout: Layout, loads: Loads, q: Any, shape: Any, room: Room) -> bool:
     if any_moment:
         room.force[:, :] = 0.0
         room.curvature[:, :] = 0.0
-        add_curvature(layout, q, shape, room.force, room.moment, room.torque, room.curvature)
-    return any_moment
+        add_curvature(layout, q, shape, room.force, room.moment, room.torque, room.bends, room.curvature)
+        add_half(room, out)
+
+
+@inlined
+def add_half(room: Room, out: Any) -> None:
+    """Add half of `room.curvature` to padded rows."""
+    n, width = len(room.lack), padded(len(room.lack))
+    for a in range(n):
+        for b in range(n):
+            out[a * width + b] += 0.5 * room.curvature[a, b]

@@ -5,16 +5,16 @@
 For estimators, predictive laws and identification. Derivatives are analytic and exact for the discrete rod; see `step`.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.products import padded
 from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
 from tendond.model.strain.derivatives.rates import find_rates
+from tendond.model.strain.derivatives.results import Outputs, Rest, StepSensitivity, TipDynamics
 from tendond.model.strain.derivatives.room import room_for
 from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.kinematics import find_shape
@@ -30,82 +30,6 @@ DIFFERENCE = 1e-5
 
 DIFFERENCE_TOLERANCE = 1e-13
 """Of the solutions that are differenced: their error over the difference, 1e-8, is below that of the difference."""
-
-
-@dataclass(frozen=True)
-class StepSensitivity:
-    """One step, and its derivatives; x = (q, w) has 2 n numbers: strains, then rates.
-
-    Attributes:
-        state: after the step.
-        a: by x before it, shape (2 n, 2 n).
-        b: by the actuation: tension [1/N], or displacement command [1/m] of a tendon that is driven so, (2 n, m).
-        by_force: by a dead force at the place, world frame, shape (2 n, 3).
-        by_moment: by a dead moment there, world frame, shape (2 n, 3).
-        analytic: false where the step had to be split, and was differenced.
-    """
-
-    state: StrainState
-    a: Array
-    b: Array
-    by_force: Array
-    by_moment: Array
-    analytic: bool
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """What is measured, by x = (q, w); the tip's in the world frame.
-
-    Attributes:
-        position: of the tip [m], shape (3, 2 n).
-        rotation: of the tip, as a small rotation vector [rad], shape (3, 2 n).
-        velocity: of the tip [m/s], shape (3, 2 n).
-        displacement: of the tendons [m], shape (m, 2 n).
-    """
-
-    position: Array
-    rotation: Array
-    velocity: Array
-    displacement: Array
-
-    @property
-    def c(self) -> Array:
-        """All of them, one below the other, shape (9 + m, 2 n)."""
-        return np.concatenate((self.position, self.rotation, self.velocity, self.displacement))
-
-
-@dataclass(frozen=True)
-class TipDynamics:
-    """Motion of the tip at a state, world frame: acceleration = drift + input_gain @ tension.
-
-    Attributes:
-        acceleration: [m/s^2], shape (3,). drift: a_c [m/s^2], shape (3,).
-        input_gain: b_c [m/s^2/N], shape (3, m). tension: now applied [N], shape (m,).
-    """
-
-    acceleration: Array
-    drift: Array
-    input_gain: Array
-    tension: Array
-
-
-@dataclass(frozen=True)
-class Rest:
-    """Derivatives of an equilibrium.
-
-    Attributes:
-        strain: by the actuation, as in `StepSensitivity`, shape (n, m).
-        position: of the tip by the actuation, shape (3, m); rotation: of the tip, as a rotation vector, shape (3, m).
-        by_force: of the tip's position by a dead force at the place [m/N], shape (3, 3).
-        by_moment: by a dead moment there [1/N], shape (3, 3).
-    """
-
-    strain: Array
-    position: Array
-    rotation: Array
-    by_force: Array
-    by_moment: Array
 
 
 class Linearisation:
@@ -131,7 +55,7 @@ class Linearisation:
         self._work = scratch_for(rod.layout)
         self._room = room_for(rod.layout, 2 * n + m + 6)
         self._advance, self._differentiate = Bound(advance), Bound(differentiate)
-        self._accelerations = np.zeros((n, 1 + m))
+        self._accelerations = np.zeros(n * padded.py_func(1 + m))
         self._tangent = np.zeros((n, n))
 
     def step(self, state: StrainState, loads: Loads) -> StepSensitivity:
@@ -147,7 +71,7 @@ class Linearisation:
         q, w = state.strain.copy(), state.rate.copy()
         out = np.zeros((2 * n, 2 * n + m + 6))
         work, h = self._work, rod.time_step
-        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work)
+        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work, False)
         if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         analytic = steps == 1 and damped == 0
@@ -168,13 +92,13 @@ class Linearisation:
         layout, work, rates = self.rod.layout, self._work, self._room.rates1
         n, shape = self.rod.modes, work.after
         find_shape(layout, state.strain, shape)
-        find_rates(layout, state.strain, state.rate, shape, rates)
+        find_rates(layout, state.strain, state.rate, shape, self._room.bends, rates)
         find_paths(layout, state.strain, work.paths_after)
         still = np.zeros((3, n))
-        moved = shape.jacobian[self._tip].copy()
+        moved = shape.jacobian[self._tip, :, :n].copy()
         gradient = work.paths_after.gradient
         return Outputs(
-            np.hstack((moved, still)), np.hstack((shape.twist[-1, :3], still)),
+            np.hstack((moved, still)), np.hstack((shape.twist[-1, :3, :n], still)),
             np.hstack((rates.point[self._tip], moved)), np.hstack((gradient, np.zeros_like(gradient))),
         )  # fmt: skip
 
@@ -188,7 +112,8 @@ class Linearisation:
         done = accelerate(self.rod.layout, loads, state.strain, state.rate, work, self._room, found)
         if not (done and np.all(np.isfinite(found))):
             raise ConvergenceError("dynamics: the mass matrix is singular at this state", 0.0, 0.0, 0)
-        moved = work.after.jacobian[self._tip]
+        moved = work.after.jacobian[self._tip, :, : self.rod.modes]
+        found = found.reshape(self.rod.modes, -1)[:, : 1 + len(work.taut)]
         drift = moved @ found[:, 0] + rates.point[self._tip] @ state.rate
         gain, tension = moved @ found[:, 1:], work.taut.copy()
         return TipDynamics(drift + gain @ tension, drift, gain, tension)
@@ -203,16 +128,15 @@ class Linearisation:
         tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
         given = np.where(loads.driven & (work.taut > 0.0), layout.tendon_stiffness, 1.0)
         given[loads.driven & (work.taut <= 0.0)] = 0.0
-        node, point = self._nodes[0], self._points[0]
-        pushes = np.concatenate(
-            (given[:, None] * work.paths_after.gradient, work.after.jacobian[point], work.after.twist[node, :3])
-        )
+        node, point, n = self._nodes[0], self._points[0], self.rod.modes
+        by_force, by_moment = work.after.jacobian[point, :, :n], work.after.twist[node, :3, :n]
+        pushes = np.concatenate((given[:, None] * work.paths_after.gradient, by_force, by_moment))
         try:
-            strain = np.linalg.solve(self._tangent, pushes.T)
+            strain = np.asarray(np.linalg.solve(self._tangent, pushes.T), dtype=np.float64)
         except np.linalg.LinAlgError:
             raise ConvergenceError("statics: this equilibrium is singular", 0.0, 0.0, 0) from None
         m = len(given)
-        moved, turned = work.after.jacobian[self._tip] @ strain, work.after.twist[-1, :3] @ strain
+        moved, turned = work.after.jacobian[self._tip, :, :n] @ strain, work.after.twist[-1, :3, :n] @ strain
         return Rest(strain[:, :m], moved[:, :m], turned[:, :m], moved[:, m : m + 3], moved[:, m + 3 :])
 
     def stability(self, state: StrainState, loads: Loads) -> float:
@@ -237,7 +161,7 @@ class Linearisation:
             forces[self._points] += x[2 * n + m : 2 * n + m + 3]
             moments[self._nodes] += x[2 * n + m + 3 :]
             changed = loads._replace(force=forces, moment=moments, tension=x[2 * n : 2 * n + m].copy())
-            advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work)
+            advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work, False)
             return np.concatenate((q, w))
 
         columns = [

@@ -14,25 +14,28 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.numerics.compile import kernel
+from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
+from tendond.model.numerics.products import HALF
 from tendond.model.numerics.vectors import add, cross, dot, rotate
-from tendond.model.strain.derivatives.twists import (
+from tendond.model.strain.derivatives.bends import Bends
+from tendond.model.strain.directions import DIRECTIONS
+from tendond.model.strain.kinematics import Shape, rotation_of
+from tendond.model.strain.layout import Layout
+from tendond.model.strain.twists import (
+    COMMUTATOR,
     bracket,
-    components,
-    direction,
-    jacobian_at,
+    load_six,
     magnus,
     magnus_change,
     plus,
     polynomial,
-    rotation_at,
+    store_six,
     strain,
+    strain_rate,
     times,
     twist_at,
 )
-from tendond.model.strain.kinematics import COMMUTATOR, Shape
-from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -61,21 +64,17 @@ def empty_rates(layout: Layout) -> Rates:
     return park(rates)
 
 
-@kernel
-def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, rates: Rates) -> None:
+@lean
+def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates: Rates) -> None:
     """Write the motion of the shape at q for the rates w, both shape (n,), and its derivative by q at fixed w."""
-    n = len(q)
-    still = np.zeros((len(layout.step), 6))
-    own = np.empty((2, 6, 6))
-    rates.node[0, :] = 0.0
-    rates.slope[0, :, :] = 0.0
+    own = room.change
     for k in range(len(layout.step)):
         first, last, h = layout.first[k], layout.last[k], layout.step[k]
         one, two = strain(layout, q, k, layout.at1, layout.strain1), strain(layout, q, k, layout.at2, layout.strain2)
-        moved1, moved2 = strain(layout, w, k, layout.at1, still), strain(layout, w, k, layout.at2, still)
+        moved1, moved2 = strain_rate(layout, w, k, layout.at1), strain_rate(layout, w, k, layout.at2)
         psi = magnus(h, one, two)
         c1, c2, c3, c4, d1, d2, d3, d4 = polynomial(dot(psi[0], psi[0]))
-        t0 = plus(magnus_change(h, 0, one, two, moved1), magnus_change(h, 1, one, two, moved2))
+        t0 = magnus_change(h, moved1, moved2, one, two)
         t1 = bracket(psi, t0)
         t2 = bracket(psi, t1)
         t3 = bracket(psi, t2)
@@ -86,30 +85,19 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, rates: Rates) -> No
         q1 = plus(plus(times(c2, t0), times(c3, t1)), times(c4, t2))
         q2 = plus(times(c3, t0), times(c4, t1))
         q3 = times(c4, t0)
-        r, p = rotation_at(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
-        there = components(layout, k)
-        for c in range(6):
-            if not there & (1 << c):
-                continue
-            e = direction(c)
-            for point in range(2):
-                by = magnus_change(h, point, one, two, e)
-                x = bracket(by, q3)
-                x = plus(bracket(by, q2), bracket(psi, x))
-                x = plus(bracket(by, q1), bracket(psi, x))
-                x = plus(bracket(by, q0), bracket(psi, x))
-                x = plus(x, times(2.0 * dot(psi[0], by[0]), squared))
-                both = bracket(e, moved2) if point == 0 else bracket(moved1, e)
-                y0 = times(COMMUTATOR * h * h, both)
-                y1 = bracket(psi, y0)
-                y2 = bracket(psi, y1)
-                y3 = bracket(psi, y2)
-                y4 = bracket(psi, y3)
-                x = plus(x, plus(y0, plus(plus(times(c1, y1), times(c2, y2)), plus(times(c3, y3), times(c4, y4)))))
-                u, v = rotate(r, x[0]), rotate(r, x[1])
-                v = add(v, cross(p, u))
-                for i in range(3):
-                    own[point, c, i], own[point, c, 3 + i] = u[i], v[i]
+        r, p = rotation_of(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
+        for group in range(room.directions.groups[k]):
+            unit, at = room.directions.unit, room.directions.base[k] + group * HALF
+            e1, e2 = load_six(unit, at, DIRECTIONS), load_six(unit, at + 6 * DIRECTIONS, DIRECTIONS)
+            by = magnus_change(h, e1, e2, one, two)
+            y = times(COMMUTATOR * h * h, plus(bracket(e1, moved2), bracket(moved1, e2)))
+            x = plus(plus(bracket(by, q3), times(c3, y)), bracket(psi, times(c4, y)))
+            x = plus(plus(bracket(by, q2), times(c2, y)), bracket(psi, x))
+            x = plus(plus(bracket(by, q1), times(c1, y)), bracket(psi, x))
+            x = plus(plus(bracket(by, q0), y), bracket(psi, x))
+            x = plus(x, times(dot(psi[0], by[0]) * 2.0, squared))
+            turned = rotate(r, x[0])
+            store_six(own, group * HALF, DIRECTIONS, (turned, add(rotate(r, x[1]), cross(p, turned))))
         u, v = rotate(r, part[0]), rotate(r, part[1])
         v = add(v, cross(p, u))
         for i in range(3):
@@ -120,23 +108,23 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, rates: Rates) -> No
             for i in range(3):
                 rates.slope[k + 1, i, d] = rates.slope[k, i, d] + turned[0][i]
                 rates.slope[k + 1, 3 + i, d] = rates.slope[k, 3 + i, d] + turned[1][i]
-        for d in range(last, n):
-            rates.slope[k + 1, :, d] = 0.0
-        for d in range(first, last):
-            c = layout.component[d]
-            for i in range(6):
-                rates.slope[k + 1, i, d] += layout.at1[k, d] * own[0, c, i] + layout.at2[k, d] * own[1, c, i]
+        for i in range(6):
+            for d in range(first, last):
+                lane = i * DIRECTIONS + 2 * room.directions.slot[d]
+                rates.slope[k + 1, i, d] += layout.at1[k, d] * own[lane] + layout.at2[k, d] * own[lane + 1]
         axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         moved = (rates.node[k + 1, 0], rates.node[k + 1, 1], rates.node[k + 1, 2])
         across = cross(axis, moved)
-        for d in range(n):
+        for d in range(last):
             turn, slope = twist_at(shape.twist, k + 1, d)[0], twist_at(rates.slope, k + 1, d)[0]
             rates.spin[k + 1, d] = dot(turn, across) + dot(axis, slope)
     for j in range(len(layout.mass)):
         k = layout.place[j]
-        x = (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2])
-        spin = (rates.node[k, 0], rates.node[k, 1], rates.node[k, 2])
-        for d in range(n):
-            slope = twist_at(rates.slope, k, d)
-            value = add(add(cross(slope[0], x), slope[1]), cross(spin, jacobian_at(shape, j, d)))
-            rates.point[j, 0, d], rates.point[j, 1, d], rates.point[j, 2, d] = value
+        x0, x1, x2 = shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]
+        s0, s1, s2 = rates.node[k, 0], rates.node[k, 1], rates.node[k, 2]
+        for d in range(layout.last[k - 1]):
+            jx, jy, jz = shape.jacobian[j, 0, d], shape.jacobian[j, 1, d], shape.jacobian[j, 2, d]
+            a0, a1, a2 = rates.slope[k, 0, d], rates.slope[k, 1, d], rates.slope[k, 2, d]
+            rates.point[j, 0, d] = a1 * x2 - a2 * x1 + rates.slope[k, 3, d] + s1 * jz - s2 * jy
+            rates.point[j, 1, d] = a2 * x0 - a0 * x2 + rates.slope[k, 4, d] + s2 * jx - s0 * jz
+            rates.point[j, 2, d] = a0 * x1 - a1 * x0 + rates.slope[k, 5, d] + s0 * jy - s1 * jx

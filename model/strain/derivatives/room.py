@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.parked import park
+from tendond.model.numerics.products import padded
+from tendond.model.strain.derivatives.bends import Bends, bends_of
 from tendond.model.strain.derivatives.rates import Rates, empty_rates
 from tendond.model.strain.layout import Layout
 
@@ -16,20 +18,31 @@ class Room(NamedTuple):
     """Arrays of the derivatives; N inputs: strains, rates, actuation, forces on points, moments on nodes.
 
     Attributes:
-        rates0, rates1: motion at both ends for the rates there. spin0, spin1: of the nodes' own turns for q1 - q0.
-        by_q1: of the balance by q1, shape (n, n); by_input: of balance, then momentum, by the inputs, shape (n, N).
-        curvature: second derivatives, then those of the momentum by q1, shape (n, n).
+        bends: of second derivatives. rates0, rates1: motion at both ends for the rates there.
+        spin0, spin1: of the nodes' own turns for q1 - q0.
+        left, after, before, rate: rows of `add_products`: three of each mass point, one of each interval's end, one of
+            each tendon. The first is what the others, by q1, q0 and w0, are multiplied by.
+        by_q1, by_q0, by_w0: of the balance, then of the momentum; padded rows.
+        by_input: of the strains after the step, by the inputs; turned: of the rates. n rows, padded.
+        curvature: second derivatives, shape (n, n).
         lack: derivative of what the balance lacks by q1, shape (n,); row: by the inputs, shape (N,).
         force: shape (P, 3); moment: shape (K + 1, 3); torque: shape (K + 1,); turn: shape (3, n).
-        by_force0, by_force1: of a point's force by q0 and q1, shape (3, n). q0, w0: before the step, shape (n,).
     """
 
+    bends: Bends
     rates0: Rates
     rates1: Rates
     spin0: Array
     spin1: Array
+    left: Array
+    after: Array
+    before: Array
+    rate: Array
     by_q1: Array
+    by_q0: Array
+    by_w0: Array
     by_input: Array
+    turned: Array
     curvature: Array
     lack: Array
     row: Array
@@ -37,19 +50,19 @@ class Room(NamedTuple):
     moment: Array
     torque: Array
     turn: Array
-    by_force0: Array
-    by_force1: Array
-    q0: Array
-    w0: Array
 
 
 def room_for(layout: Layout, inputs: int) -> Room:
     """Return arrays for the derivatives of this robot's steps by `inputs` numbers, 2 n + m at least."""
     n, nodes, points = len(layout.component), len(layout.polar), len(layout.mass)
+    width, columns = padded.py_func(n), padded.py_func(inputs)
+    rows = (3 * points + nodes - 1 + len(layout.straight)) * width
     room = Room(
-        empty_rates(layout), empty_rates(layout), np.zeros((nodes, n)), np.zeros((nodes, n)), np.zeros((n, n)),
-        np.zeros((n, inputs)), np.zeros((n, n)), np.zeros(n), np.zeros(inputs), np.zeros((points, 3)),
-        np.zeros((nodes, 3)), np.zeros(nodes), np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n)), np.zeros(n),
-        np.zeros(n),
+        bends=bends_of(layout), rates0=empty_rates(layout), rates1=empty_rates(layout),
+        spin0=np.zeros((nodes, n)), spin1=np.zeros((nodes, n)), by_input=np.zeros(n * columns),
+        turned=np.zeros(n * columns), curvature=np.zeros((n, n)), lack=np.zeros(n), row=np.zeros(inputs),
+        force=np.zeros((points, 3)), moment=np.zeros((nodes, 3)), torque=np.zeros(nodes), turn=np.zeros((3, n)),
+        **{name: np.zeros(rows) for name in ("left", "after", "before", "rate")},
+        **{name: np.zeros(width**2) for name in ("by_q1", "by_q0", "by_w0")},
     )  # fmt: skip
     return park(room)

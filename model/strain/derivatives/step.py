@@ -9,26 +9,66 @@ All terms are exact for the discrete rod, the balance's share and the derivative
 
 from typing import Any
 
-from tendond.model.numerics.compile import inlined, kernel
-from tendond.model.numerics.linear import factor_lu
-from tendond.model.strain.derivatives.columns import solve_lu_columns
-from tendond.model.strain.derivatives.forces import add_points, add_pulls, bend, turn
+from tendond.model.numerics.compile import lean
+from tendond.model.numerics.elimination import factor_lu, solve_lu_columns
+from tendond.model.numerics.products import padded
+from tendond.model.strain.derivatives.forces import add_bend, add_pulls, add_turn, write_points
 from tendond.model.strain.derivatives.momentum import find_momentum
 from tendond.model.strain.derivatives.rates import find_rates
 from tendond.model.strain.derivatives.room import Room
+from tendond.model.strain.derivatives.rows import add_all_nodes, add_all_points
 from tendond.model.strain.derivatives.spins import find_spins
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 
 
-@inlined
-def _add_half(into: Any, what: Any, n: int) -> None:
+@lean
+def _write_nodes(layout: Layout, h: float, work: Scratch, room: Room) -> None:
+    """Write the rows of the nodes' inertia about their own axes."""
+    width = padded(len(room.lack))
+    one, two = work.before, work.after
+    for k in range(1, len(layout.polar)):
+        factor, at = layout.polar[k] / h, (3 * len(layout.mass) + k - 1) * width
+        for b in range(layout.last[k - 1]):
+            both = one.spin[k, b] + two.spin[k, b]
+            room.left[at + b] = factor * both
+            room.after[at + b] = 0.5 * (both + room.spin1[k, b]) / h
+            room.before[at + b] = 0.5 * (room.spin0[k, b] - both) / h - room.rates0.spin[k, b]
+            room.rate[at + b] = -one.spin[k, b]
+
+
+@lean
+def _find_lack(layout: Layout, points: Any, work: Scratch, room: Room) -> None:
+    """Write what the balance lacks by q1, and by all inputs but moments, which do no work that it counts."""
+    n, width = len(room.lack), padded(len(room.lack))
+    columns = len(room.by_input) // n
+    one, two, lack, row, change = work.before, work.after, room.lack, room.row, work.change
+    for k in range(1, len(layout.polar)):  # their share is in the balance, but not in what it lacks
+        for b in range(n):
+            lack[b] += 0.5 * work.torque[k] * room.spin1[k, b]
+            row[b] += 0.5 * work.torque[k] * room.spin0[k, b]
+    column = 2 * n + len(layout.straight)
+    for j in points:
+        for i in range(3):
+            row[column] -= two.point[j, i] - one.point[j, i]
+            for a in range(layout.last[layout.place[j] - 1]):
+                room.by_input[a * columns + column] = -0.5 * (one.jacobian[j, i, a] + two.jacobian[j, i, a])
+            column += 1
+    share = work.unit[1]
     for a in range(n):
         for b in range(n):
-            into[a, b] += 0.5 * what[a, b]
+            lack[b] -= change[a] * room.by_q1[a * width + b]
+            row[b] -= change[a] * room.by_q0[a * width + b]
+            row[n + b] -= change[a] * room.by_w0[a * width + b]
+        for b in range(2 * n, column):
+            row[b] -= change[a] * room.by_input[a * columns + b]
+    for a in range(n):
+        slope = work.pull[a] + 2.0 * share * layout.stiffness[a, a] * change[a]
+        lack[a] -= slope
+        row[a] += slope
 
 
-@kernel
+@lean
 def differentiate(
     layout: Layout,
     loads: Loads,
@@ -61,78 +101,49 @@ def differentiate(
     Returns:
         False where the step's matrix is singular.
     """
-    n, m = len(q1), len(layout.straight)
-    one, two = work.before, work.after
-    r1, rx, lack, row, change, pull = room.by_q1, room.by_input, room.lack, room.row, work.change, work.pull
-    find_rates(layout, q0, w0, one, room.rates0)
-    find_rates(layout, q1, w1, two, room.rates1)
-    find_spins(layout, q0, change, one, room.turn, room.spin0)
-    find_spins(layout, q1, change, two, room.turn, room.spin1)
-    inputs = len(row)
-    row[:], lack[:] = 0.0, 0.0
-    rx[:, :], r1[:, :] = 0.0, 0.0
-    add_points(layout, h, work, room)
+    n, m, width, inputs = len(q1), len(layout.straight), padded(len(q1)), len(room.row)
+    columns = len(room.by_input) // n
+    one, two, rx, change = work.before, work.after, room.by_input, work.change
+    find_rates(layout, q0, w0, one, room.bends, room.rates0)
+    find_rates(layout, q1, w1, two, room.bends, room.rates1)
+    find_spins(layout, q0, change, one, room.bends, room.turn, room.spin0)
+    find_spins(layout, q1, change, two, room.bends, room.turn, room.spin1)
+    room.row[:], room.lack[:], rx[:] = 0.0, 0.0, 0.0
+    room.by_q1[:], room.by_q0[:], room.by_w0[:] = 0.0, 0.0, 0.0
+    write_points(layout, h, work, room)
+    add_all_points(layout, room)
     add_pulls(layout, loads, work, room)
-    bend(layout, q0, one, work.paths_before, work, room)
-    _add_half(rx, room.curvature, n)
-    bend(layout, q1, two, work.paths_after, work, room)
-    _add_half(r1, room.curvature, n)
-    for k in range(1, len(layout.polar)):  # their share is in the balance, but not in what it lacks
-        for b in range(n):
-            lack[b] += 0.5 * work.torque[k] * room.spin1[k, b]
-            row[b] += 0.5 * work.torque[k] * room.spin0[k, b]
-    column = 2 * n + m
-    for j in points:
-        for i in range(3):
-            row[column] -= two.point[j, i] - one.point[j, i]
-            for a in range(layout.last[layout.place[j] - 1]):
-                rx[a, column] -= 0.5 * (one.jacobian[j, i, a] + two.jacobian[j, i, a])
-            column += 1
-    for a in range(n):
-        for b in range(inputs):
-            row[b] -= change[a] * rx[a, b]
-        for b in range(n):
-            lack[b] -= change[a] * r1[a, b]
-    share, norm = work.unit[1], work.unit[2]
-    for a in range(n):
-        slope = pull[a] + 2.0 * share * layout.stiffness[a, a] * change[a]
-        lack[a] -= slope
-        row[a] += slope
-    for k in nodes:  # dead moments do no work that the balance counts
+    add_bend(layout, q0, one, work.paths_before, work, room, room.by_q0)
+    add_bend(layout, q1, two, work.paths_after, work, room, room.by_q1)
+    _find_lack(layout, points, work, room)
+    _write_nodes(layout, h, work, room)
+    add_all_nodes(layout, room)
+    add_turn(layout, loads, q0, one, room, room.by_q0)
+    add_turn(layout, loads, q1, two, room, room.by_q1)
+    column = 2 * n + m + 3 * len(points)
+    for k in nodes:
         for i in range(3):
             for a in range(n):
-                rx[a, column] -= 0.5 * (one.twist[k, i, a] + two.twist[k, i, a])
+                rx[a * columns + column] = -0.5 * (one.twist[k, i, a] + two.twist[k, i, a])
             column += 1
-    for k in range(1, len(layout.polar)):
-        if layout.polar[k] == 0.0:
-            continue
-        last, factor = layout.last[k - 1], 2.0 * layout.polar[k] / h
-        for a in range(last):
-            left = 0.5 * factor * (one.spin[k, a] + two.spin[k, a])
-            for b in range(last):
-                mean = 0.5 * (one.spin[k, b] + two.spin[k, b])
-                r1[a, b] += left / h * (mean + 0.5 * room.spin1[k, b])
-                rx[a, b] += left * ((0.5 * room.spin0[k, b] - mean) / h - room.rates0.spin[k, b])
-                rx[a, n + b] -= left * one.spin[k, b]
+    share, norm = work.unit[1], work.unit[2]
     for a in range(n):
         weight = layout.stiffness[a, a]
         along = weight * change[a] / norm
-        for b in range(inputs):
-            rx[a, b] += along * row[b]
         for b in range(n):
-            r1[a, b] += work.elastic[a, b] + along * lack[b]
-            rx[a, b] += layout.stiffness[a, b] - work.elastic[a, b]
-        r1[a, a] += share * weight
-        rx[a, a] -= share * weight
-    if turn(layout, loads, q0, one, room):
-        _add_half(rx, room.curvature, n)
-        turn(layout, loads, q1, two, room)
-        _add_half(r1, room.curvature, n)
-    if not factor_lu(r1, work.rows, n):
+            elastic = work.elastic[a, b]
+            room.by_q1[a * width + b] += elastic + along * room.lack[b]
+            rx[a * columns + b] = elastic - layout.stiffness[a, b] - room.by_q0[a * width + b] - along * room.row[b]
+            rx[a * columns + n + b] = -room.by_w0[a * width + b] - along * room.row[n + b]
+        for b in range(2 * n, inputs):
+            rx[a * columns + b] = -rx[a * columns + b] - along * room.row[b]
+        room.by_q1[a * width + a] += share * weight
+        rx[a * columns + a] += share * weight
+    if not factor_lu(room.by_q1, work.rows, n, width, work.solving):
         return False
+    solve_lu_columns(room.by_q1, work.rows, rx, n, width, columns)
+    find_momentum(layout, q1, w1, h, work, room)
     for a in range(n):
         for b in range(inputs):
-            out[a, b] = -rx[a, b]
-    solve_lu_columns(r1, work.rows, out, n)
-    done: bool = find_momentum(layout, q1, w1, h, work, room, out)
-    return done
+            out[a, b], out[n + a, b] = rx[a * columns + b], room.turned[a * columns + b]
+    return True

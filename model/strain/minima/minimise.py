@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
-from tendond.model.numerics.linear import factor_symmetric, solve_symmetric
+from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric
+from tendond.model.numerics.products import padded
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
 from tendond.model.strain.minima.hessian import find_hessian
@@ -44,7 +45,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
     Returns:
         Newton's iterations; -1 where they came to no end, and q has the least energy found.
     """
-    n = len(q)
+    n, width = len(q), padded(len(q))
     damping = 0.0
     moments = False
     if rate == 0.0:
@@ -65,12 +66,12 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
             if not fresh:
                 for a in range(n):
                     for b in range(n):
-                        work.matrix[a, b] = work.hessian[a, b]
-                    work.matrix[a, a] += damping * layout.stiffness[a, a]
+                        work.matrix[a * width + b] = work.hessian[a, b]
+                    work.matrix[a * width + a] += damping * layout.stiffness[a, a]
                     step[a] = residual[a]
-                positive = factor_symmetric(work.matrix, n)
+                positive = factor_symmetric(work.matrix, n, width)
                 if positive:
-                    solve_symmetric(work.matrix, step, n)
+                    solve_symmetric(work.matrix, step, n, width, work.solving)
             else:
                 positive = True
             if positive:
@@ -84,7 +85,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
                 if moments:
                     for a in range(n):
                         last[a] = work.residual[a]
-                    solve_symmetric(work.matrix, last, n)
+                    solve_symmetric(work.matrix, last, n, width, work.solving)
                     before = after = 0.0
                     for a in range(n):
                         before += layout.stiffness[a, a] * step[a] * step[a]
@@ -110,7 +111,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
             step[a] = residual[a]
         fresh = False
         if undamped:
-            solve_symmetric(work.matrix, step, n)
+            solve_symmetric(work.matrix, step, n, width, work.solving)
             left = 0.0
             for a in range(n):
                 left += layout.stiffness[a, a] * step[a] * step[a] if moments else step[a] * residual[a]

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
-from tendond.model.numerics.linear import factor_symmetric, solve_symmetric
+from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric
+from tendond.model.numerics.products import padded
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
@@ -35,9 +36,9 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
 
     The velocities are `new` (x1 - x0) - `old` v0: 2 / h and 1 for the balanced step, 1 / h and 0 for implicit Euler's.
     """
-    n = len(work.q1)
+    n, width = len(work.q1), padded(len(work.q1))
     w1, one, two = work.w1, work.before, work.after
-    find_mass(layout, two, work, work.matrix)
+    find_mass(layout, two, work)
     for a in range(n):
         w1[a] = 0.0
     for j in range(len(layout.mass)):
@@ -58,9 +59,9 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
                 w1[a] += turned * two.spin[k, a]
     for a in range(n):
         work.row[a] = w1[a]
-    if not factor_symmetric(work.matrix, n):
+    if not factor_symmetric(work.mass, n, width):
         return -1.0
-    solve_symmetric(work.matrix, w1, n)
+    solve_symmetric(work.mass, w1, n, width, work.solving)
     twice = 0.0
     for a in range(n):
         twice += work.row[a] * w1[a]
@@ -103,7 +104,7 @@ def damped_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: 
 
 @lean
 def advance(
-    layout: Layout, loads: Loads, q: Array, w: Array, h: float, tolerance: float, work: Scratch
+    layout: Layout, loads: Loads, q: Array, w: Array, h: float, tolerance: float, work: Scratch, known: bool
 ) -> tuple[int, int, int]:
     """Advance q and w by the time h, in place: one step, or, where that does not converge, as many shorter ones.
 
@@ -114,7 +115,8 @@ def advance(
         w: their rates [1/s], shape (n,).
         h: [s].
         tolerance: of the strains [rad], in the measure of energy.
-        work: scratch arrays.
+        work: scratch arrays; `after` is at q when it returns.
+        known: whether `before` is at q already, as the `after` of the step that led here: see `mirrored`.
 
     Returns:
         Residuals and iterations of all steps; the number of steps; how many of these were implicit Euler's.
@@ -125,11 +127,14 @@ def advance(
     whole = 1 << SPLITS
     part = whole
     for a in range(n):
+        known = known and q[a] == q1[a]
         q0[a], w0[a] = q[a], w[a]
     while done < whole:
-        find_shape(layout, q0, work.before)
-        if len(work.taut) > 0:
-            find_paths(layout, q0, work.paths_before)
+        if not known:
+            find_shape(layout, q0, work.before)
+            if len(work.taut) > 0:
+                find_paths(layout, q0, work.paths_before)
+        known = False
         while True:
             length = h * part / whole
             begin_step(layout, q0, w0, length, work)

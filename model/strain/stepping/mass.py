@@ -13,25 +13,10 @@ Array = NDArray[np.float64]
 
 
 @lean
-def mass_matrix(layout: Layout, shape: Shape, out: Array) -> None:
-    """Write the mass matrix of a shape, shape (n, n)."""
-    n = len(layout.component)
-    for a in range(n):
-        for b in range(n):
-            value = 0.0
-            for j in range(len(layout.mass)):
-                for i in range(3):
-                    value += layout.mass[j] * shape.jacobian[j, i, a] * shape.jacobian[j, i, b]
-            for k in range(1, len(layout.polar)):
-                value += layout.polar[k] * shape.spin[k, a] * shape.spin[k, b]
-            out[a, b] = value
-
-
-@lean
-def find_mass(layout: Layout, shape: Shape, work: Scratch, out: Array) -> None:
-    """Write the mass matrix of a shape, shape (n, n), by sections: fast, with the scratch arrays."""
-    n, width = len(layout.component), padded(len(layout.component))
-    left, right, total, jacobian, spin = work.left, work.right, work.total, shape.jacobian, shape.spin
+def find_mass(layout: Layout, shape: Shape, work: Scratch) -> None:
+    """Write the mass matrix of a shape to `work.mass`, by sections: fast, with the scratch arrays."""
+    width = padded(len(layout.component))
+    left, right, total, jacobian, spin = work.left, work.right, work.mass, shape.jacobian, shape.spin
     left[:], right[:], total[:] = 0.0, 0.0, 0.0
     row = first = j = 0
     for k in range(1, len(layout.polar)):
@@ -52,6 +37,10 @@ def find_mass(layout: Layout, shape: Shape, work: Scratch, out: Array) -> None:
         if k + 1 == len(layout.polar) or layout.last[k] != last:
             add_products(left, right, width, first, row, 0, last, last, total)
             first = row
-    for a in range(n):
-        for b in range(n):
-            out[a, b] = total[a * width + b]
+
+
+def mass_matrix(layout: Layout, shape: Shape, work: Scratch) -> Array:
+    """Return the mass matrix of a shape, shape (n, n)."""
+    n = len(layout.component)
+    find_mass(layout, shape, work)
+    return work.mass.reshape(-1, padded.py_func(n))[:n, :n].copy()

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.linear import factor_lu, solve_lu
+from tendond.model.numerics.elimination import factor_lu, solve_lu
+from tendond.model.numerics.products import padded
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.balance import find_residual
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.stepping.tangent import find_matrix
+from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]
 
@@ -52,16 +54,16 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
     Returns:
         The residuals it took; -1 if they come to no end.
     """
-    n = len(work.q0)
+    n, width = len(work.q0), padded(len(work.q0))
     q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
     target = tolerance * tolerance * work.unit[0]
     find_residual(layout, loads, work.q0, q1, h, work)
     find_matrix(layout, loads, q1, h, work)
-    if not factor_lu(work.matrix, work.rows, n):
+    if not factor_lu(work.matrix, work.rows, n, width, work.solving):
         return -1
     for a in range(n):
         step[a] = work.residual[a]
-    solve_lu(work.matrix, work.rows, step, n)
+    solve_lu(work.matrix, work.rows, step, n, width, work.solving)
     size, energy = _size(work, step), _energy(layout, step)
     part = 1.0
     for count in range(2, ITERATIONS + 2):
@@ -71,13 +73,15 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
             for a in range(n):
                 q1[a] -= step[a]
             find_shape(layout, q1, work.after)
+            if len(work.taut) > 0:
+                find_paths(layout, q1, work.paths_after)
             return count
         for a in range(n):
             trial[a] = q1[a] - part * step[a]
         find_residual(layout, loads, work.q0, trial, h, work)
         for a in range(n):
             correction[a] = work.residual[a]
-        solve_lu(work.matrix, work.rows, correction, n)
+        solve_lu(work.matrix, work.rows, correction, n, width, work.solving)
         left = _size(work, correction)
         if not left <= (1.0 - 0.25 * part) ** 2 * size:
             left_energy = _energy(layout, correction)
@@ -100,11 +104,11 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
                 energy = ratio * reached  # what is left after it
                 continue
         find_matrix(layout, loads, q1, h, work)
-        if not factor_lu(work.matrix, work.rows, n):
+        if not factor_lu(work.matrix, work.rows, n, width, work.solving):
             return -1
         for a in range(n):
             step[a] = work.residual[a]
-        solve_lu(work.matrix, work.rows, step, n)
+        solve_lu(work.matrix, work.rows, step, n, width, work.solving)
         size, energy = _size(work, step), np.inf
         part = min(1.0, 2.0 * part)
     return -1

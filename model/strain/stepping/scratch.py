@@ -36,7 +36,8 @@ class Scratch(NamedTuple):
 
     Attributes:
         before, after: shapes at both ends. paths_before, paths_after: tendons there.
-        matrix: derivative of the residual by q1, or its factors, shape (n, n). rows: of its pivots, shape (n,).
+        matrix: derivative of the residual by q1, or its factors. rows: of its pivots, shape (n,).
+        mass: factors of the mass matrix after the step. solving: room for `elimination`.
         residual: shape (n,). force: on the mass points, shape (P, 3). velocity: of them at q0, shape (P, 3).
         spin: rotation rates of the nodes at q0, shape (K + 1,); torque: moments of inertia on them, shape (K + 1,).
         taut: mean tensions, shape (m,); slack: their derivatives by the displacement at the end, shape (m,).
@@ -45,7 +46,7 @@ class Scratch(NamedTuple):
         unit: energy of bending by 1 rad [J], then share and norm of the balance, shape (3,).
         q0, w0, q1, w1, trial, change, correction, pull, push, row: vectors, shape (n,).
         hessian: second derivative of the energy, shape (n, n).
-        left, right, total: matrices for `add_products`.
+        left, right, total: matrices for `add_products`, as are `matrix` and `mass`: rows one after the other, padded.
     """
 
     before: Shape
@@ -53,6 +54,8 @@ class Scratch(NamedTuple):
     paths_before: Paths
     paths_after: Paths
     matrix: Array
+    mass: Array
+    solving: Array
     rows: NDArray[np.int64]
     residual: Array
     force: Array
@@ -99,7 +102,17 @@ def scratch_for(layout: Layout) -> Scratch:
         rows=np.zeros(n, dtype=np.int64), force=np.zeros((points, 3)), velocity=np.zeros((points, 3)),
         spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
         unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
-        total=np.zeros(width**2), **{name: np.zeros((n, n)) for name in ("matrix", "elastic", "hessian")},
+        solving=np.zeros(3 * width),
+        **{name: np.zeros(width**2) for name in ("total", "matrix", "mass")},
+        **{name: np.zeros((n, n)) for name in ("elastic", "hessian")},
         **{name: np.zeros(n) for name in vectors},
     )  # fmt: skip
     return park(work)
+
+
+def mirrored(work: Scratch) -> Scratch:
+    """Return the same arrays with both ends of a step exchanged, for the step that follows one with `work`."""
+    values = {name: getattr(work, name) for name in Scratch._fields}
+    values["before"], values["after"] = work.after, work.before
+    values["paths_before"], values["paths_after"] = work.paths_after, work.paths_before
+    return park(Scratch(**values))

@@ -23,9 +23,9 @@ def _moved(one: Shape, two: Shape, j: int) -> Vector:
 
 @lean
 def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch) -> None:
-    """Write the derivative of the residual by q1, shape (n, n), after `find_residual` there."""
+    """Write the derivative of the residual by q1 to `work.matrix`, after `find_residual` there."""
     n, width = len(q1), padded(len(q1))
-    m, row, change, pull = work.matrix, work.row, work.change, work.pull
+    m, row, change, pull = work.hessian, work.row, work.change, work.pull
     one, two = work.before, work.after
     for a in range(n):
         row[a] = 0.0  # derivative of what the balance lacks
@@ -116,5 +116,5 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
     for a in range(n):
         along = layout.stiffness[a, a] * change[a] / norm
         for b in range(n):
-            m[a, b] += total[a * width + b] + work.elastic[a, b] + along * row[b]
-        m[a, a] += share * layout.stiffness[a, a]
+            work.matrix[a * width + b] = m[a, b] + total[a * width + b] + work.elastic[a, b] + along * row[b]
+        work.matrix[a * width + a] += share * layout.stiffness[a, a]

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tendond.offline.bench import references, textbooks
+from tendond.offline.bench.general import bench_general
 from tendond.offline.bench.references import ReferenceRow
 from tests.unit.cli.commands import tendond
 
@@ -61,3 +62,11 @@ def test_files_that_are_not_there_are_named_and_miss_no_target(tmp_path: Path) -
     ]
     assert len(rows) == 5
     assert all(row.passed is None and "not there" in row.note for row in rows)
+
+
+def test_the_general_rod_is_timed_beside_the_shooting_rod_in_one_run() -> None:
+    rows = {row.name: row for row in bench_general(steps=3, batch=3)}
+    assert rows["shooting rod, 10 ms"].to_shooting == 1.0
+    assert sum("derivatives" in name for name in rows) == 2
+    for row in rows.values():
+        assert row.to_shooting * rows["shooting rod, 10 ms"].median_us == pytest.approx(row.median_us)

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tendond.model.strain import Body, Robot, Section, StrainRod
+from tendond.model.strain.derivatives.bends import bends_of
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import empty_rates, find_rates
 from tendond.model.strain.kinematics import empty_shape, find_shape
@@ -42,24 +43,26 @@ def test_second_derivatives_of_the_shape_are_exact_however_far_it_is_bent(bend: 
     q = rng.normal(size=rod.modes) * np.where(turns, bend, 0.01)
     w = rng.normal(size=rod.modes) * np.where(turns, 6.0, 0.1)
     shape, other, rates = empty_shape(layout), empty_shape(layout), empty_rates(layout)
+    bends = bends_of(layout)
     find_shape(layout, q, shape)
     force, moment = rng.normal(size=shape.point.shape), rng.normal(size=(len(layout.polar), 3))
     spin = rng.normal(size=len(layout.polar))
     curvature = np.zeros((rod.modes, rod.modes))
-    add_curvature(layout, q, shape, force, moment, spin, curvature)
-    find_rates(layout, q, w, shape, rates)
+    add_curvature(layout, q, shape, force, moment, spin, bends, curvature)
+    find_rates(layout, q, w, shape, bends, rates)
 
     def along(q: Array) -> tuple[Array, ...]:
         """Forces by modes, velocities of points, rotation rates, from the Jacobians of the march."""
         find_shape(layout, q, other)
         columns = []
         for unit in np.eye(rod.modes):
-            find_rates(layout, q, unit, other, empty)
+            find_rates(layout, q, unit, other, bends, empty)
             columns.append(empty.node[:, :3].copy())
         turn = np.array(columns)
         moved = np.array([other.jacobian[:, :, d] for d in range(rod.modes)])
-        pulled = np.einsum("npi,pi->n", moved, force) + np.einsum("nki,ki->n", turn, moment) + other.spin.T @ spin
-        return pulled, np.einsum("npi,n->pi", moved, w), other.spin @ w
+        own = other.spin[:, : rod.modes]
+        pulled = np.einsum("npi,pi->n", moved, force) + np.einsum("nki,ki->n", turn, moment) + own.T @ spin
+        return pulled, np.einsum("npi,n->pi", moved, w), own @ w
 
     empty = empty_rates(layout)
     step = np.where(turns, 1e-5 * max(1.0, bend), 1e-7 * max(1.0, bend))
@@ -73,8 +76,9 @@ def test_the_motion_of_a_shape_is_its_jacobian_times_the_rates() -> None:
     layout, rng = rod.layout, np.random.default_rng(2)
     q, w = rng.normal(size=(2, rod.modes))
     shape, rates = empty_shape(layout), empty_rates(layout)
+    bends = bends_of(layout)
     find_shape(layout, q, shape)
-    find_rates(layout, q, w, shape, rates)
+    find_rates(layout, q, w, shape, bends, rates)
     velocity = np.cross(rates.node[layout.place][:, :3], shape.point) + rates.node[layout.place][:, 3:]
     moved = np.array([shape.jacobian[:, :, d] for d in range(rod.modes)])
     assert velocity == pytest.approx(np.einsum("npi,n->pi", moved, w), abs=1e-12)

@@ -59,7 +59,7 @@ def differences(rod: StrainRod, state: StrainState, loads: Loads) -> Array:
         moment[node] += change[2 * n + m + 3 :]
         tension = loads.tension + change[2 * n : 2 * n + m]
         counts = advance(
-            rod.layout, loads._replace(force=force, moment=moment, tension=tension), q, w, h, 1e-12, work
+            rod.layout, loads._replace(force=force, moment=moment, tension=tension), q, w, h, 1e-12, work, False
         )  # fmt: skip
         assert counts[1:] == (1, 0)
         return np.concatenate((q, w))
@@ -155,7 +155,7 @@ def test_the_tips_acceleration_is_the_limit_of_short_steps_and_affine_in_the_ten
 
     def gained(loads: Loads, h: float) -> Array:
         q, w = state.strain.copy(), state.rate.copy()
-        advance(short.layout, loads, q, w, h, 1e-14, work)
+        advance(short.layout, loads, q, w, h, 1e-14, work, False)
         return np.asarray((short.tip_velocity(StrainState(q, w)) - short.tip_velocity(state)) / h)
 
     for loads in (pushed(short, 4), pushed(short, 9)):

@@ -4,11 +4,17 @@ import math
 from typing import Any
 
 from tendond.model.numerics.compile import inlined
-from tendond.model.numerics.vectors import Matrix, Vector, add, cross, dot, scale
-from tendond.model.strain.kinematics import COMMUTATOR, Shape
+from tendond.model.numerics.products import HALF
+from tendond.model.numerics.simd import simd_load, simd_store
+from tendond.model.numerics.vectors import Vector, add, cross, dot, scale
 from tendond.model.strain.layout import Layout
 
 Six = tuple[Vector, Vector]
+
+COMMUTATOR = math.sqrt(3.0) / 12.0
+"""Of the Magnus expansion with two Gauss points."""
+
+LANES = (0.0,) * HALF
 
 SERIES = 4.0
 """[rad^2] Of the squared angle, below which series take the place of quotients; they are exact to rounding there."""
@@ -73,20 +79,11 @@ def transposed(f: Six, w: Six) -> Six:
 
 
 @inlined
-def direction(c: int) -> Six:
-    """Return the unit strain of a component."""
-    u = (1.0 if c == 0 else 0.0, 1.0 if c == 1 else 0.0, 1.0 if c == 2 else 0.0)
-    v = (1.0 if c == 3 else 0.0, 1.0 if c == 4 else 0.0, 1.0 if c == 5 else 0.0)
-    return u, v
-
-
-@inlined
-def strain(layout: Layout, q: Any, k: int, at: Any, reference: Any) -> Six:
-    """Return the strain of interval k where the modes have the values `at`; of rates, where `reference` is 0."""
-    x0, x1, x2 = reference[k, 0], reference[k, 1], reference[k, 2]
-    y0, y1, y2 = reference[k, 3], reference[k, 4], reference[k, 5]
+def strain_rate(layout: Layout, w: Any, k: int, at: Any) -> Six:
+    """Return the rate of the strain of interval k where the modes have the values `at`, for their rates w."""
+    x0 = x1 = x2 = y0 = y1 = y2 = 0.0
     for d in range(layout.first[k], layout.last[k]):
-        c, value = layout.component[d], at[k, d] * q[d]
+        c, value = layout.component[d], at[k, d] * w[d]
         if c == 0:
             x0 += value
         elif c == 1:
@@ -103,21 +100,18 @@ def strain(layout: Layout, q: Any, k: int, at: Any, reference: Any) -> Six:
 
 
 @inlined
-def rotation_at(shape: Shape, k: int) -> Matrix:
-    r = shape.rotation[k]
-    return r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
+def strain(layout: Layout, q: Any, k: int, at: Any, reference: Any) -> Six:
+    """Return the strain of interval k where the modes have the values `at`."""
+    u, v = strain_rate(layout, q, k, at)
+    return add(u, (reference[k, 0], reference[k, 1], reference[k, 2])), add(
+        v, (reference[k, 3], reference[k, 4], reference[k, 5])
+    )
 
 
 @inlined
 def twist_at(twists: Any, k: int, d: int) -> Six:
     """Return the twist of node or interval k by the mode d."""
     return (twists[k, 0, d], twists[k, 1, d], twists[k, 2, d]), (twists[k, 3, d], twists[k, 4, d], twists[k, 5, d])
-
-
-@inlined
-def jacobian_at(shape: Shape, j: int, d: int) -> Vector:
-    """Return how the mass point j moves by the mode d."""
-    return shape.jacobian[j, 0, d], shape.jacobian[j, 1, d], shape.jacobian[j, 2, d]
 
 
 @inlined
@@ -128,17 +122,33 @@ def magnus(h: float, one: Six, two: Six) -> Six:
 
 
 @inlined
-def magnus_change(h: float, point: int, one: Six, two: Six, by: Six) -> Six:
-    """Return the derivative of the Magnus twist by the strain at one of the Gauss points, in the direction `by`."""
-    turned = bracket(by, two) if point == 0 else bracket(one, by)
-    change: Six = plus(times(0.5 * h, by), times(COMMUTATOR * h * h, turned))
-    return change
+def magnus_change(h: float, e1: Any, e2: Any, one: Any, two: Any) -> Any:
+    """Return the derivative of the Magnus twist by the strains at the Gauss points, in the directions e1 and e2."""
+    turned = plus(bracket(e1, two), bracket(one, e2))
+    return plus(times(0.5 * h, plus(e1, e2)), times(COMMUTATOR * h * h, turned))
 
 
 @inlined
-def components(layout: Layout, k: int) -> int:
-    """Return the components of the strain that have modes in an interval, as bits."""
-    found = 0
-    for d in range(layout.first[k], layout.last[k]):
-        found |= 1 << layout.component[d]
-    return found
+def load_six(rows: Any, at: int, stride: int) -> Any:
+    """Load eight lanes of a twist, whose rows are `stride` apart."""
+    return (
+        (
+            simd_load(rows, at, LANES), simd_load(rows, at + stride, LANES), simd_load(rows, at + 2 * stride, LANES),
+        ),
+        (
+            simd_load(rows, at + 3 * stride, LANES), simd_load(rows, at + 4 * stride, LANES),
+            simd_load(rows, at + 5 * stride, LANES),
+        ),
+    )  # fmt: skip
+
+
+@inlined
+def store_six(rows: Any, at: int, stride: int, six: Any) -> None:
+    """Store eight lanes of a twist."""
+    (u0, u1, u2), (v0, v1, v2) = six
+    simd_store(rows, at, u0)
+    simd_store(rows, at + stride, u1)
+    simd_store(rows, at + 2 * stride, u2)
+    simd_store(rows, at + 3 * stride, v0)
+    simd_store(rows, at + 4 * stride, v1)
+    simd_store(rows, at + 5 * stride, v2)

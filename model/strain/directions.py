@@ -1,0 +1,76 @@
+"""Directions of the strain in an interval, side by side: each component with modes, at each of two Gauss points.
+
+The lane 2 s + p is that of the component in the slot s at the point p; lanes are done in groups of eight.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.numerics.parked import park
+from tendond.model.numerics.products import HALF
+from tendond.model.strain.layout import Layout
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DIRECTIONS = 2 * HALF
+"""Twelve of them are used at most."""
+
+
+class Directions(NamedTuple):
+    """Directions of each interval.
+
+    Attributes:
+        groups: of eight lanes that are used, shape (K,). slot: of each mode's component, shape (n,).
+        base: where the unit strains of an interval begin in `unit`, shape (K,).
+        unit: unit strains in every lane, at the first Gauss point, then at the second; 0 in the lanes of the other one.
+        lanes: six rows of DIRECTIONS, room for a twist in every direction.
+        start: where the weights of an interval begin, shape (K,).
+        weights: values of the modes in each lane, rows of eight for each lane in use and each block of modes.
+    """
+
+    groups: Index
+    slot: Index
+    base: Index
+    unit: Array
+    lanes: Array
+    start: Index
+    weights: Array
+
+
+def directions_of(layout: Layout) -> Directions:
+    """Return the directions of this robot."""
+    intervals, n = layout.at1.shape
+    groups, base = np.zeros(intervals, dtype=np.int64), np.zeros(intervals, dtype=np.int64)
+    slot = np.zeros(n, dtype=np.int64)
+    patterns: dict[tuple[int, ...], int] = {}
+    units: list[Array] = []
+    for k in range(intervals):
+        modes = slice(layout.first[k], layout.last[k])
+        used = tuple(int(c) for c in np.unique(layout.component[modes]))
+        slot[modes] = np.searchsorted(used, layout.component[modes])
+        groups[k] = -(-2 * len(used) // HALF)
+        if used not in patterns:
+            patterns[used] = len(patterns)
+            unit = np.zeros((2, 6, DIRECTIONS))
+            for place, component in enumerate(used):
+                for point in range(2):
+                    unit[point, component, 2 * place + point] = 1.0
+            units.append(unit)
+        base[k] = patterns[used] * 2 * 6 * DIRECTIONS
+    begin = layout.first // HALF * HALF
+    sizes = groups * HALF * -(-(layout.last - begin) // HALF) * HALF
+    start = np.concatenate(([0], np.cumsum(sizes)))
+    weights = np.zeros(start[-1])
+    for k in range(intervals):
+        rows = weights[start[k] : start[k + 1]].reshape(-1, groups[k] * HALF, HALF)
+        for mode in range(layout.first[k], layout.last[k]):
+            block, column = divmod(mode - begin[k], HALF)
+            for point, values in enumerate((layout.at1, layout.at2)):
+                rows[block, 2 * slot[mode] + point, column] = values[k, mode]
+    directions = Directions(
+        groups, slot, base, np.array(units).reshape(-1), np.zeros(6 * DIRECTIONS), start[:-1].copy(), weights
+    )
+    return park(directions)

@@ -15,7 +15,7 @@ from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
 
 YIELD = ((150e9, 0.008, "spring steel"), (20e9, 0.06, "nitinol"))
-"""From this Young's modulus on [Pa]: strain without a permanent bend, where rod.yield_strain is not given, and of what.
+"""Lowest Young's modulus [Pa], largest strain without a permanent bend where rod.yield_strain is not given, material.
 
 Music wire of 1 mm: about 0.8 of a tensile strength of 2.1 GPa (EN 10270-1). Nitinol: the superelastic strain of ASTM
 F2516, 6 %. Softer backbones are not judged."""
@@ -38,7 +38,7 @@ DENSITY = (300.0, 5e5)
 
 @dataclass(frozen=True)
 class RobotReport:
-    """What a robot is.
+    """Figures of a robot.
 
     Attributes:
         lines: for people. notes: what is implausible, one line each. data: the figures, for JSON.
@@ -50,7 +50,7 @@ class RobotReport:
 
 
 def robot_report(config: RigConfig) -> RobotReport:
-    """Return what [rod] is, at limits.tension_max.
+    """Describe the robot of [rod], at limits.tension_max.
 
     Raises:
         ModelError: a robot that cannot be, or that has no equilibrium.
@@ -71,7 +71,7 @@ def yield_strain(config: RigConfig, robot: Robot) -> tuple[float | None, str]:
     if config.rod.yield_strain is not None:
         return config.rod.yield_strain, ""
     modulus = min(_modulus(section) for section in robot.sections)
-    return next(((strain, material) for least, strain, material in YIELD if modulus >= least), (None, ""))
+    return next(((strain, material) for modulus_min, strain, material in YIELD if modulus >= modulus_min), (None, ""))
 
 
 def _modulus(section: Any) -> float:

@@ -16,7 +16,7 @@ def run_references(given: str, *, as_json: bool) -> bool:
     """Compare and print the table; return whether every target that could be compared is met.
 
     Raises:
-        DataError: there is no folder of others' data.
+        ReferenceDataError: there is no folder of others' data.
     """
     folder = data_folder(given)
     announce_compilation(say)

@@ -107,7 +107,7 @@ class Recorder:
 
         Args:
             channel: one of `CHANNELS`.
-            log_time_ns: log time of the message [ns], since an epoch of the caller's choice.
+            log_time_ns: log time of the message [ns], since the caller's epoch.
             message: or what makes it, called in the recorder's thread. It is serialised later, so neither it nor what
                 it is made from may change (all of ours are frozen).
 

@@ -14,14 +14,14 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
 from tendond.schemas.requests import ControlAction
 
-QUIET_SECONDS = 10.0
+IDLE_SECONDS = 10.0
 """Time without an event after which an idle stretch is thinned [s]."""
 
 HELD_SECONDS = 2.0
 """Time of cycles that are held back, to log what led to an event [s]; a killed process loses them."""
 
 SAMPLE_SECONDS = 0.1
-QUIET_MODES = (Mode.STARTING, Mode.IDLE, Mode.FAULT)
+IDLE_MODES = (Mode.STARTING, Mode.IDLE, Mode.FAULT)
 
 T = TypeVar("T")
 
@@ -54,7 +54,7 @@ class Thinning(Generic[T]):
     idle_period: float
 
     def __post_init__(self) -> None:
-        self._quiet_ticks = round(QUIET_SECONDS / self.period)
+        self._idle_ticks = round(IDLE_SECONDS / self.period)
         self._held_ticks = round(HELD_SECONDS / self.period)
         self._sample_ticks = max(1, round(SAMPLE_SECONDS / self.period))
         self._every = max(self._sample_ticks, round(self.idle_period / self.period))
@@ -72,7 +72,7 @@ class Thinning(Generic[T]):
         """Take the next cycle; the ones that go into the log now, in order."""
         if self._is_event(record) or self._event_tick is None:
             self._event_tick = record.tick
-        if self.idle_period <= 0.0 or record.tick - self._event_tick <= self._quiet_ticks:
+        if self.idle_period <= 0.0 or record.tick - self._event_tick <= self._idle_ticks:
             yield from self.flush()
             yield self._kept(record, more, held=False)
             return
@@ -99,5 +99,5 @@ class Thinning(Generic[T]):
         now = (record.mode, record.reason, record.law, record.reference.target)
         fault = self._last[-1] if state is None and self._last else "" if state is None else state.fault
         before, self._last = self._last, (*now, fault)
-        moves = record.mode not in QUIET_MODES or record.command.armed or any(record.command.tension)
+        moves = record.mode not in IDLE_MODES or record.command.armed or any(record.command.tension)
         return self._last != before or moves or record.inputs.request not in (None, ControlAction.STATUS)

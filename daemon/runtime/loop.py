@@ -68,7 +68,7 @@ class Loop:
         self._speculated: tuple[int, Response] | None = None  # to how many inputs
 
     def warm(self) -> CycleState:
-        """The initial state, after a few cycles for practice: every kernel is loaded, or compiled if it has to be."""
+        """The initial state, after a few cycles of warm-up: every kernel is loaded, or compiled if it has to be."""
         return warm_up(self._setup)
 
     def run(self, state: CycleState, pacer: Pacer, stopped: Callable[[], bool], cycles: int | None = None) -> None:
@@ -107,7 +107,7 @@ class Loop:
 
         `respond` is a pure function, so a response to the same inputs is the same response. If something comes, that
         cycle finds its code and data in the processor's caches, from which other processes push them while the loop
-        sleeps. Before the pose has come, the last one stands in for it, and the response is thrown away.
+        sleeps. Before the pose has come, the last one stands in for it, and the response is discarded.
         """
         pose = self._state.pose
         with suppress(Exception):  # what is wrong will show in the cycle itself, where it is dealt with

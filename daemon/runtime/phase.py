@@ -26,7 +26,7 @@ MARGIN_MIN, MARGIN_MAX = 0.03, 0.2
 """Bounds of the time between the expected pose and the deadline, of the period."""
 
 MARGIN_SECONDS = 150e-6
-"""The least of it [s]: a few looks for the pose."""
+"""Smallest of these [s]: a few looks for the pose."""
 
 SPREADS = 4.0
 """Median deviations in the margin: 99.3 % of normally distributed arrivals are in time."""
@@ -76,7 +76,7 @@ class PhaseLock:
 
     @property
     def once(self) -> bool:
-        """At most one pose comes in a cycle."""
+        """True if at most one pose comes in a cycle."""
         return self._spacing == self._period
 
     def arrived(self, pose: TipPose, at: float, deadline: float) -> None:
@@ -109,8 +109,8 @@ class PhaseLock:
         if deviation > AGREEMENT * self._spacing:
             self.locked = False
             return 0.0
-        least = max(MARGIN_MIN * self._period, MARGIN_SECONDS)
-        self.margin = max(min(SPREADS * deviation, MARGIN_MAX * self._period), least)
+        margin_min = max(MARGIN_MIN * self._period, MARGIN_SECONDS)
+        self.margin = max(min(SPREADS * deviation, MARGIN_MAX * self._period), margin_min)
         wanted = middle + self.margin
         wanted -= self._spacing * round(wanted / self._spacing)
         self.locked = abs(wanted) < (2.0 if self.locked else 0.5) * self.margin

@@ -20,7 +20,7 @@ CYCLES = 3
 
 
 def warm_up(setup: CycleSetup) -> CycleState:
-    """The initial state, which the practice leaves as it is.
+    """The initial state, which the warm-up leaves as it is.
 
     Raises:
         ConvergenceError: as `initial_state`.

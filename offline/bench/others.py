@@ -38,7 +38,7 @@ MATERIALS = {"SpringSteel": STEEL, "TPU": TPU}
 RELEASES = (1, 2, 3, 4, 5)
 
 
-class DataError(TendondError):
+class ReferenceDataError(TendondError):
     """Others' data are not where they were said to be; the message says where to get them."""
 
 
@@ -46,14 +46,14 @@ def data_folder(given: str = "") -> Path:
     """Return the folder of others' data: `given`, or, where it is empty, what TENDOND_REFERENCE_DATA names.
 
     Raises:
-        DataError: there is no such folder, or it holds none of the data.
+        ReferenceDataError: there is no such folder, or it holds none of the data.
     """
     name = given or os.environ.get(VARIABLE, "")
     if not name:
-        raise DataError(f"no folder of reference data: name it, or set {VARIABLE}; it holds {SOURCES}")
+        raise ReferenceDataError(f"no folder of reference data: name it, or set {VARIABLE}; it holds {SOURCES}")
     folder = Path(name)
     if not any((folder / one).is_dir() for one in ("opencr-mujoco", "soromox-tendon-driven")):
-        raise DataError(f"{folder}: holds no reference data: put there {SOURCES}")
+        raise ReferenceDataError(f"{folder}: holds no reference data: put there {SOURCES}")
     return folder
 
 

@@ -37,7 +37,7 @@ class ReferenceRow:
 
     @property
     def passed(self) -> bool | None:
-        """Whether the target is met; none where nothing was compared."""
+        """True if the target is met; none where nothing was compared."""
         return None if self.found is None else bool(self.found <= self.target)
 
 

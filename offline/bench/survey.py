@@ -2,8 +2,8 @@
 
 Each draw is a robot of one to three sections from steel to silicone, 0.05 to 2 m long, damping ratio 0 to 10 %, time
 step 0.1 to 20 ms, that is loaded in one step - by tension, by displacement, by a force or a moment on the tip, up to
-720 degrees of bend - or released from an equilibrium, and then left alone. A draw is told by the seed and its number
-alone: a failure is found again by `tendond bench rod --survey 1 --first NUMBER`.
+720 degrees of bend - or released from an equilibrium, and then left alone. The seed and its number
+identify a draw: a failure is found again by `tendond bench rod --survey 1 --first NUMBER`.
 """
 
 import math
@@ -24,10 +24,10 @@ MATERIALS = {"steel": (200e9, 7850.0), "nitinol": (60e9, 6450.0), "nylon": (2e9,
 KINDS = ("tension", "displacement", "push", "moment", "release")
 
 FULL_BEND = 4.0 * math.pi
-"""[rad] Of the largest load."""
+"""Bend under the largest load [rad]."""
 
 GROWTH = 1e-7
-"""Of the energy in play, that a free step may add: ten times the tolerance of a step."""
+"""Largest gain of energy in a free step, of the energy in play: ten times the tolerance of a step."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Draw:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a draw.
+    """Outcome of a draw.
 
     Attributes:
         draw: which. failed: what failed, empty if nothing. split: steps that were split. iterations: Newton's, the max.

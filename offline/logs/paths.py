@@ -22,7 +22,7 @@ TILT_DEG, TURN_DEG = 12.0, 18.0
 
 
 @dataclass(frozen=True)
-class Shape:
+class RodShape:
     """The rod in one cycle.
 
     Attributes:
@@ -53,7 +53,7 @@ class TipPath:
     tip: Array
     reference: Array
     target: Vector3 | None
-    shapes: Sequence[Shape]
+    shapes: Sequence[RodShape]
 
     @staticmethod
     def of(log: LogFile) -> "TipPath":
@@ -64,7 +64,7 @@ class TipPath:
         nowhere = (np.nan,) * 3
         period = log.config.loop.period
         shapes = [
-            Shape(tick, tick * period, points, tendons)
+            RodShape(tick, tick * period, points, tendons)
             for (tick, points), tendons in zip(log.shapes, log.tendons, strict=True)
             if tick <= part[-1].tick
         ]

@@ -22,7 +22,7 @@ SHAPE_EVERY = 5
 
 MAX_SHAPES = 100
 MIN_ITERATIONS = 100
-"""Iterations that are drawn at least, if there are so many: more after settling would only compress the rest."""
+"""Minimum number of iterations drawn, if there are so many: more after settling would only compress the rest."""
 
 SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.4, 4.6)

@@ -9,7 +9,7 @@ import numpy as np
 from tendond.daemon.errors import UsageError
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.log import LogFile
-from tendond.offline.logs.paths import Array, Shape, TipPath
+from tendond.offline.logs.paths import Array, RodShape, TipPath
 from tendond.schemas.messages import Mode
 
 BANDS = {
@@ -91,7 +91,7 @@ def _space(log: LogFile, go: Any) -> Any:
         x, y, z = (1e3 * points).T
         return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=look)
 
-    def rod(shape: Shape) -> list[Any]:
+    def rod(shape: RodShape) -> list[Any]:
         broken = [part for path in shape.tendons for part in (path, GAP)]  # one trace for all
         tendons = np.vstack(broken) if broken else GAP
         return [line(shape.points, "rod", color="black", width=8), line(tendons, "tendons", color="#888888", width=2)]

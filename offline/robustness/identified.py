@@ -22,7 +22,7 @@ CASES: tuple[dict[str, Any], ...] = (
     {"drive": "displacement"},
     {"drive": "displacement", "delay_cycles": 1, "noise_mm": 0.1, "load_g": 20.0},
 )
-"""Beside the factor of E."""
+"""Plants that each factor of E is run on."""
 
 MEASURES = ("settling_iterations", "path_overshoot_percent", "tpl_mm", "ripple_mm", "steady_error_mm", "force_error_n")
 

@@ -209,7 +209,7 @@ def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: Ten
 
 
 def _so_far(probe: Probe, model_tip: Array, pose: TipPose | None) -> tuple[Motion, ...]:
-    """The motions with the one that is under way, where it can be distinguished from rest."""
+    """Add the motion in progress to the others, where it can be distinguished from rest."""
     if pose is None or probe.base is None or probe.model_base is None:
         return probe.motions
     measured, expected = np.subtract(pose.position, probe.base), model_tip - np.array(probe.model_base)

@@ -9,13 +9,11 @@ directions that b_c reaches.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
-
-from pydantic import Field
 
 from tendond.daemon.control.laws.law import (
     Convergence,
     Decision,
+    Gain,
     LawParameters,
     LawTerms,
     Pair,
@@ -23,8 +21,6 @@ from tendond.daemon.control.laws.law import (
     StatelessLaw,
 )
 from tendond.daemon.control.tasks.plane import BENDING_PLANE
-
-Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
 
 class Parameters(LawParameters):

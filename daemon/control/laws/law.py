@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import NoneType
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Annotated, Any, Generic, Protocol, TypeVar, runtime_checkable
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from tendond.daemon.control.tasks.decision import Decision, LawTerms, Pair
 from tendond.daemon.control.tasks.observation import PlanarObservation, SpatialObservation
@@ -15,6 +15,7 @@ __all__ = [
     "Convergence",
     "ConvergentLaw",
     "Decision",
+    "Gain",
     "Law",
     "LawParameters",
     "LawTerms",
@@ -28,6 +29,9 @@ __all__ = [
 P = TypeVar("P")
 O = TypeVar("O")
 S = TypeVar("S")
+
+Gain = Annotated[float, Field(gt=0.0, le=1e5)]
+"""Parameter of a law: a rate [1/s], positive."""
 
 
 class LawParameters(BaseModel):

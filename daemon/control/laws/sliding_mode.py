@@ -17,6 +17,7 @@ from pydantic import Field
 from tendond.daemon.control.laws.law import (
     Convergence,
     Decision,
+    Gain,
     LawParameters,
     LawTerms,
     Pair,
@@ -24,8 +25,6 @@ from tendond.daemon.control.laws.law import (
     StatelessLaw,
 )
 from tendond.daemon.control.tasks.plane import BENDING_PLANE
-
-Gain = Annotated[float, Field(gt=0.0, le=1e5)]
 
 
 class Parameters(LawParameters):

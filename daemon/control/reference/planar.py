@@ -28,7 +28,7 @@ REACHED = 1e-3
 """Distance from the curve of resting tips within which a target is reachable [m]."""
 
 PAST_TARGET = 0.5
-"""Bend beyond the target from which on the laws' inverse of b_c points the wrong way [rad]."""
+"""Bend beyond the target from which on the laws' inverse of b_c has the wrong sign [rad]."""
 
 FOLLOW_RATE = 0.4
 """Fraction per cycle by which a reference that may yield to loads follows the tip along the straight rod."""
@@ -72,7 +72,7 @@ class PlanarReference:
     def past_target(self, tip_direction: Array) -> float | None:
         """Return the tension [N] that holds the target at rest, where the rod is bent past it by `PAST_TARGET`.
 
-        There the laws' inverse of b_c points the wrong way: they would pull on. None elsewhere, and without a target.
+        There the laws' inverse of b_c has the wrong sign: they would pull on. None elsewhere, and without a target.
 
         Args:
             tip_direction: direction of the model's tip, world frame, shape (3,).

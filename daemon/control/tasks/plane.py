@@ -46,9 +46,9 @@ class PlanarTask:
         return fraction * share(self.tendon_count, control.agonist, control.antagonist, self.tension, self.pair_tension)
 
     def rule(self, decide: Decide, situation: Situation) -> Ruling:
-        """Run the law; where an impact has thrown the arm past its target, hold the target's tension instead.
+        """Run the law; where an impact has moved the arm past its target, hold the target's tension instead.
 
-        There the inverse of b_c points the wrong way, and the law would go on pulling. Only the observer knows the
+        There the inverse of b_c has the wrong sign, and the law would go on pulling. Only the observer knows the
         shape of the rod then.
         """
         decision = decide(self.observe(situation))

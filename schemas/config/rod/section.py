@@ -106,6 +106,6 @@ class BackboneSection(Schema):
 
 
 def _hollow(outer: Along, inner: Along) -> bool:
-    """Whether there is a wall everywhere, as far as constants tell."""
+    """True if there is a wall everywhere, as far as constants show."""
     constants = constant_of(outer, 1), constant_of(inner, 1)
     return constants[0] is None or constants[1] is None or constants[1][0] < constants[0][0]

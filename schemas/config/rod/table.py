@@ -84,7 +84,7 @@ class Varies:
 
 
 def is_table(value: Along) -> bool:
-    """Whether a value is a table, not a constant."""
+    """True if a value is a table, not a constant."""
     return isinstance(value, tuple) and isinstance(value[0], tuple)
 
 

@@ -19,7 +19,7 @@ SOURCES = Path(tendond.__file__).parent.parent
 NOBODY = 65534
 
 
-def test_a_folder_that_can_be_written_to_or_made_is_told_from_one_that_cannot(tmp_path: Path) -> None:
+def test_a_folder_that_can_be_written_to_or_made_is_distinguished_from_one_that_cannot(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert is_writable(tmp_path)
     assert is_writable(tmp_path / "not" / "yet")
@@ -107,7 +107,7 @@ def as_another(installation: Path, *command: str, temporary: str) -> "subprocess
 
 
 @pytest.mark.skipif(os.getuid() == 0 and not shutil.which("setpriv"), reason="no setpriv: apt install util-linux")
-def test_a_user_without_a_home_uses_what_is_compiled_or_is_told_in_a_line(installation: Path) -> None:
+def test_a_user_without_a_home_uses_what_is_compiled_or_gets_a_line(installation: Path) -> None:
     version = as_another(installation, "--version", temporary=str(installation / "tmp"))
     if version.returncode:
         pytest.skip("this Python may not be run by another user")

@@ -76,7 +76,7 @@ def test_a_place_that_cannot_be_written_is_named(command: tuple[str, ...], capsy
     assert few_lines(ended.said)
 
 
-def test_a_machine_with_no_folder_for_kernels_at_all_is_told_in_a_line(
+def test_a_machine_with_no_folder_for_kernels_at_all_gets_a_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def imports_a_kernel(*_: object, **__: object) -> None:

@@ -112,7 +112,7 @@ MOTIONS: list[Vector3] = [(0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (-0.01, 0.0, 0.0),
 
 
 def verdict(*measured: Vector3 | None) -> str:
-    return judge([Motion(one or way, way) for one, way in zip(measured, MOTIONS, strict=True)], BOUNDS)
+    return judge([Motion(one or expected, expected) for one, expected in zip(measured, MOTIONS, strict=True)], BOUNDS)
 
 
 def swapped(*order: int) -> str:
@@ -148,14 +148,14 @@ def test_a_verdict_tells_every_tendon_and_the_mistake_that_explains_them() -> No
     assert nothing.endswith("and 1 more tendons; is the power of the servos on, and the arm free?")
     dead = (0.0, 0.0, 0.0)
     still = [
-        Motion(dead, way, 0.004, 0.0001) if index == 2 else Motion(way, way, 0.004, 0.004)
-        for index, way in enumerate(MOTIONS)
+        Motion(dead, expected, 0.004, 0.0001) if index == 2 else Motion(expected, expected, 0.004, 0.004)
+        for index, expected in enumerate(MOTIONS)
     ]
     assert judge(still, BOUNDS).startswith("tendon 2 reports 0.1 mm where 4.0 mm are commanded: does its servo turn?")
 
 
 def test_a_motion_that_was_broken_off_is_judged_only_if_it_is_another_tendons() -> None:
-    arms = [np.array(way) for way in MOTIONS]
+    arms = [np.array(expected) for expected in MOTIONS]
     far: Vector3 = (0.03, 0.0, 0.0)
     assert judge([Motion(far, MOTIONS[0])], BOUNDS, arms, finished=False) == ""
     other: Vector3 = (0.0, 0.03, 0.0)

@@ -19,7 +19,7 @@ from tendond.schemas.requests import ControlAction
 
 ARM = 40
 BOUNDS = Bounds(angle=0.6, gain_min=0.62, gain_max=1.5)
-WAYS = [(0.0128, 0.0, 0.0006), (0.0, 0.0128, 0.0), (-0.0128, 0.0, -0.001), (0.0, -0.0128, 0.0)]
+MOTIONS = [(0.0128, 0.0, 0.0006), (0.0, 0.0128, 0.0), (-0.0128, 0.0, -0.001), (0.0, -0.0128, 0.0)]
 
 
 def tendons(*order: int, signs: tuple[float, float] = (1.0, 1.0)) -> str:
@@ -30,23 +30,23 @@ def tendons(*order: int, signs: tuple[float, float] = (1.0, 1.0)) -> str:
 
 def run(text: str, cycles: int = 1500, request: ControlAction = ControlAction.ARM) -> list[Watched]:
     """Armed at `ARM`, until it tracks, is idle again, or is in fault and has let go."""
-    seen = []
+    trace = []
     for watched in watched_loop(parse_config(text, "test"), cycles, {ARM: request}, probe=True):
-        seen.append(watched)
+        trace.append(watched)
         mode = watched.record.mode
         over = mode is Mode.TRACKING or (mode is Mode.IDLE and watched.record.tick > ARM)
         if over or (mode is Mode.FAULT and not watched.record.command.armed):
             break
-    return seen
+    return trace
 
 
-def within_the_probe(config: RigConfig, seen: list[Watched], most: float = 0.06) -> bool:
+def within_the_probe(config: RigConfig, trace: list[Watched], moved_max: float = 0.06) -> bool:
     """Check that no tendon got more than a tenth of tension_max, and the tip moved no more than a probe may."""
-    probed = [one for one in seen if one.record.mode is not Mode.TRACKING]
-    told = max(max(one.record.command.tension) for one in probed)
-    start = np.array(seen[ARM].truth.position)
+    probed = [one for one in trace if one.record.mode is not Mode.TRACKING]
+    pulled = max(max(one.record.command.tension) for one in probed)
+    start = np.array(trace[ARM].truth.position)
     moved = max(float(np.linalg.norm(np.array(one.truth.position) - start)) for one in probed)
-    return told <= 0.1 * config.limits.tension_max and moved < most * config.rod.length
+    return pulled <= 0.1 * config.limits.tension_max and moved < moved_max * config.rod.length
 
 
 @pytest.mark.parametrize(
@@ -67,12 +67,12 @@ def within_the_probe(config: RigConfig, seen: list[Watched], most: float = 0.06)
     ids=["default", "E-20", "E+20", "50 g", "100 g E-20", "rig", "wired", "nasty", "short", "upright", "250 Hz"],
 )
 def test_a_right_rig_passes_with_little_tension_and_soon_tracks(text: str, longest: float) -> None:
-    seen = run(text)
+    trace = run(text)
     config = parse_config(text, "test")
-    assert seen[ARM].record.reply == "armed: probing the tendons"
-    assert seen[-1].record.mode is Mode.TRACKING, seen[-1].record.reason
-    assert within_the_probe(config, seen[:-1])
-    assert (seen[-1].record.tick - ARM) * config.loop.period < longest
+    assert trace[ARM].record.reply == "armed: probing the tendons"
+    assert trace[-1].record.mode is Mode.TRACKING, trace[-1].record.reason
+    assert within_the_probe(config, trace[:-1])
+    assert (trace[-1].record.tick - ARM) * config.loop.period < longest
 
 
 @pytest.mark.parametrize("chain", ["", RIG.replace("[simulator.rod]\n", "[simulator.rod]\n@")], ids=["ideal", "servos"])
@@ -89,19 +89,19 @@ def test_a_right_rig_passes_with_little_tension_and_soon_tracks(text: str, longe
 )  # fmt: skip
 def test_swapped_tendons_are_named_before_anything_pulls_hard(chain: str, change: str, words: str) -> None:
     text = chain.replace("@", change) if chain else f"[simulator.rod]\n{change}"
-    seen = run(text)
-    assert seen[-1].record.mode is Mode.FAULT
-    assert seen[-1].record.reason.startswith("wiring: ")
-    if not chain:  # tendons that are wound show the sag of the arm as well, and not each mistake as clearly
-        assert words in seen[-1].record.reason
+    trace = run(text)
+    assert trace[-1].record.mode is Mode.FAULT
+    assert trace[-1].record.reason.startswith("wiring: ")
+    if not chain:  # servos that pull show the sag of the arm as well, and not each mistake as clearly
+        assert words in trace[-1].record.reason
     else:
-        assert max(max(one.truth.tension) for one in seen) < 0.2 * parse_config(text, "test").limits.tension_max
-    assert within_the_probe(parse_config(text, "test"), seen, 0.11)
-    assert seen[-1].record.command.tension == (0.0,) * 4
+        assert max(max(one.truth.tension) for one in trace) < 0.2 * parse_config(text, "test").limits.tension_max
+    assert within_the_probe(parse_config(text, "test"), trace, 0.11)
+    assert trace[-1].record.command.tension == (0.0,) * 4
 
 
 def motions(*measured: tuple[float, float, float] | None) -> list[Motion]:
-    return [Motion(way if one is None else one, way) for one, way in zip(measured, WAYS, strict=True)]
+    return [Motion(expected if one is None else one, expected) for one, expected in zip(measured, MOTIONS, strict=True)]
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,10 @@ def motions(*measured: tuple[float, float, float] | None) -> list[Motion]:
         (motions(None, None, (-0.0064, 0.0, -0.0005), None), "tendon 2 moves the tip 0.5 times as far"),
         (motions(*[(0.0, 0.0, 0.0)] * 4), "is the power of the servos on, and the arm free?"),
         (motions((0.009, 0.009, 0.0), None, None, None), "tendon 0 moves the tip 45 degrees off its direction"),
-        ([*motions(None, None, None, None)[:3], Motion((0.0, 0.0, 0.0), WAYS[3], 0.003, 0.0)], "does its servo turn?"),
+        (
+            [*motions(None, None, None, None)[:3], Motion((0.0, 0.0, 0.0), MOTIONS[3], 0.003, 0.0)],
+            "does its servo turn?",
+        ),
     ],
 )  # fmt: skip
 def test_the_verdict_names_the_tendon_and_what_is_wrong_with_it(found: list[Motion], words: str) -> None:
@@ -131,13 +134,13 @@ def test_a_second_arming_goes_straight_to_the_pretension_and_one_after_a_fault_p
 
 
 def test_the_probe_alone_lets_go_and_tells_what_it_has_found() -> None:
-    seen = run("", request=ControlAction.PROBE)
-    assert seen[ARM].record.reply == "probing the tendons"
-    assert seen[-1].record.mode is Mode.IDLE
-    assert seen[-1].record.reason.startswith(
+    trace = run("", request=ControlAction.PROBE)
+    assert trace[ARM].record.reply == "probing the tendons"
+    assert trace[-1].record.mode is Mode.IDLE
+    assert trace[-1].record.reason.startswith(
         "released: probed: every tendon moves the tip as the model says (times 1.0"
     )
-    assert Mode.TRACKING not in {one.record.mode for one in seen}
+    assert Mode.TRACKING not in {one.record.mode for one in trace}
 
 
 def test_a_state_within_the_probe_comes_back_from_its_text() -> None:

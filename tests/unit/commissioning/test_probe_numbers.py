@@ -159,7 +159,7 @@ def test_a_tendon_that_does_not_move_the_tip_is_pulled_half_as_much_again_before
 @pytest.mark.parametrize(("growth", "verdict"), [(0.01, ""), (0.025, "tendon 3 moves the tip 2.5 times as far")])
 def test_a_motion_of_the_wrong_size_is_judged_by_what_more_tension_adds(growth: float, verdict: str) -> None:
     """The tip is 5 mm short at the first tension: slack was taken up, or the spool is small."""
-    stand = Stand(dataclasses.replace(PULLED, tendon=3, motions=tuple(Motion(way, way) for way in MOTIONS[1:])))
+    stand = Stand(dataclasses.replace(PULLED, tendon=3, motions=tuple(Motion(one, one) for one in MOTIONS[1:])))
     while len(stand.probe.motions) == 3:
         part = probe_tension(PLAN, stand.probe)[3] / PLAN.tensions[3]
         more = part - 1.0 if stand.probe.first is not None else 0.0
@@ -190,7 +190,7 @@ def test_a_tip_that_goes_much_further_than_asked_for_ends_the_probe_at_once() ->
     )
 
 
-def test_a_tip_that_goes_another_tendons_way_is_named_when_the_probe_is_broken_off() -> None:
+def test_a_tip_that_moves_as_for_another_tendon_is_named_when_the_probe_is_broken_off() -> None:
     probe = Stand(PULLED).go((REST[0], REST[1] + 1.01 * PLAN.stop_at, REST[2]), beyond(0.01))
     assert probe.phase is Phase.DONE
     assert probe.verdict.startswith("tendon 0 moves the tip as tendon 1 should")

@@ -145,8 +145,8 @@ def test_after_the_last_tendon_comes_the_verdict_and_the_release() -> None:
 
 def test_a_motion_has_the_displacement_that_was_commanded_and_reported_since_the_rest() -> None:
     rested = ((0.001, 0.002, 0.003, 0.004), (0.01, 0.02, 0.03, 0.04))
-    told = report(displacement=(0.012, 0.0, 0.0, 0.0))
-    args: dict[str, Any] = {"displacement": (0.0035, 0.0, 0.0, 0.0), "tendons": told}
+    reported = report(displacement=(0.012, 0.0, 0.0, 0.0))
+    args: dict[str, Any] = {"displacement": (0.0035, 0.0, 0.0, 0.0), "tendons": reported}
 
     def motion(*, since_rest: Any = rested, **changes: Any) -> Motion:
         probe = dataclasses.replace(BASE, displacement=since_rest)

@@ -138,7 +138,7 @@ def test_a_rest_that_has_become_a_wrong_one_is_named_before_the_first_pull() -> 
     assert begun.phase is Phase.PULL
 
 
-def test_a_load_while_all_tendons_are_released_is_a_spool_that_winds_the_wrong_way() -> None:
+def test_a_load_while_all_tendons_are_released_is_a_reversed_spool() -> None:
     """0.6 of the probe's largest tension, 12 N."""
     assert end_block(Probe(Phase.REST), tendons=report(0.0, 7.19, 0.0, 0.0)).phase is Phase.REST
     stopped = end_block(Probe(Phase.REST), tendons=report(0.0, 7.21, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Poses that are all refused: what an operator is told of them, and what a disarmed controller commands."""
+"""Poses that are all refused: the refusal that an operator gets, and what a disarmed controller commands."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def test_poses_in_millimetres_are_counted_and_the_unit_is_asked_for() -> None:
     )
 
 
-def test_a_hidden_tip_is_told_from_a_silent_camera() -> None:
+def test_a_hidden_tip_and_a_silent_camera_are_distinguished() -> None:
     assert "1 pose arrived, all refused: 1 occluded" in refused(CycleInputs(pose=pose(1, valid=False)), 1)
     _, record = go(START, CycleInputs(request=ControlAction.ARM))
     assert record.reply == "not armed: no pose of the tip has arrived yet"

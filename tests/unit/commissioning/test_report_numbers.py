@@ -33,8 +33,8 @@ BOUNDS = TrackingBounds.from_config(CONFIG)
 
 
 def aged(state: CycleState, lag: float | None, stamp: int, fresh: bool = True) -> CycleState:
-    seen = pose(1).model_copy(update={"stamp_ns": stamp})
-    return watch_pose_age(SETUP, state, CycleInputs(pose=seen, pose_lag=lag), fresh)
+    stamped = pose(1).model_copy(update={"stamp_ns": stamp})
+    return watch_pose_age(SETUP, state, CycleInputs(pose=stamped, pose_lag=lag), fresh)
 
 
 def test_the_age_of_a_pose_is_its_lag_on_one_clock_and_its_growth_on_another() -> None:
@@ -73,15 +73,15 @@ def test_old_poses_object_after_their_time_and_say_how_old_they_may_be() -> None
 
 def reported(mode: Mode = Mode.TRACKING, age: int = 0, **change: tuple[float, ...]) -> CycleState:
     """A state in which the model has 10 N in tendon 1 and the tendons have just reported."""
-    told = {"tension": (0.0, 10.0, 0.0, 0.0), "displacement": (0.0,) * 4} | change
-    report = TendonState(seq=1, stamp_ns=0, **told)
+    values = {"tension": (0.0, 10.0, 0.0, 0.0), "displacement": (0.0,) * 4} | change
+    report = TendonState(seq=1, stamp_ns=0, **values)
     tension = np.array([0.0, 10.0, 0.0, 0.0])
     state = changed(START, mode=mode, tension_estimate=tension, tendon_state=report, tendon_age=age, tendon_interval=2)
     return watch_reports(SETUP, state)
 
 
 def test_reports_are_odd_beyond_limits_and_beyond_twice_the_model_while_active() -> None:
-    most, apart = BOUNDS.load_max, BOUNDS.load_excess
+    load_max, apart = BOUNDS.load_max, BOUNDS.load_excess
     low, high = BOUNDS.displacement_min, BOUNDS.displacement_max
     assert reported().bad_cycles.odd_reports == 0
     for bound, change in (
@@ -95,7 +95,7 @@ def test_reports_are_odd_beyond_limits_and_beyond_twice_the_model_while_active()
         for mode in (Mode.PRETENSION, Mode.IDLE, Mode.RELEASING, Mode.FAULT):
             assert bool(reported(mode, **change(1.1 * bound)).bad_cycles.odd_reports) is (mode is Mode.PRETENSION)
         assert reported(age=1, **change(1.1 * bound)).bad_cycles.odd_reports == 0
-    assert most == pytest.approx(60.0 * (1.0 + CONFIG.faults.load_margin))
+    assert load_max == pytest.approx(60.0 * (1.0 + CONFIG.faults.load_margin))
     assert reported(tension=(0.0, 99.0)).bad_cycles.odd_reports == 0  # of another rig: refused elsewhere
 
 
@@ -122,14 +122,14 @@ def test_a_jump_is_of_the_pose_against_the_model_and_none_after_missed_deadlines
         pose_interval=1,
     )  # fmt: skip
     moved = replace(START.observer, innovation=START.observer.innovation + np.array([0.0, 0.018, 0.024]))
-    seen = watch_jumps(SETUP, state, True, moved)
-    assert seen.origin == (x, y, z)
-    assert seen.step_size == pytest.approx(0.03)
+    jumped = watch_jumps(SETUP, state, True, moved)
+    assert jumped.origin == (x, y, z)
+    assert jumped.step_size == pytest.approx(0.03)
     assert watch_jumps(SETUP, state, True, START.observer).origin is None  # the model went there, too
     assert watch_jumps(SETUP, state, False, moved) is state.jump_watch
     missed = changed(state, bad_cycles=changed(state.bad_cycles, missed_ticks=5), pose_interval=6)
     assert watch_jumps(SETUP, missed, True, moved) == JumpWatch(gap_cycles=6)
-    for idle in (changed(state, mode=Mode.IDLE, jump_watch=seen), changed(state, pose=None, jump_watch=seen)):
+    for idle in (changed(state, mode=Mode.IDLE, jump_watch=jumped), changed(state, pose=None, jump_watch=jumped)):
         assert watch_jumps(SETUP, idle, True, moved) == JumpWatch()
     lasting = changed(START, jump_watch=JumpWatch(persistent=True, step_size=0.03))
     assert monitored_fault(SETUP, lasting) == (
@@ -172,9 +172,9 @@ def test_a_displacement_that_cannot_be_is_said_in_millimetres() -> None:
 
 def test_a_load_as_large_as_the_largest_is_tolerated_where_the_model_has_as_much() -> None:
     for load, odd in ((BOUNDS.load_max, 0), (BOUNDS.load_max + 1e-9, 2)):
-        told = TendonState(seq=1, stamp_ns=0, tension=(0.0, load, 0.0, 0.0), displacement=(0.0,) * 4)
+        report = TendonState(seq=1, stamp_ns=0, tension=(0.0, load, 0.0, 0.0), displacement=(0.0,) * 4)
         state = changed(
-            START, mode=Mode.TRACKING, tension_estimate=np.array([0.0, 60.0, 0.0, 0.0]), tendon_state=told,
+            START, mode=Mode.TRACKING, tension_estimate=np.array([0.0, 60.0, 0.0, 0.0]), tendon_state=report,
             tendon_age=0, tendon_interval=2,
         )  # fmt: skip
         assert watch_reports(SETUP, state).bad_cycles.odd_reports == odd

@@ -1,4 +1,4 @@
-"""A short choice of the study of wrong wiring: each kind of mistake once in both chains, and a few right rigs."""
+"""A short selection from the study of wrong wiring: each kind of mistake once in both chains, and a few right rigs."""
 
 import json
 

@@ -45,7 +45,9 @@ def test_the_command_does_not_chatter_near_the_straight_rod_as_the_law_as_writte
         assert smooth.reversals < 1.0 < chattering.reversals
 
 
-def test_servos_at_their_real_speed_take_longer_than_the_papers_course(rows: dict[tuple[str, str], ProfileRow]) -> None:
+def test_servos_at_their_real_speed_take_longer_than_the_paper(
+    rows: dict[tuple[str, str], ProfileRow],
+) -> None:
     slow, fast = rows["rig", "backstepping"], rows["paper", "backstepping"]
     assert fast.settled is not None
     assert slow.settled is not None

@@ -58,8 +58,8 @@ def test_the_papers_simulation_has_the_rates_of_the_paper() -> None:
 
 def test_a_command_that_leads_a_lag_may_change_by_as_much_more_as_the_lead_asks_for() -> None:
     plain = parse_config("", "plain").with_own_rates().limits
-    lagging = parse_config("[observer]\nlag = 0.0448\n", "lag").with_own_rates().limits  # a fifth of a step in a cycle
-    assert lagging.tension_rate == pytest.approx(5.0 * plain.tension_rate, rel=0.01)
-    assert lagging.displacement_rate == pytest.approx(5.0 * plain.displacement_rate, rel=0.01)
+    with_lag = parse_config("[observer]\nlag = 0.0448\n", "lag").with_own_rates().limits  # a fifth of a step in a cycle
+    assert with_lag.tension_rate == pytest.approx(5.0 * plain.tension_rate, rel=0.01)
+    assert with_lag.displacement_rate == pytest.approx(5.0 * plain.displacement_rate, rel=0.01)
     named = parse_config("[observer]\nlag = 0.0448\n[limits]\ntension_rate = 100.0\n", "named").with_own_rates().limits
     assert named.tension_rate == 100.0

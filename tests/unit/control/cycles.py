@@ -1,4 +1,4 @@
-"""A setup of the pure cycle with a real rod, and ways to drive it."""
+"""A setup of the pure cycle with a real rod, and functions that run it."""
 
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup

@@ -60,30 +60,30 @@ def test_the_inverse_of_b_c_is_bounded_near_the_straight_rod() -> None:
     assert net_tension(np.zeros(2), missing, 3.0, 1.0) == 3.0
 
 
-def test_with_the_tips_response_the_inverse_never_points_against_it_and_is_paced_by_it() -> None:
-    missing, response = np.array([100.0, 0.0]), np.array([0.05, 0.0])
-    bent = net_tension(np.array([200.0, 0.0]), missing, 3.0, 1.0, 1000.0, response)
+def test_with_the_tips_jacobian_the_inverse_never_points_against_it_and_is_paced_by_it() -> None:
+    missing, jacobian = np.array([100.0, 0.0]), np.array([0.05, 0.0])
+    bent = net_tension(np.array([200.0, 0.0]), missing, 3.0, 1.0, 1000.0, jacobian)
     assert bent == pytest.approx(3.0 + 100.0 / 200.0)  # b_c^+ takes less of the error away: the paper's own
     paced = 3.0 + 100.0 / 1000.0 / 0.05
     for gain in (20.0, 1.1, 0.9, 0.0, -0.9, -20.0):
-        net = net_tension(np.array([gain, 0.0]), missing, 3.0, 1.0, 1000.0, response)
+        net = net_tension(np.array([gain, 0.0]), missing, 3.0, 1.0, 1000.0, jacobian)
         assert net == pytest.approx(paced), gain
     assert net_tension(np.array([20.0, 0.0]), missing, 3.0, 1.0, 1000.0, np.zeros(2)) == pytest.approx(8.0)
 
 
-@given(net=st.floats(-50.0, 50.0), least=st.floats(0.0, 5.0))
-def test_a_pair_has_its_difference_and_its_least_tension(net: float, least: float) -> None:
-    tension = share(4, 0, 2, net, least)
+@given(net=st.floats(-50.0, 50.0), tension_min=st.floats(0.0, 5.0))
+def test_a_pair_has_its_difference_and_its_min_tension(net: float, tension_min: float) -> None:
+    tension = share(4, 0, 2, net, tension_min)
     assert tension[0] - tension[2] == pytest.approx(net)
-    assert min(tension[0], tension[2]) == pytest.approx(least)
+    assert min(tension[0], tension[2]) == pytest.approx(tension_min)
     assert tension[1] == tension[3] == 0.0
 
 
 @given(last=st.floats(0.0, 60.0), wanted=st.floats(0.0, 60.0), lag=st.floats(0.0, 0.1))
 def test_leading_a_lag_brings_the_actuator_where_it_is_wanted(last: float, wanted: float, lag: float) -> None:
-    lagging = lag_share(lag, PERIOD)
-    command = lead(np.array([wanted]), np.array([last]), lagging)
-    assert follow(command, np.array([last]), lagging)[0] == pytest.approx(wanted, abs=1e-9)
+    lag_factor = lag_share(lag, PERIOD)
+    command = lead(np.array([wanted]), np.array([last]), lag_factor)
+    assert follow(command, np.array([last]), lag_factor)[0] == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_lag_is_the_step_response_of_its_time_constant() -> None:
@@ -91,7 +91,7 @@ def test_a_lag_is_the_step_response_of_its_time_constant() -> None:
     assert lag_share(PERIOD / math.log(2.0), PERIOD) == pytest.approx(0.5)
 
 
-def test_what_can_be_wound_of_a_step_is_its_smallest_part_over_the_tendons() -> None:
+def test_the_feasible_part_of_a_step_is_its_smallest_over_the_tendons() -> None:
     held, wanted = np.array([0.0, 0.0, 0.0]), np.array([0.02, -0.02, 0.0])
     assert attainable(held, wanted, wanted) == 1.0
     assert attainable(held, wanted, np.array([0.01, -0.02, 0.0])) == pytest.approx(0.5)
@@ -108,8 +108,8 @@ def test_a_slow_servo_slows_the_bend_down_and_does_not_stop_it() -> None:
         "test",
     )
     records = list(closed_loop(config, 300, {5: ControlAction.ARM}))
-    wound = np.array([record.command.displacement for record in records if record.command.armed])
-    assert np.max(np.abs(np.diff(wound, axis=0))) <= 0.085 * PERIOD + 1e-12
+    displacements = np.array([record.command.displacement for record in records if record.command.armed])
+    assert np.max(np.abs(np.diff(displacements, axis=0))) <= 0.085 * PERIOD + 1e-12
     assert records[-1].mode is Mode.TRACKING
     assert records[-1].measured is not None
     assert records[-1].measured[0] == pytest.approx(0.34, abs=1e-3)
@@ -117,17 +117,17 @@ def test_a_slow_servo_slows_the_bend_down_and_does_not_stop_it() -> None:
     assert 55 <= limited <= 90
 
 
-@pytest.mark.parametrize("least", [0.5, 40.0])
-def test_the_least_tension_is_reached_at_the_rate_and_not_at_once(least: float) -> None:
-    config = parse_config(f"[limits]\ntension_min = {least}\ntension_rate = 100.0\n", "test")
+@pytest.mark.parametrize("tension_min", [0.5, 40.0])
+def test_the_min_tension_is_reached_at_the_rate_and_not_at_once(tension_min: float) -> None:
+    config = parse_config(f"[limits]\ntension_min = {tension_min}\ntension_rate = 100.0\n", "test")
     records = list(closed_loop(config, 100, {5: ControlAction.ARM}))
     tensions = np.array([record.command.tension for record in records])
     assert np.max(np.abs(np.diff(tensions, axis=0))) <= 100.0 * PERIOD + 1e-9
-    assert np.min(tensions[60]) == pytest.approx(least)
+    assert np.min(tensions[60]) == pytest.approx(tension_min)
     assert records[-1].mode is Mode.TRACKING
 
 
-def test_other_tendons_at_their_least_tension_are_no_fault() -> None:
+def test_other_tendons_at_their_min_tension_are_no_fault() -> None:
     config = parse_config("[limits]\ntension_min = 0.5\n", "test")
     *_, last = closed_loop(config, 300, {5: ControlAction.ARM})
     assert (last.mode, last.limited) == (Mode.TRACKING, ("tension min",))

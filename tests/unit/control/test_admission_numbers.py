@@ -68,7 +68,7 @@ def test_equal_poses_are_counted_in_cycles_with_those_that_had_none_and_the_miss
     assert after(state, CycleInputs(pose=pose(103, (*REST[:2], REST[2] + 1e-6)))).bad_cycles.equal_poses == 0
 
 
-def test_the_way_of_the_model_since_the_pose_changed_is_kept_while_poses_are_equal() -> None:
+def test_the_path_length_of_the_model_since_the_pose_changed_is_kept_while_poses_are_equal() -> None:
     state = changed(SEEN, path_length=0.02)
     assert after(state, CycleInputs(pose=pose(101))).path_length == 0.02
     assert after(state, CycleInputs(pose=pose(101, (*REST[:2], REST[2] + 1e-6)))).path_length == 0.0
@@ -163,7 +163,7 @@ def test_refusals_are_summed_up_without_those_of_the_tendons() -> None:
     )
 
 
-def test_two_sources_are_told_by_their_names_or_as_ones_without() -> None:
+def test_two_sources_are_reported_by_their_names_or_as_ones_without() -> None:
     two = Sources(
         {TIP_POSE: Source("a", 1), TENDON_STATE: Source("", 1)},
         {TIP_POSE: Source("b", 1), TENDON_STATE: Source("c", 1)},

@@ -21,7 +21,7 @@ from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction
 
 CYCLES = 100_000
-"""At least, over all examples."""
+"""Smallest number over all examples."""
 
 COARSE = "[rod]\nspace = 'euler'\nnodes = 12\n[simulator.rod]\nspace = 'euler'\nnodes = 12\n"
 CONFIGS = [

@@ -66,7 +66,7 @@ def test_a_tendon_state_out_of_order_is_dropped_and_counted() -> None:
     assert record.mode is Mode.TRACKING
 
 
-def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() -> None:
+def test_a_rod_pulled_further_than_the_solver_follows_is_a_fault_and_released() -> None:
     """A real failure of the solver: 480 N on the paper's rod while the measured tip stays where it was."""
     setup = CycleSetup.from_config(
         parse_config(
@@ -91,7 +91,7 @@ def test_a_rod_wound_up_further_than_the_solver_follows_is_a_fault_and_let_go() 
     assert not command.armed
 
 
-def test_what_cannot_be_wound_is_not_pulled() -> None:
+def test_a_tension_beyond_the_displacement_limit_is_not_applied() -> None:
     """A displacement limit holds the tension, so that the arm stops there, and is a fault when it lasts."""
     config = parse_config("[limits]\ndisplacement_max = 0.03\n", "test")
     records = list(closed_loop(config, 300, {5: ControlAction.ARM}))

@@ -128,7 +128,7 @@ def test_a_tendon_counts_as_slack_that_reports_much_less_than_the_model_has(
 
 
 @pytest.mark.parametrize("name", ["tension_command", "tension_estimate"])
-def test_a_tendon_may_pull_while_it_is_told_to_or_has_not_followed_yet(name: str) -> None:
+def test_a_tendon_may_pull_while_it_is_commanded_or_has_not_followed_yet(name: str) -> None:
     assert not is_taut(START)
     little = np.array([0.0, 0.0, 1e-3, 0.0])
     assert is_taut(changed(START, **{name: little}))

@@ -102,7 +102,7 @@ def test_another_source_is_never_taken_up_while_tendons_are_pulled() -> None:
     assert bench.state.pose.source == "vicon-1"
 
 
-def test_two_publishers_without_names_are_told_apart_by_their_counts() -> None:
+def test_two_publishers_without_names_are_distinguished_by_their_counts() -> None:
     bench = Bench()
     seen: set[str] = set()
     for tick in range(2 * SETUP.thresholds.pose_timeout):

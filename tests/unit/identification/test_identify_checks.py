@@ -58,7 +58,7 @@ def test_wrong_rig_by_name_and_by_geometry(good: Recording) -> None:
     assert named(good, replace(good, config=longer)) == {"wrong rig"}
 
 
-def test_logs_of_two_tip_masses_are_told(good: Recording) -> None:
+def test_logs_of_two_tip_masses_are_reported(good: Recording) -> None:
     loaded = good.config.model_copy(update={"rod": good.config.rod.model_copy(update={"tip_mass": 0.02})})
     assert "tip mass" in named(good, replace(good, config=loaded), level="warning")
     assert "tip mass" not in named(good, good, level="warning")
@@ -100,7 +100,7 @@ def test_servos_that_report_nothing_and_logs_that_are_too_short() -> None:
     assert "too short" in named(replace(silent, times=silent.times[:50]), drive="command")
 
 
-def test_faults_and_missed_deadlines_are_told(good: Recording) -> None:
+def test_faults_and_missed_deadlines_are_reported(good: Recording) -> None:
     warned = named(replace(good, fault="pose stale", missed=good.cycles // 2), level="warning")
     assert {"fault", "missed deadlines"} <= warned
 

@@ -158,7 +158,7 @@ def test_a_plan_keeps_to_the_limits_and_asks_for_nothing_while_the_arm_moves() -
 
 
 @pytest.mark.parametrize("mass", [0.045, 0.1])
-def test_a_rehearsed_weight_is_a_body_and_the_plan_for_it_stays_safe(mass: float) -> None:
+def test_a_weight_in_the_dry_run_is_a_body_and_the_plan_for_it_stays_safe(mass: float) -> None:
     """The proposed weight, and the heaviest that the controller's defaults bear."""
     config = config_with()
     idealised = check_config({**BASE, "simulator": {"weight": {"force_only": True, "string": 0.3}}}, "test")

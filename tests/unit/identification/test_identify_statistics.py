@@ -58,7 +58,7 @@ def test_stretches_of_data_are_not_taken_for_one() -> None:
     assert bandwidth(np.cumsum(random.standard_normal((400, 2)), axis=0)) > 20
 
 
-def test_two_parameters_that_do_the_same_are_not_told_apart() -> None:
+def test_two_parameters_that_do_the_same_are_not_identifiable() -> None:
     random = np.random.default_rng(2)
     column = random.standard_normal(500)
     x = np.column_stack([column, column, random.standard_normal(500)])
@@ -69,7 +69,7 @@ def test_two_parameters_that_do_the_same_are_not_told_apart() -> None:
     assert set(found.unidentifiable[0].names) == {"one", "same"}
 
 
-def test_a_parameter_that_is_told_too_poorly_is_named_with_the_one_that_hides_it() -> None:
+def test_a_parameter_that_is_poorly_identifiable_is_named_with_the_one_that_hides_it() -> None:
     random = np.random.default_rng(3)
     column = random.standard_normal(2000)
     x = np.column_stack([column, column + 1e-3 * random.standard_normal(2000)])

@@ -1,4 +1,4 @@
-"""Tensions for a bending moment: scipy and the optimality conditions say that they are the least, and continuous."""
+"""Tensions for a bending moment: scipy and the optimality conditions say that they are minimal, and continuous."""
 
 import math
 
@@ -23,11 +23,11 @@ def tendons(draw: st.DrawFn) -> Allocation:
     count = draw(st.integers(3, 16))
     angles = draw(st.lists(st.floats(0.0, 2.0 * math.pi), min_size=count, max_size=count))
     sizes = draw(st.lists(st.floats(0.002, 0.05), min_size=count, max_size=count))
-    least = draw(st.floats(0.0, 5.0))
+    tension_min = draw(st.floats(0.0, 5.0))
     places = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(sizes, angles, strict=True)]
     ordered = np.sort(angles)
     assume(np.max(np.diff(np.append(ordered, ordered[0] + 2.0 * math.pi))) < math.pi - 0.05)
-    return Allocation(places, least, least + draw(st.floats(1.0, 100.0)))
+    return Allocation(places, tension_min, tension_min + draw(st.floats(1.0, 100.0)))
 
 
 directions = st.floats(0.0, 2.0 * math.pi)
@@ -63,8 +63,8 @@ def test_the_moment_is_met_or_the_nearest_that_can_be_had_within_the_bounds(
 
 @settings(deadline=None)
 @given(tendons(), directions, st.floats(0.0, 0.99))
-def test_the_tensions_are_the_least(one: Allocation, direction: float, part: float) -> None:
-    """Karush, Kuhn and Tucker: T - least = r . y between the bounds, beyond them at the bounds."""
+def test_the_tensions_are_minimal(one: Allocation, direction: float, part: float) -> None:
+    """Karush, Kuhn and Tucker: T - tension_min = r . y between the bounds, beyond them at the bounds."""
     middle, edge = one.corners.mean(axis=0), one.corners[0] + direction / 7.0 * (one.corners[1] - one.corners[0])
     inside = middle + part * (edge - middle)
     found = one.tensions(inside)

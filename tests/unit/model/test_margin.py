@@ -151,7 +151,7 @@ def test_a_configured_mass_on_the_tip_does_not_switch_the_observer_off(mass: flo
 
 
 def test_an_unknown_weight_beside_a_configured_mass_is_tolerated_and_found() -> None:
-    """In the closed loop, on the full rod: 30 g known, 50 g not."""
+    """Run the closed loop on the full rod: 30 g known, 50 g not."""
     base = RigConfig()
     base = base.model_copy(update={"rod": base.rod.model_copy(update={"tip_mass": 0.03})})
     result = evaluate(base, Point("axes", "backstepping", "force", load_g=50.0), 0)

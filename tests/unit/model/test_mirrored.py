@@ -12,10 +12,10 @@ from tendond.schemas.record import CycleRecord
 from tendond.schemas.requests import ControlAction
 
 AGONISTS = {"xz": {1: 0, -1: 2}, "yz": {1: 1, -1: 3}}
-"""By plane and side."""
+"""Agonist of each bending plane and side."""
 
 
-def thrown_over(plane: str, side: int) -> list[CycleRecord]:
+def past_target(plane: str, side: int) -> list[CycleRecord]:
     """A run in which an impact throws the arm over its base; the plant is softer and less damped than the model."""
     gravity = [0.0, 0.0, 0.0]
     gravity[PLANES[plane][0]] = -9.81 * side
@@ -29,8 +29,8 @@ def thrown_over(plane: str, side: int) -> list[CycleRecord]:
 
 
 @pytest.mark.parametrize(("plane", "side"), [("xz", -1), ("yz", -1), ("yz", 1)])
-def test_an_arm_that_bends_to_any_side_comes_back_when_it_is_thrown_over(plane: str, side: int) -> None:
-    original, image = thrown_over("xz", 1), thrown_over(plane, side)
+def test_an_arm_that_bends_to_any_side_comes_back_when_it_is_past_its_target(plane: str, side: int) -> None:
+    original, image = past_target("xz", 1), past_target(plane, side)
     across = [side * r.measured[PLANES[plane][0]] for r in image[100:] if r.measured is not None]
     assert min(across) < 0.1
     assert image[-1].mode is Mode.TRACKING

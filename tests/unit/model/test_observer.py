@@ -110,8 +110,8 @@ def test_the_compliance_is_near_that_of_the_bent_rod(tension: float) -> None:
     assert np.linalg.norm(tip_compliance(rod, state) - exact) < 0.35 * np.linalg.norm(exact)
 
 
-def test_an_arm_that_an_impact_has_thrown_over_comes_back() -> None:
-    """Without the guard it stays curled up at 60 N: there the law's inverse of b_c points the wrong way."""
+def test_an_arm_that_an_impact_moves_past_its_target_comes_back() -> None:
+    """Without the guard it stays curled up at 60 N: there the law's inverse of b_c has the wrong sign."""
     records = run(
         "[[simulator.impacts]]\ntime = 1.0\nduration = 0.05\nforce = [0.0, 0.0, 10.0]\n"
         "[simulator.rod]\nyoungs_modulus = 1.615e11\nbending_damping = [0.004, 0.004, 0.004]\n",

@@ -47,7 +47,7 @@ def test_a_sum_is_that_of_each_lane(count: int, lanes: int) -> None:
 
 
 def test_a_root_of_a_simd_vector_is_one_instruction_for_all_of_it() -> None:
-    """In LLVM's terms, whatever the processor makes of it."""
+    """Look at LLVM's terms, whatever the processor makes of it."""
     out = np.zeros(10)
     apply((0,) * 8, np.ones(10), np.ones(8), 3.0, out)
     texts = [text for kinds, text in apply.inspect_llvm().items() if kinds[0].count == 8]

@@ -145,7 +145,7 @@ def test_a_cut_file_is_read_up_to_the_cut(log: LogFile, tmp_path: Path) -> None:
     assert counts[-1] == 300
 
 
-def test_a_damaged_file_is_refused_with_the_way_to_save_it(tmp_path: Path) -> None:
+def test_a_damaged_file_is_refused_with_the_command_that_recovers_it(tmp_path: Path) -> None:
     path = write_log(tmp_path / "run.mcap", bulky())
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF

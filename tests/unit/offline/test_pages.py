@@ -176,7 +176,7 @@ def test_compare_puts_all_metrics_of_runs_beside_each_other(tmp_path: Path) -> N
     assert CYCLES > 100
 
 
-def test_a_way_in_a_plane_is_looked_at_from_its_side_and_one_in_space_from_a_corner(tmp_path: Path) -> None:
+def test_a_path_in_a_plane_is_drawn_from_its_side_and_one_in_space_from_a_corner(tmp_path: Path) -> None:
     flat = TipPath.of(load(NORMAL))
     assert flat.view == pytest.approx((12.0, -72.0), abs=4.0)
     assert flat.target == pytest.approx((0.34, 0.0, 0.0475), abs=1e-3)

@@ -122,7 +122,7 @@ def test_results_that_come_in_another_order_are_the_same_file(tmp_path: Path, wh
     assert (tmp_path / "results.csv").read_bytes() == whole[1]
 
 
-def test_a_folder_with_results_of_other_settings_is_refused_until_told_to_start_anew(tmp_path: Path) -> None:
+def test_a_folder_with_results_of_other_settings_is_refused_without_fresh(tmp_path: Path) -> None:
     none = replace(SETTINGS, count=1)
     run(none, tmp_path, here, no_progress)
     other = replace(none, seed=2)

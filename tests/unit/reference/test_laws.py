@@ -83,17 +83,17 @@ def test_a_law_holds_the_tension_when_nothing_is_missing(name: str) -> None:
 @pytest.mark.parametrize("name", ["backstepping", "sliding_mode"])
 @pytest.mark.parametrize("size", [0.0, 0.1, 10.0, 1000.0])
 def test_a_law_takes_no_more_than_all_of_a_velocity_error_away_in_a_cycle(name: str, size: float) -> None:
-    """From the straight rod, b_c = 0, to one bent so much that b_c^+ takes less."""
-    response = np.array([0.07, 0.0, 0.0])
+    """Go from the straight rod, b_c = 0, to one bent so much that b_c^+ takes less."""
+    jacobian = np.array([0.07, 0.0, 0.0])
     gain = np.zeros((3, 4))
     gain[0, 0] = size
     zero = np.zeros(3)
     o = dataclasses.replace(
-        observation(), input_gain=gain, velocity_jacobian=response, acceleration=zero, target_acceleration=zero,
+        observation(), input_gain=gain, velocity_jacobian=jacobian, acceleration=zero, target_acceleration=zero,
         target_velocity=zero, velocity=np.array([0.3, 0.0, 0.0]),
     )  # fmt: skip
     o = dataclasses.replace(o, target=o.position)
-    after = o.velocity + response * (decided(name, o, {"sliding_mode": {"epsilon": 0.0}}).tension[0] - o.tension[0])
+    after = o.velocity + jacobian * (decided(name, o, {"sliding_mode": {"epsilon": 0.0}}).tension[0] - o.tension[0])
     taken = 1.0 - after[0] / o.velocity[0]
     rate = {"backstepping": 1512.5, "sliding_mode": 2112.0}[name]
     assert taken == pytest.approx(min(1.0, rate * 0.07 / size) if size else 1.0, rel=1e-4)
@@ -114,7 +114,7 @@ def test_the_antagonist_pulls_when_the_net_tension_is_negative() -> None:
     assert min(wanted.tension) >= 0.0
 
 
-def test_a_pair_keeps_its_least_tension_and_its_difference() -> None:
+def test_a_pair_keeps_its_min_tension_and_its_difference() -> None:
     o = dataclasses.replace(observation(), antagonist=2, pair_tension=1.5)
     wanted = backstepping.decide(backstepping.Parameters(), o)
     assert isinstance(wanted.terms, backstepping.Terms)

@@ -78,7 +78,7 @@ def test_values_of_another_number_of_tendons_are_refused_and_not_cut() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 @pytest.mark.parametrize("argument", [0, 1, 2])
-def test_nothing_can_be_wound_of_a_step_that_is_not_finite(value: float, argument: int) -> None:
+def test_nothing_is_feasible_of_a_step_that_is_not_finite(value: float, argument: int) -> None:
     values = [np.array([0.0, 0.0]), np.array([0.01, 0.02]), np.array([0.01, 0.02])]
     values[argument][1] = value
     assert attainable(*values) == 0.0

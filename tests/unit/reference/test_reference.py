@@ -106,7 +106,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_position(name: str
         np.testing.assert_allclose(point.acceleration, (after - 2 * now + before) / h**2, atol=2e-2)
 
 
-def test_a_course_along_the_curve_starts_where_the_pretensioned_arm_rests_and_ends_at_the_target() -> None:
+def test_a_trajectory_along_the_curve_starts_where_the_pretensioned_arm_rests_and_ends_at_the_target() -> None:
     reference = build('kind = "minimum_jerk"\nduration = 0.5')
     start = rest(DEFAULT.pretension.tension)
     assert reference.at(0.0).position == pytest.approx(tuple(start), abs=1e-3)
@@ -123,15 +123,15 @@ def test_samples_come_from_a_file_beside_the_configuration(tmp_path: Path) -> No
     curve = build().curve
     points = [curve.at(arc)[0] for arc in (0.05, 0.2, 0.35)]
     rows = "".join(f"{0.5 * i},{p[0]:.9f},{p[1]:.9f}\n" for i, p in enumerate(points))
-    (tmp_path / "way.csv").write_text("time,x,z\n" + rows)
-    (tmp_path / "rig.toml").write_text('[reference]\nkind = "samples"\nfile = "way.csv"\n')
+    (tmp_path / "tip.csv").write_text("time,x,z\n" + rows)
+    (tmp_path / "rig.toml").write_text('[reference]\nkind = "samples"\nfile = "tip.csv"\n')
     reference = plan_in_plane(load_config(tmp_path / "rig.toml"), ROD)
     assert reference.at(0.5).position == pytest.approx((points[1][0], 0.0, points[1][1]), abs=1e-6)
-    (tmp_path / "way.csv").write_text("time,x,z\n0.0,0.1\n")
-    with pytest.raises(ConfigError, match=r"way\.csv:2: must be three numbers"):
+    (tmp_path / "tip.csv").write_text("time,x,z\n0.0,0.1\n")
+    with pytest.raises(ConfigError, match=r"tip\.csv:2: must be three numbers"):
         load_config(tmp_path / "rig.toml")
-    (tmp_path / "way.csv").unlink()
-    with pytest.raises(ConfigError, match=r"way\.csv: cannot be read"):
+    (tmp_path / "tip.csv").unlink()
+    with pytest.raises(ConfigError, match=r"tip\.csv: cannot be read"):
         load_config(tmp_path / "rig.toml")
 
 

@@ -36,7 +36,7 @@ def config(reference: dict[str, Any], **sections: dict[str, Any]) -> RigConfig:
     return check_config({"control": {"law": "sensitivity"}, "reference": reference, **sections}, "test")
 
 
-def course(reference: dict[str, Any], **sections: dict[str, Any]) -> SpatialReference:
+def spatial(reference: dict[str, Any], **sections: dict[str, Any]) -> SpatialReference:
     found = CycleSetup.from_config(config(reference, **sections)).selection.reference
     assert isinstance(found, SpatialReference)
     return found
@@ -69,24 +69,24 @@ def test_a_direction_is_found() -> None:
 
 
 def test_what_cannot_be_reached_gets_the_nearest_that_can() -> None:
-    """The nearest point of the surface: what is missing is at right angles to the ways in which the tip can move."""
+    """The nearest point of the surface: what is missing is normal to the directions in which the tip can move."""
     found, missing = SURFACE.find(np.array([0.25, 0.1, 0.42]), "position")
     assert 1e-3 < np.linalg.norm(missing) < 0.1
     jacobian = found.jacobian[:3] / np.linalg.norm(found.jacobian[:3], axis=0)
     assert jacobian.T @ missing == pytest.approx(np.zeros(2), abs=1e-4)
 
 
-def test_a_course_is_moved_to_where_the_tip_can_rest_and_says_by_how_many_metres() -> None:
-    moved = course({"kind": "point", "position": (0.25, 0.1, 0.38)})
+def test_a_reference_is_moved_to_where_the_tip_can_rest_and_says_by_how_many_metres() -> None:
+    moved = spatial({"kind": "point", "position": (0.25, 0.1, 0.38)})
     assert 1e-3 < moved.moved < 2e-3
     assert moved.notes == (f"the trajectory was moved by up to {moved.moved:.4f} m, to where the tip can rest",)
     with pytest.raises(TargetError, match=r"leads to \(-0\.5000, 0\.0000\), 0\.1\d+ m from where .*moved_max = 0\.02"):
-        course({"kind": "line", "start": (-0.5, 0.0), "end": (0.2, 0.0)})
+        spatial({"kind": "line", "start": (-0.5, 0.0), "end": (0.2, 0.0)})
 
 
 @pytest.mark.parametrize("kind", ["line", "circle", "helix", "figure_eight"])
-def test_a_course_begins_and_ends_at_rest_and_its_derivatives_are_those_of_its_position(kind: str) -> None:
-    one = course({"kind": kind, "laps": 1})
+def test_a_reference_begins_and_ends_at_rest_and_its_derivatives_are_those_of_its_position(kind: str) -> None:
+    one = spatial({"kind": kind, "laps": 1})
     h = 1e-4
     for time in np.linspace(0.05, one.arrival - 0.05, 23):
         before, now, after = (np.array(one.at(t).position) for t in (time - h, time, time + h))
@@ -98,30 +98,30 @@ def test_a_course_begins_and_ends_at_rest_and_its_derivatives_are_those_of_its_p
     assert one.notes == ()
 
 
-def test_servos_that_are_slow_slow_the_course_down_and_it_says_so() -> None:
-    quick = course({"kind": "circle"})
-    slow = course({"kind": "circle"}, limits={"displacement_rate": 0.02})
+def test_servos_that_are_slow_slow_the_reference_down_and_it_says_so() -> None:
+    quick = spatial({"kind": "circle"})
+    slow = spatial({"kind": "circle"}, limits={"displacement_rate": 0.02})
     assert slow.arrival > 1.5 * quick.arrival
     assert any("times as long as asked for, because of limits.displacement_rate" in note for note in slow.notes)
-    way, timing = slow.stretches[1]
+    stretch, timing = slow.stretches[1]
     rates = [
-        np.abs(way.at(place)[1][way.DISPLACEMENT] * speed).max()
+        np.abs(stretch.at(place)[1][stretch.DISPLACEMENT] * speed).max()
         for place, speed, _ in map(timing.progress, np.linspace(0.0, timing.end, 500))
     ]
     assert 0.015 < max(rates) <= 0.02
 
 
-def test_the_wired_preset_is_slowed_and_a_csv_of_four_columns_is_a_course() -> None:
+def test_the_wired_preset_is_slowed_and_a_csv_of_four_columns_is_a_reference() -> None:
     assert check_config({"reference": {"kind": "circle"}, "control": {"law": "sensitivity"}}, "test").reference.in_space
     assert 'law = "sensitivity"' in WIRED_SPACE
     samples = [(0.0, 0.1, 0.0, 0.485), (1.0, 0.1, 0.1, 0.475), (2.0, 0.0, 0.1, 0.486)]
-    one = course({"kind": "samples", "samples": samples})
+    one = spatial({"kind": "samples", "samples": samples})
     assert one.at(one.approach_time + 1.0).position == pytest.approx((0.1, 0.1, 0.475), abs=5e-3)
     with pytest.raises(ConfigError, match="all have three numbers, or all four"):
         config({"kind": "samples", "samples": [(0.0, 0.1, 0.4), (1.0, 0.1, 0.0, 0.4)]})
 
 
-def test_planar_laws_refuse_a_course_in_space_and_few_tendons_refuse_the_law() -> None:
+def test_planar_laws_refuse_a_reference_in_space_and_few_tendons_refuse_the_law() -> None:
     with pytest.raises(LawError, match=r"backstepping moves the tip in the bending plane.* select the law sensitivity"):
         CycleSetup.from_config(check_config({"reference": {"kind": "circle"}}, "test"))
     two = {"tendon_positions": [(0.02, 0.0), (-0.02, 0.0)]}
@@ -148,11 +148,11 @@ def test_the_straight_rod_is_passed_without_a_jump() -> None:
 def test_a_direction_is_followed() -> None:
     wanted = np.array([0.4, 0.5, 0.7])
     wanted /= np.linalg.norm(wanted)
-    seen = list(
+    trace = list(
         watched_loop(config({"kind": "point", "direction": tuple(wanted.tolist())}), 200, {5: ControlAction.ARM})
     )
-    assert seen[-1].record.mode is Mode.TRACKING
-    w, x, y, z = seen[-1].record.model.orientation
+    assert trace[-1].record.mode is Mode.TRACKING
+    w, x, y, z = trace[-1].record.model.orientation
     direction = (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y))
     assert direction == pytest.approx(wanted, abs=1e-3)
 
@@ -160,8 +160,8 @@ def test_a_direction_is_followed() -> None:
 def test_the_law_asks_for_nothing_when_nothing_is_missing_and_knows_its_parameters() -> None:
     parameters = sensitivity.Parameters()
     assert (parameters.rate, parameters.smoothing) == (30.0, 100.0)
-    seen = list(watched_loop(config({"kind": "point", "position": (0.2, 0.1, 0.43)}), 260, {5: ControlAction.ARM}))
-    tensions = np.array([watched.record.command.tension for watched in seen[-20:]])
+    trace = list(watched_loop(config({"kind": "point", "position": (0.2, 0.1, 0.43)}), 260, {5: ControlAction.ARM}))
+    tensions = np.array([watched.record.command.tension for watched in trace[-20:]])
     assert np.ptp(tensions, axis=0) == pytest.approx(np.zeros(4), abs=1e-3)
 
 

@@ -12,7 +12,7 @@ from tendond.offline.bench.schemes import STATIC_CASES
 ENOUGH = 1e-4  # [m]
 
 CONVERGED = Rod(RodParameters(), "rk4", nodes=101)
-"""By another scheme than the default; twice the nodes move its tip by less than a micrometre."""
+"""Compare with another scheme than the default; twice the nodes move its tip by less than a micrometre."""
 
 
 @pytest.mark.parametrize("case", STATIC_CASES)

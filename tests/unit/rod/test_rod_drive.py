@@ -13,16 +13,16 @@ def test_a_change_of_drive_at_rest_changes_nothing(space: str) -> None:
     rod = Rod(RodParameters(), space)
     rest = rod.solve_static(TENSIONS)
     pulled = rod.displacements(rest, elastic=True)
-    wound = rod.step(rest, displacements=pulled)
-    assert wound.displacement_driven
-    np.testing.assert_allclose(rod.tip(wound).position, rod.tip(rest).position, atol=1e-8)
-    np.testing.assert_allclose(wound.tensions, TENSIONS, atol=1e-5)
-    back = rod.step(wound, TENSIONS)
+    driven = rod.step(rest, displacements=pulled)
+    assert driven.displacement_driven
+    np.testing.assert_allclose(rod.tip(driven).position, rod.tip(rest).position, atol=1e-8)
+    np.testing.assert_allclose(driven.tensions, TENSIONS, atol=1e-5)
+    back = rod.step(driven, TENSIONS)
     assert not back.displacement_driven
     np.testing.assert_allclose(rod.tip(back).position, rod.tip(rest).position, atol=1e-8)
 
 
-def test_letting_go_of_wound_tendons_slackens_them_at_once() -> None:
+def test_letting_go_of_pulled_tendons_slackens_them_at_once() -> None:
     rod = Rod(RodParameters())
     state = rod.step(rod.solve_static(displacements=(0.03, 0.0, -0.03, 0.0)), displacements=(0.03, 0.0, -0.03, 0.0))
     assert state.tensions[0] > 10.0

@@ -1,4 +1,4 @@
-"""The solver has no unit: a small or soft rod is solved as exactly as the paper's robot, and in the same way."""
+"""The solver has no unit: a small or soft rod is solved as exactly as the paper's robot, and in as many steps."""
 
 from dataclasses import replace
 

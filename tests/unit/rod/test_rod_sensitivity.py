@@ -3,7 +3,7 @@
 The differences are of fourth order, (8 (f(+h) - f(-h)) - (f(+2h) - f(-2h))) / 12h, from solves to 1e-11 N, and good to
 1e-8. What differs is the solver's own Jacobian, of forward differences with a step of 1e-7. They leave out some 1e-7,
 which the shooting's condition, tens, amplifies; and tendon lengths rounded at 1e-16 m are good to ROUNDING per newton.
-Tendons of stiffness k that work against each other give way by 1/k per newton, so that there it counts k times.
+Tendons of stiffness k that work against each other yield by 1/k per newton, so that there it counts k times.
 """
 
 from collections.abc import Callable

@@ -52,13 +52,13 @@ LITTLE = np.array([0.0, 0.0, 1e-3, 0.0])
 def test_a_request_is_answered_by_the_mode_it_finds(
     state: CycleState, action: ControlAction, mode: Mode, reason: str, accepted: bool, text: str
 ) -> None:
-    after, answer = handle_request(SETUP, state, CycleInputs(request=action))
+    after, reply = handle_request(SETUP, state, CycleInputs(request=action))
     assert (after.mode, after.reason) == (mode, reason)
-    assert (answer.accepted, answer.text) == (accepted, text)
+    assert (reply.accepted, reply.text) == (accepted, text)
 
 
 @pytest.mark.parametrize("name", ["tension_command", "tension_estimate"])
-def test_a_tendon_pulls_while_it_is_told_to_or_has_not_followed_yet(name: str) -> None:
+def test_a_tendon_pulls_while_it_is_commanded_or_has_not_followed_yet(name: str) -> None:
     assert pulls(START) is False
     assert pulls(changed(START, **{name: LITTLE})) is True
 

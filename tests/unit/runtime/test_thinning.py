@@ -9,7 +9,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup, rod_from_section
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.run_log import RunLog
-from tendond.daemon.recording.thinning import HELD_SECONDS, QUIET_SECONDS
+from tendond.daemon.recording.thinning import HELD_SECONDS, IDLE_SECONDS
 from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import load
@@ -82,8 +82,8 @@ def test_what_led_to_an_event_and_ten_seconds_after_it_are_in_the_log(thin: Path
     assert ticks == sorted(set(ticks))
     first = ARM_AT - round(HELD_SECONDS / period)
     assert set(range(first, CYCLES)) <= set(ticks)
-    assert set(range(round(QUIET_SECONDS / period))) <= set(ticks)
-    idle = [tick for tick in ticks if round(1.2 * QUIET_SECONDS / period) < tick < first]
+    assert set(range(round(IDLE_SECONDS / period))) <= set(ticks)
+    idle = [tick for tick in ticks if round(1.2 * IDLE_SECONDS / period) < tick < first]
     assert len(idle) == 40  # of these 19.3 s: a tenth of a second every five
     modes = {record.mode for record in load(thin).records}
     assert {Mode.IDLE, Mode.RELEASING} < modes  # and what arming begins with
@@ -114,7 +114,7 @@ def growth(folder: Path, idle_period: float, first: int, last: int) -> float:
 
 
 def test_an_idle_log_grows_by_a_hundredth_of_a_full_one(tmp_path: Path) -> None:
-    """At the period that is the default: a minute, in which there is one sample."""
+    """Take the default period: a minute, in which there is one sample."""
     thin_rate = growth(tmp_path, RigConfig().log.idle_period, 2000, 8000)
     assert 0.0 < thin_rate < growth(tmp_path, 0.0, 1000, 3000) / 100
 

@@ -22,7 +22,7 @@ def loaded():
 
 
 def run_fresh(code: str) -> str:
-    """In a process that has not used any kernel yet."""
+    """Start a process that has not used any kernel yet."""
     result = subprocess.run([sys.executable, "-c", FRESH + code], capture_output=True, text=True, timeout=600)
     assert result.returncode == 0, result.stderr
     return result.stdout.strip()

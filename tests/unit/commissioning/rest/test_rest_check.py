@@ -91,7 +91,7 @@ def test_the_likeliest_mistake_is_named(change: object, words: str) -> None:
     assert words in rest_objection(FAMILY, watched(*change(*rest())))
 
 
-def test_a_moving_arm_is_told_to_wait() -> None:
+def test_a_moving_arm_has_to_wait() -> None:
     watch = RestWatch()
     for k in range(40):
         watch = watch.add((0.1 + 0.002 * k, 0.0, 0.45), (1.0, 0.0, 0.0, 0.0), 25)

@@ -84,7 +84,7 @@ def test_other_tolerances_take_the_place_of_the_familys_own_and_two_is_tolerated
         assert Fit(misfit, 0.0, 1.0, UP, NONE, NONE).is_tolerated is borne
 
 
-def test_the_nearest_rest_is_told_with_its_weight_and_stiffness() -> None:
+def test_the_nearest_rest_comes_with_its_weight_and_stiffness() -> None:
     many = family((0.0, 0.0, 0.5), (0.1, 0.0, 0.45), (0.2, 0.0, 0.4))
     for index in range(3):
         fit = many.fit(many.positions[index] + np.array([0.0, 0.001, 0.0]), np.eye(3))

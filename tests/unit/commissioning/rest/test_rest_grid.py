@@ -69,7 +69,7 @@ def test_a_family_is_of_the_configured_scheme_and_bears_the_robots_largest_weigh
     assert found is not None
     assert found.weights.max() == pytest.approx(largest_weight(rod.parameters))
     slack = np.zeros(4)
-    for index in (int(np.argmin(found.weights + np.abs(found.stiffnesses - least))) for least in (0.0, 9.0)):
+    for index in (int(np.argmin(found.weights + np.abs(found.stiffnesses - wanted))) for wanted in (0.0, 9.0)):
         section = config.rod.model_copy(
             update={"youngs_modulus": float(found.stiffnesses[index]) * config.rod.youngs_modulus}
         )
@@ -85,9 +85,9 @@ def test_a_family_ends_where_a_weight_has_no_solution_and_there_is_none_without_
     parameters = rod_from_section(config.rod, 0.01).parameters
     solve = Rod.solve_static
 
-    def within(most: float) -> None:
+    def within(weight_max: float) -> None:
         def limited(self: Rod, tensions: Array, **loads: Any) -> Any:
-            if np.linalg.norm(loads["tip_force"]) > most * 9.81:
+            if np.linalg.norm(loads["tip_force"]) > weight_max * 9.81:
                 raise ConvergenceError("no equilibrium", 0.0, 1.0, 60)
             return solve(self, tensions, **loads)
 

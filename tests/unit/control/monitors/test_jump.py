@@ -1,4 +1,4 @@
-"""Jumps of the measured tip: one that lasts is told from a blow, from arrears and from missed deadlines."""
+"""Jumps of the measured tip: one that lasts is no blow, no late poses and no missed deadlines."""
 
 from tendond.daemon.control.commissioning.jump import POSES_AFTER, JumpWatch, watch_jump
 from tendond.daemon.control.commissioning.tracking import TrackingBounds
@@ -15,34 +15,34 @@ BOUNDS = TrackingBounds.from_config(RigConfig())
 
 def test_a_blow_is_no_jump_and_a_jump_is_none_while_the_tip_moves() -> None:
     watch = JumpWatch()
-    for way in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
-        watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
+    for distance in (0.0, 0.001, 0.03, 0.05, 0.04, 0.01):  # it goes on moving
+        watch = watch_jump(BOUNDS, watch, 1, distance, distance, (0.0, 0.0, 0.5))
         assert not watch.persistent
     watch = JumpWatch()
-    for way in (0.0, 0.001, 0.03, *(0.0005,) * POSES_AFTER):
-        watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
+    for distance in (0.0, 0.001, 0.03, *(0.0005,) * POSES_AFTER):
+        watch = watch_jump(BOUNDS, watch, 1, distance, distance, (0.0, 0.0, 0.5))
     assert watch.persistent
 
 
 def test_an_arm_that_springs_back_after_a_push_of_one_cycle_has_not_jumped() -> None:
     """The turning point is one small step; a push of 10 N on an arm with stiff tendons, as the simulator has it."""
     watch = JumpWatch()
-    for way in (0.0, 0.0003, 0.0176, 0.005, 0.0095, 0.0098, 0.0057, 0.003, 0.0018):
-        watch = watch_jump(BOUNDS, watch, 1, way, way, (0.0, 0.0, 0.5))
+    for distance in (0.0, 0.0003, 0.0176, 0.005, 0.0095, 0.0098, 0.0057, 0.003, 0.0018):
+        watch = watch_jump(BOUNDS, watch, 1, distance, distance, (0.0, 0.0, 0.5))
         assert not watch.persistent
 
 
 def test_poses_that_were_held_up_are_no_jump_when_they_come_at_once() -> None:
-    """The first of seven after a gap, then the newest of the rest: six ways in one cycle."""
+    """The first of seven after a gap, then the newest of the rest: six cycles' distance at once."""
     watch = JumpWatch()
-    for interval, way in ((1, 0.006), (1, 0.006), (7, 0.006), (1, 0.036), (1, 0.006), (1, 0.006)):
-        watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
+    for interval, distance in ((1, 0.006), (1, 0.006), (7, 0.006), (1, 0.036), (1, 0.006), (1, 0.006)):
+        watch = watch_jump(BOUNDS, watch, interval, distance, distance, (0.0, 0.0, 0.5))
         assert not watch.withheld
         assert not watch.persistent
     watch = JumpWatch()
     still = ((1, 0.001),) * POSES_AFTER
-    for interval, way in ((1, 0.001), (7, 0.006), (1, 0.3), *still):  # further than any arm gets in the time
-        watch = watch_jump(BOUNDS, watch, interval, way, way, (0.0, 0.0, 0.5))
+    for interval, distance in ((1, 0.001), (7, 0.006), (1, 0.3), *still):  # further than any arm gets in the time
+        watch = watch_jump(BOUNDS, watch, interval, distance, distance, (0.0, 0.0, 0.5))
     assert watch.persistent
 
 

@@ -17,7 +17,7 @@ NOISE = "[simulator.mocap]\nnoise = 1e-4\n"
 
 
 def run(text: str, wires: Wires = STRAIGHT, cycles: int = 900) -> list[CycleRecord]:
-    """In lockstep, armed at `ARM`, until a fault."""
+    """Run in lockstep, armed at `ARM`, until a fault."""
     records = []
     for watched in watched_loop(parse_config(text, "test"), cycles, {ARM: ControlAction.ARM}, wires=wires):
         records.append(watched.record)
@@ -54,8 +54,8 @@ def late(cycles: int, first: int = 0) -> Wires:
 @pytest.mark.parametrize("size", [0.03, 0.1, -0.03])
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_tip_that_jumps_and_stays_is_a_fault_at_once(size: float, axis: int) -> None:
-    way = tuple((size * np.eye(3)[axis]).tolist())
-    records = run(NOISE, moved(way, SETTLED))
+    offset = tuple((size * np.eye(3)[axis]).tolist())
+    records = run(NOISE, moved(offset, SETTLED))
     assert records[-1].mode is Mode.FAULT
     assert records[-1].reason.startswith(f"pose jump: the measured tip went {abs(size) * 1e3:.0f} mm between two poses")
     assert records[-1].tick - SETTLED <= 1 + POSES_AFTER
@@ -69,9 +69,9 @@ def test_a_single_jump_is_not_followed(law: str, feedback: str) -> None:
     if law == "sensitivity" and feedback == "direct":
         pytest.skip("the law looks ahead with the model")
     text = f'{NOISE}[control]\nlaw = "{law}"\nfeedback = "{feedback}"\n'
-    quiet, hit = run(text), run(text, moved((0.0, 0.0, 0.1), SETTLED, SETTLED + 1))
-    assert hit[-1].mode is quiet[-1].mode
-    if quiet[-1].mode is Mode.TRACKING:
+    plain, hit = run(text), run(text, moved((0.0, 0.0, 0.1), SETTLED, SETTLED + 1))
+    assert hit[-1].mode is plain[-1].mode
+    if plain[-1].mode is Mode.TRACKING:
         tension = np.array([record.command.tension for record in hit[SETTLED - 20 : SETTLED + 30]])
         assert np.ptp(tension, axis=0).max() < 0.1 * RigConfig().limits.tension_max
 
@@ -81,8 +81,8 @@ def test_a_drift_of_a_hundred_millimetres_does_not_go_unnoticed(axis: int) -> No
     def pose(tick: int, pose: TipPose | None) -> TipPose | None:
         if pose is None:
             return None
-        way = 0.025 * 0.01 * max(0, tick - SETTLED) * np.eye(3)[axis]
-        x, y, z = np.add(pose.position, way).tolist()
+        offset = 0.025 * 0.01 * max(0, tick - SETTLED) * np.eye(3)[axis]
+        x, y, z = np.add(pose.position, offset).tolist()
         return pose.model_copy(update={"position": (x, y, z)})
 
     records = run(NOISE, Wires(pose=pose))
@@ -101,7 +101,7 @@ def test_poses_that_have_waited_are_refused_before_arming_and_a_fault_afterwards
     assert records[-1].reason.startswith(("pose age: poses are", "pose stale"))
 
 
-def test_poses_as_old_as_the_observer_is_told_are_none_the_worse() -> None:
+def test_poses_as_old_as_configured_are_none_the_worse() -> None:
     text = "[observer]\ndelay = 0.06\n[simulator.mocap]\nlatency = 0.06\n[reference]\nkind = 'minimum_jerk'\n"
     assert run(text, cycles=300)[-1].mode is Mode.TRACKING
 

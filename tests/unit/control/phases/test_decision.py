@@ -153,8 +153,8 @@ def test_past_its_target_an_arm_is_held_by_the_targets_tension(bench: MakeBench)
     assert statics.position[0] == pytest.approx(0.34, abs=1e-3)  # the target of the paper
     assert command[1:].tolist() == [0.0, 0.0, 0.0]
     direct = bench('[limits]\ntension_rate = 1e5\n[control]\nantagonist = 2\nfeedback = "direct"\n')
-    thrown = direct.state(tip=tip, tension_estimate=held, tension_command=held)
-    response = direct.go(thrown, pose=direct.pose(thrown))
+    over_direct = direct.state(tip=tip, tension_estimate=held, tension_command=held)
+    response = direct.go(over_direct, pose=direct.pose(over_direct))
     assert response.decision is not None
     assert response.state.tension_command != pytest.approx(command, abs=0.1)
 
@@ -174,7 +174,7 @@ def resting(one: Bench, across: float, along: float, elapsed: int = 1000, **chan
 
 
 def test_a_reference_across_follows_a_load_along_where_the_tip_has_arrived(bench: MakeBench) -> None:
-    """By 0.4 of the difference each cycle, no further than 8 % of the length: 40 mm."""
+    """Follow by 0.4 of the difference each cycle, no further than 8 % of the length: 40 mm."""
     one = bench("[limits]\ntension_rate = 1e9\ntension_max = 500.0\n")
 
     def offset(across: float, along: float, before: float = 0.0, **changes: Any) -> float:
@@ -192,7 +192,7 @@ def test_a_reference_across_follows_a_load_along_where_the_tip_has_arrived(bench
     assert offset(0.0, 0.01, 0.039) == pytest.approx(0.04)
     assert offset(0.0, -0.01, -0.039) == pytest.approx(-0.04)
     assert offset(0.0, 0.01, 0.02, mode=Mode.RELEASING) == 0.0
-    assert offset(0.0, 0.01, 0.02, mode_since=1000) == 0.02  # on its way
+    assert offset(0.0, 0.01, 0.02, mode_since=1000) == 0.02  # not there yet
 
 
 def test_a_reference_does_not_follow_a_load_where_a_limit_holds_the_tip_back_or_the_place_was_asked_for(

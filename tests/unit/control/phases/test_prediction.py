@@ -118,7 +118,7 @@ def test_a_release_goes_on_where_the_displacement_does_not_follow(bench: MakeBen
 
 
 def test_what_is_reached_of_a_step_stays_within_the_rate_of_the_command(bench: MakeBench) -> None:
-    """A lagging actuator is elsewhere than commanded: a part of the way from there may be a leap of the command."""
+    """A lagging actuator is elsewhere than commanded: part of the distance from there may be a leap of the command."""
     one = bench(f"[limits]\ntension_rate = 100.0\ndisplacement_rate = 0.1\n{WANTED}{LAG}")
     one.rod.per_newton = 0.001
     rising = one.go(one.state(Mode.PRETENSION, tension_command=tendons(3.0)))

@@ -76,44 +76,46 @@ def test_the_pretension_is_the_minimum_of_every_tendon() -> None:
 def test_a_position_is_predicted_as_far_beside_the_model_as_the_tip_is_now() -> None:
     rod = ScriptedRod()
     beside = np.array([0.001, -0.002, 0.003])
-    seen = task().observe(situation(rod, START.tip.position + beside))
+    observation = task().observe(situation(rod, START.tip.position + beside))
     model, tension, shares, force = rod.asked
     assert model is START.rod
     assert tension is TENSION
     assert np.array_equal(shares, tendon_allocation(CONFIG).shares)
     assert np.array_equal(force, START.observer.tip_force)
-    assert seen.position == pytest.approx(START.tip.position + beside)
-    assert seen.velocity is VELOCITY
-    assert (seen.target.tolist(), seen.target_velocity.tolist()) == ([0.4, 0.5, 0.6], [4.0, 5.0, 6.0])
-    assert seen.tension is TENSION
-    assert seen.period == PERIOD
-    assert seen.prediction is not None
-    assert seen.prediction.position == pytest.approx(np.array([0.111, 0.218, 0.333]))
-    assert seen.prediction.jacobian.tolist() == [[5.0, 5.0]] * 3
-    assert np.array_equal(seen.prediction.allocation.tensions(np.zeros(2)), [1.5] * 4)
-    assert seen.prediction.target == pytest.approx([ELAPSED + PERIOD, OFFSET, 1.0])
-    assert seen.prediction.directions == pytest.approx(np.full((3, 2), ELAPSED + PERIOD))
+    assert observation.position == pytest.approx(START.tip.position + beside)
+    assert observation.velocity is VELOCITY
+    assert (observation.target.tolist(), observation.target_velocity.tolist()) == ([0.4, 0.5, 0.6], [4.0, 5.0, 6.0])
+    assert observation.tension is TENSION
+    assert observation.period == PERIOD
+    assert observation.prediction is not None
+    assert observation.prediction.position == pytest.approx(np.array([0.111, 0.218, 0.333]))
+    assert observation.prediction.jacobian.tolist() == [[5.0, 5.0]] * 3
+    assert np.array_equal(observation.prediction.allocation.tensions(np.zeros(2)), [1.5] * 4)
+    assert observation.prediction.target == pytest.approx([ELAPSED + PERIOD, OFFSET, 1.0])
+    assert observation.prediction.directions == pytest.approx(np.full((3, 2), ELAPSED + PERIOD))
 
 
 def test_a_direction_is_the_tips_axis_and_moves_as_the_linearisation_says() -> None:
-    seen = task("direction").observe(situation(ScriptedRod()))
+    observation = task("direction").observe(situation(ScriptedRod()))
     axis = START.tip.rotation[:, 2]
-    assert np.array_equal(seen.position, axis)
-    assert seen.velocity == pytest.approx((np.array([0.6, 0.0, 0.8]) - axis) / PERIOD)
-    assert seen.target == pytest.approx([ELAPSED, 0.0, 1.0])
-    assert seen.target_velocity == pytest.approx([1.0, OFFSET / PERIOD, 0.0])
-    assert seen.prediction is not None
-    assert seen.prediction.position.tolist() == [0.6, 0.0, 0.8]
-    assert seen.prediction.jacobian.tolist() == [[7.0, 7.0]] * 3
+    assert np.array_equal(observation.position, axis)
+    assert observation.velocity == pytest.approx((np.array([0.6, 0.0, 0.8]) - axis) / PERIOD)
+    assert observation.target == pytest.approx([ELAPSED, 0.0, 1.0])
+    assert observation.target_velocity == pytest.approx([1.0, OFFSET / PERIOD, 0.0])
+    assert observation.prediction is not None
+    assert observation.prediction.position.tolist() == [0.6, 0.0, 0.8]
+    assert observation.prediction.jacobian.tolist() == [[7.0, 7.0]] * 3
 
 
 @pytest.mark.parametrize("aim", ["position", "direction"])
 def test_without_a_solution_there_is_no_prediction(aim: str) -> None:
-    seen = task(aim).observe(situation(ScriptedRod(solves=False)))
-    assert seen.prediction is None
-    assert (seen.position is POSITION, seen.velocity is VELOCITY, seen.tension is TENSION) == (True, True, True)
-    assert (seen.target.tolist(), seen.target_velocity.tolist()) == ([0.4, 0.5, 0.6], [4.0, 5.0, 6.0])
-    assert seen.period == PERIOD
+    observation = task(aim).observe(situation(ScriptedRod(solves=False)))
+    assert observation.prediction is None
+    assert observation.position is POSITION
+    assert observation.velocity is VELOCITY
+    assert observation.tension is TENSION
+    assert (observation.target.tolist(), observation.target_velocity.tolist()) == ([0.4, 0.5, 0.6], [4.0, 5.0, 6.0])
+    assert observation.period == PERIOD
 
 
 def test_the_laws_decision_is_taken_as_it_is() -> None:

@@ -18,6 +18,10 @@ from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
 
+SLACK = 1e-3
+"""Tension below which a lagging tendon that is commanded slack counts as slack, on the paper's robot [N], on others in
+proportion to EI/(L r): it bends the rod by T r L/EI = 7e-5 rad, and moves the tip by a sixth of a camera's noise."""
+
 
 def rod_from_section(section: RodSection, time_step: float) -> Rod:
     """Make the rod that a configuration describes.
@@ -49,6 +53,7 @@ class CycleSetup:
         probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
         plans: references that were planned beforehand.
         tracking_bounds: limits of what is tolerated while tracking.
+        slack: tension below which a tendon that is commanded slack counts as slack [N].
     """
 
     config: RigConfig
@@ -61,6 +66,7 @@ class CycleSetup:
     probe: ProbePlan
     probe_limits: LimitsSection
     tracking_bounds: TrackingBounds
+    slack: float
     plans: PlanCache = field(default_factory=PlanCache)
 
     @staticmethod
@@ -88,4 +94,5 @@ class CycleSetup:
             probe=ProbePlan.from_config(config, rod.parameters, rests),
             probe_limits=probe_limits(config),
             tracking_bounds=TrackingBounds.from_config(config),
+            slack=SLACK * rod.parameters.tension_scale,
         )

@@ -19,9 +19,6 @@ from tendond.schemas.messages import Mode
 
 Array = NDArray[np.float64]
 
-SLACK = 1e-3
-"""Tension below which a lagging tendon that is commanded slack counts as slack [N]."""
-
 
 class Limited(NamedTuple):
     """A tension command within its limits [N], shape (n,), and the names of those that it met."""
@@ -106,7 +103,7 @@ def _partial(setup: CycleSetup, state: CycleState, command: Array, part: float) 
     step = limits_of(setup, state).tension_rate * setup.config.loop.period
     reached = np.clip(reached, state.tension_command - step, state.tension_command + step)
     # A released tendon ends slack: a remainder of its tension would hold its displacement at the rate limit.
-    return np.where((command == 0.0) & (reached < SLACK), 0.0, reached)
+    return np.where((command == 0.0) & (reached < setup.slack), 0.0, reached)
 
 
 def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
@@ -118,7 +115,7 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
     config = setup.config
     tension = follow(command, state.tension_estimate, setup.lag_factor)
     if setup.lag_factor:
-        tension = np.where((command == 0.0) & (tension < SLACK), 0.0, tension)
+        tension = np.where((command == 0.0) & (tension < setup.slack), 0.0, tension)
     rod, bad, error = _advance_model(setup, state, tension)
     if error:
         total = float(np.sum(state.tension_estimate))

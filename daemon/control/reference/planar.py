@@ -24,8 +24,9 @@ Array = NDArray[np.float64]
 PLANES = {"xz": (0, 2), "yz": (1, 2)}
 """World axes of a bending plane: across the straight rod, and along it."""
 
-REACHED = 1e-3
-"""Distance from the curve of resting tips within which a target is reachable [m]."""
+REACHED = 0.002
+"""Distance from the curve of resting tips within which a target is reachable, of the rod's length: about the observer's
+noise floor, ten standard deviations of a camera's noise."""
 
 PAST_TARGET = 0.5
 """Bend beyond the target from which on the laws' inverse of b_c has the wrong sign [rad]."""
@@ -148,10 +149,10 @@ def plan_in_plane(config: RigConfig, rod: Rod, curve: StaticCurve | None = None)
     if curve is None:
         curve = static_curve(rod, config.control.agonist, config.limits.tension_max, axes)
     if section.kind == "samples":
-        trajectory, target, arrival = _sampled(section, curve)
+        trajectory, target, arrival = _sampled(section, curve, REACHED * rod.parameters.length)
         notes = feasibility(curve, trajectory, arrival, target, config.limits)
         return PlanarReference(in_world(target, axes), None, curve, False, trajectory, arrival, notes)
-    point, arc = _resolve(section, curve)
+    point, arc = _resolve(section, curve, REACHED * rod.parameters.length)
     across, along = point.tolist()
     progress, arrival = progress_of(section)
     if section.path == "direct" or arc is None:
@@ -164,15 +165,15 @@ def plan_in_plane(config: RigConfig, rod: Rod, curve: StaticCurve | None = None)
     return PlanarReference(in_world((across, along), axes), arc, curve, follows_load, trajectory, arrival, notes)
 
 
-def _resolve(section: ReferenceSection, curve: StaticCurve) -> tuple[Array, float | None]:
-    """Return the target's point in the plane [m], and its arc length on the curve, if it has one."""
+def _resolve(section: ReferenceSection, curve: StaticCurve, tolerance: float) -> tuple[Array, float | None]:
+    """Return the target's point in the plane [m], and its arc length where it is on the curve to `tolerance` [m]."""
     name = section.target_name
     if name == "position":
         assert section.position is not None
         wanted = np.array([section.position[i] for i in curve.axes])
         arc = float(curve.nearest(wanted)[0])
         at = curve.at(arc)[0]
-        if float(np.linalg.norm(at - wanted)) <= REACHED:
+        if float(np.linalg.norm(at - wanted)) <= tolerance:
             return wanted, arc
         return _unreachable(section, f"position = {list(section.position)}", wanted, at)
     if name == "across":
@@ -221,10 +222,10 @@ def _angle(section: ReferenceSection, curve: StaticCurve) -> float:
     return angle + 2.0 * math.pi * round((0.5 * float(curve.angle[-1]) - angle) / (2.0 * math.pi))
 
 
-def _sampled(section: ReferenceSection, curve: StaticCurve) -> tuple[Trajectory, Pair, float]:
+def _sampled(section: ReferenceSection, curve: StaticCurve, tolerance: float) -> tuple[Trajectory, Pair, float]:
     """Return a cubic spline through samples, at rest at both ends; its last point [m]; and its end [s].
 
-    Each sample is checked against the curve.
+    Each sample is checked against the curve, to `tolerance` [m].
     """
     if not section.samples:
         raise TargetError(f"reference.file = '{section.file}' has not been read: give the configuration as a file")
@@ -233,7 +234,7 @@ def _sampled(section: ReferenceSection, curve: StaticCurve) -> tuple[Trajectory,
         arcs = curve.nearest(table[:, 1:])
         gaps = np.linalg.norm(curve.spline(arcs) - table[:, 1:], axis=1)
         worst = int(np.argmax(gaps))
-        if gaps[worst] > REACHED:
+        if gaps[worst] > tolerance:
             near = curve.at(float(arcs[worst]))[0]
             raise TargetError(
                 f"reference.samples[{worst}] = {table[worst].tolist()} is {gaps[worst] * 1e3:.1f} mm from where the "

@@ -1,4 +1,4 @@
-"""References: targets that the rod can reach, courses in time, and what is refused."""
+"""References: targets that the rod can reach, trajectories, and what is refused."""
 
 import math
 from pathlib import Path
@@ -36,6 +36,24 @@ def test_the_curve_goes_through_resting_tips_within_a_hundredth_of_a_millimetre(
         ]
         assert min(gaps) < 5e-5
         assert abs(arc - nearest) < 5e-3
+
+
+@pytest.mark.parametrize("length", [0.5, 0.25])
+def test_a_target_is_reachable_within_a_five_hundredth_of_the_length_from_the_curve(length: float) -> None:
+    rod = f"[rod]\nlength = {length}\n"
+    config = parse_config(f"{rod}[reference]\nacross = {0.4 * length}\n", "test")
+    model = rod_from_section(config.rod, config.loop.period)
+    found = plan_in_plane(config, model)
+    assert found.arc is not None
+    (x, z), (dx, dz), _ = found.curve.at(found.arc)
+    for beside, reachable in ((0.0018, True), (0.0022, False)):
+        place = [float(x - beside * length * dz), 0.0, float(z + beside * length * dx)]  # along the normal
+        wanted = parse_config(f"{rod}[reference]\nposition = {place}\n", "test")
+        if reachable:
+            assert plan_in_plane(wanted, model, found.curve).arc == pytest.approx(found.arc, abs=0.01 * length)
+        else:
+            with pytest.raises(TargetError, match="beyond what the rod can reach"):
+                plan_in_plane(wanted, model, found.curve)
 
 
 def test_one_x_has_two_shapes_and_the_branch_names_the_one() -> None:

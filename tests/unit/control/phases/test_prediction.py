@@ -12,6 +12,11 @@ import pytest
 
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
+from tendond.daemon.control.setup import CycleSetup
+from tendond.schemas.config.commissioning import CommissioningSection
+from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.robot import RodSection
 from tendond.schemas.messages import Mode
 from tests.unit.control.phases.scripted_rod import MakeBench
 
@@ -71,6 +76,16 @@ def test_a_lagging_tendon_that_is_commanded_slack_is_slack_below_a_millinewton(b
     small = one.go(pulled).state
     assert small.tension_command[0] == pytest.approx(1e-3)
     assert small.tension_estimate[0] == pytest.approx((1.0 - LACKING) * 1e-3)  # it is commanded
+
+
+@pytest.mark.parametrize(("changes", "factor"), [({}, 1.0), ({"radius": 2e-3}, 16.0), ({"length": 1.0}, 0.5)])
+def test_the_tension_that_counts_as_slack_bends_every_robot_by_the_same_angle(
+    changes: dict[str, float], factor: float
+) -> None:
+    """Bend T r L/EI: a millinewton on the paper's robot; EI grows with the fourth power of the radius."""
+    rod = RodSection(**changes)
+    config = RigConfig(rod=rod, commissioning=CommissioningSection(rest=False), reference=ReferenceSection(across=0.05))
+    assert CycleSetup.from_config(config).slack == pytest.approx(1e-3 * factor)
 
 
 def test_a_tension_step_is_taken_as_far_as_its_displacement_may_go(bench: MakeBench) -> None:

@@ -37,7 +37,7 @@ class Cycle(NamedTuple):
     Attributes:
         now: log time [ns].
         record: the record.
-        before: the state before it; begun: that is in the log already.
+        before: the state before it.
         timing: its timing, where a clock ran.
         rod: the model's state after it.
         truth: the simulator's.
@@ -46,7 +46,6 @@ class Cycle(NamedTuple):
     now: int
     record: CycleRecord
     before: CycleState | None
-    begun: bool
     timing: LoopTiming | None
     rod: RodState
     truth: SimulatorTruth | None
@@ -55,7 +54,7 @@ class Cycle(NamedTuple):
 class CycleEntries:
     """Makes the entries of cycles, of which some are held back or left out while the arm is idle.
 
-    `take` and `flush` are called in the recorder's thread.
+    `begin`, `take` and `flush` are called in the recorder's thread: what is held back is known there alone.
 
     Args:
         config: configuration of the rig.
@@ -68,6 +67,7 @@ class CycleEntries:
         self._snapshot_period = max(1, round(SNAPSHOT_SECONDS / config.loop.period))
         self._thinning: Thinning[Cycle] = Thinning(config.loop.period, config.log.idle_period)
         self._trail: deque[Vector3] = deque(maxlen=scene.TRAIL_POINTS)
+        self._begun_tick: int | None = None
 
     @property
     def asleep(self) -> bool:
@@ -84,6 +84,13 @@ class CycleEntries:
         """True if this state is one of those that are logged once a second."""
         return state.tick % self._snapshot_period == 0
 
+    def begin(self, state: CycleState, now: int) -> list[Message]:
+        """Make the entry of a state that is due; none while cycles are held back, and it with the next one."""
+        if self.asleep:
+            return []
+        self._begun_tick = state.tick
+        return [(STATE, snapshot(state), now)]
+
     def take(self, cycle: Cycle) -> list[Message]:
         """Make the entries of a cycle, and of those before it that were held back; none while this one is held back."""
         return [entry for kept in self._thinning.take(cycle.record, cycle) for entry in self._entries(kept)]
@@ -96,8 +103,8 @@ class CycleEntries:
         return record.tick % self._shape_period == 0
 
     def _entries(self, kept: Kept[Cycle]) -> Iterator[Message]:
-        now, record, before, begun, timing, state, truth = kept.more
-        due = before is not None and self.is_snapshot_due(before) and not begun
+        now, record, before, timing, state, truth = kept.more
+        due = before is not None and self.is_snapshot_due(before) and before.tick != self._begun_tick
         if before is not None and (due or kept.left_out):
             yield (STATE, snapshot(before, kept.left_out), now)
         yield (CYCLE, record, now)

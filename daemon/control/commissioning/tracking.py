@@ -3,6 +3,7 @@
 The observer pulls the model's tip onto whatever is measured, so their distance shows little. What it cannot pull away
 is kept here: the distance of the tip from its reference, swings of tip and command that do not die down, an orientation
 that is not that of the model in the measured place, and a tip that jumps between two poses and rests before and after.
+With these numbers `tendond study robustness` has no false alarm.
 """
 
 import math

@@ -15,7 +15,7 @@ PATIENCE_SECONDS = 5.0
 
 
 @dataclass
-class Bench:
+class ServoBench:
     """ServoGroup 1 and 2 as they come from the factory, but for the second's id.
 
     Attributes:
@@ -64,13 +64,13 @@ ROWS = {row.name: row for row in manual.rows()}
 
 
 @contextmanager
-def bench(folder: Path) -> Iterator[Bench]:
+def bench(folder: Path) -> Iterator[ServoBench]:
     """Fresh servos, away when it is done; the emulator must not have stumbled."""
     servos = [EmulatedServo(1, 57600, position=1000), EmulatedServo(2, 57600, position=2079)]
     with EmulatedBus(folder / "ttyServos", servos) as bus:
         host = Host(str(folder / "ttyServos"))
         try:
-            yield Bench(bus, host)
+            yield ServoBench(bus, host)
         finally:
             host.close()
         assert bus.alive

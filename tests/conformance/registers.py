@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from tests.conformance import manual
-from tests.conformance.bench import Bench
+from tests.conformance.bench import ServoBench
 from tests.conformance.manual import Row
 
 REFUSED = {manual.RANGE_ERROR, manual.LIMIT_ERROR}
@@ -14,7 +14,7 @@ OFF_BELOW = {"Secondary(Shadow) ID": 255, "Bus Watchdog": 127}
 """Highest value that is accepted, where it is beyond the table's range: 253 to 255 mean none, and 0 means off."""
 
 
-def check(bench: Bench, row: Row) -> Iterator[str]:
+def check(bench: ServoBench, row: Row) -> Iterator[str]:
     """Yield the differences between a register and its row."""
     host = bench.host
     reply = host.read(1, row.address, row.size)
@@ -35,7 +35,7 @@ def check(bench: Bench, row: Row) -> Iterator[str]:
     yield from _range(bench, row)
 
 
-def _range(bench: Bench, row: Row) -> Iterator[str]:
+def _range(bench: ServoBench, row: Row) -> Iterator[str]:
     host, high = bench.host, OFF_BELOW.get(row.name, row.high)
     if row.low is None or high is None:
         return
@@ -57,7 +57,7 @@ def _range(bench: Bench, row: Row) -> Iterator[str]:
         yield f"write of {largest}: error {error}"
 
 
-def _lock(bench: Bench, row: Row, value: int) -> Iterator[str]:
+def _lock(bench: ServoBench, row: Row, value: int) -> Iterator[str]:
     """EEPROM cannot be written while the torque is on."""
     bench.put("Torque Enable", 1)
     if (error := bench.host.write(1, row.address, row.size, value)) != manual.ACCESS_ERROR:
@@ -65,7 +65,7 @@ def _lock(bench: Bench, row: Row, value: int) -> Iterator[str]:
     bench.put("Torque Enable", 0)
 
 
-def undefined(bench: Bench, address: int) -> Iterator[str]:
+def undefined(bench: ServoBench, address: int) -> Iterator[str]:
     """Yield the differences at an address without a register."""
     if (error := bench.host.read(1, address, 1).error) != manual.ACCESS_ERROR:
         yield f"read: error {error}"

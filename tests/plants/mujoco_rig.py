@@ -16,7 +16,7 @@ import numpy as np
 import zenoh
 
 from tests.plants.mjcf import Robot
-from tests.plants.rig import MujocoRig, Rig
+from tests.plants.rig import MujocoRig, RigSettings
 
 CONNECT_SECONDS = 60.0
 WATCHDOG_SECONDS = 0.5
@@ -88,7 +88,9 @@ def main(arguments: list[str] | None = None) -> int:
         damping=asked.damping_scale * paper.damping,
         tip_mass=0.0 if asked.attach_at else asked.mass,
     )
-    rig = MujocoRig(robot, Rig(period, asked.delay, asked.noise, asked.drive == "displacement", seed=asked.seed))
+    rig = MujocoRig(
+        robot, RigSettings(period, asked.delay, asked.noise, asked.drive == "displacement", seed=asked.seed)
+    )
     ended: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: ended.append(number))

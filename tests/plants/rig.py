@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Rig:
+class RigSettings:
     """Camera and drive of the robot.
 
     Attributes:
@@ -43,7 +43,7 @@ class MujocoRig:
         robot: parameters of the plant. rig: parameters of camera and drive.
     """
 
-    def __init__(self, robot: Robot, rig: Rig) -> None:
+    def __init__(self, robot: Robot, rig: RigSettings) -> None:
         self.plant = MujocoRobot(robot)
         self._rig = rig
         self._random = np.random.default_rng(rig.seed)

@@ -12,7 +12,7 @@ from scipy.special import ellipeinc, ellipkinc
 
 from tests.plants.mjcf import SITE_GAP, Robot
 from tests.plants.mujoco_robot import MujocoRobot
-from tests.plants.rig import MujocoRig, Rig
+from tests.plants.rig import MujocoRig, RigSettings
 
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
@@ -138,7 +138,7 @@ def test_a_displacement_command_holds_the_same_shape_as_its_tension() -> None:
 
 
 def test_a_camera_shows_where_the_tip_was() -> None:
-    rig = MujocoRig(Robot(), Rig(delay=2))
+    rig = MujocoRig(Robot(), RigSettings(delay=2))
     truth, reported = [], []
     for _ in range(8):
         truth.append(rig.plant.position)

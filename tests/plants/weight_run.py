@@ -18,7 +18,7 @@ from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
 from tests.plants.mjcf import Robot
 from tests.plants.mujoco_robot import DivergedError
-from tests.plants.rig import MujocoRig, Rig
+from tests.plants.rig import MujocoRig, RigSettings
 
 ARM_AT = 1.0
 """Time of arming [s]: idle before, so that the observer estimates the weight."""
@@ -115,7 +115,7 @@ def run(case: Case, tracking: float = TRACKING) -> Outcome:
     )
     rig = MujocoRig(
         robot,
-        Rig(period, case.known_delay + case.unknown_delay, case.noise / 1e3, case.drive == "displacement"),
+        RigSettings(period, case.known_delay + case.unknown_delay, case.noise / 1e3, case.drive == "displacement"),
     )
     setup = CycleSetup.from_config(config)
     state = initial_state(setup)

@@ -33,7 +33,7 @@ def section(**changes: object) -> ServoSection:
     return ServoSection.model_validate(fields)
 
 
-class Bench:
+class DriverBench:
     """Driver on emulated servos with springs, cycled by the test."""
 
     def __init__(self, servos: EmulatedBus, port: Path, settings: ServoSection, tension_max: float = math.inf) -> None:

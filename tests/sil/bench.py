@@ -28,7 +28,7 @@ overrun_time = 0.9
 for a while, the controller may not. Those of space are the defaults."""
 
 
-class Bench:
+class ControllerBench:
     """Rig, controller process, operator's session and peer."""
 
     def __init__(self, one: Rig, session: zenoh.Session, peer: Peer) -> None:

@@ -3,12 +3,12 @@
 import time
 
 from tests.conformance import manual
-from tests.conformance.bench import ROWS, Bench
+from tests.conformance.bench import ROWS, ServoBench
 from tests.conformance.rules.table import rule, two
 
 
 @rule("Status Return Level(68)")
-def return_level_0(bench: Bench) -> bool:
+def return_level_0(bench: ServoBench) -> bool:
     """Level 0 has replies to pings alone; everything is carried out all the same."""
     bench.put("Status Return Level", 0)
     silent = not bench.whisper("LED", 1) and not bench.host.ask(1, manual.READ, two(65, 1))
@@ -18,14 +18,14 @@ def return_level_0(bench: Bench) -> bool:
 
 
 @rule("Status Return Level(68)")
-def return_level_1(bench: Bench) -> bool:
+def return_level_1(bench: ServoBench) -> bool:
     """Level 1 has replies to pings and reads."""
     bench.put("Status Return Level", 1)
     return not bench.whisper("LED", 1) and bench.get("LED") == 1
 
 
 @rule("Bus Watchdog(98)")
-def watchdog(bench: Bench) -> bool:
+def watchdog(bench: ServoBench) -> bool:
     """The Bus Watchdog stops a servo with torque and no packets, shows -1, clears profiles, refuses goals until 0."""
     bench.extended()
     bench.put("Profile Velocity", 20)
@@ -50,7 +50,7 @@ def watchdog(bench: Bench) -> bool:
 
 
 @rule("Bus Watchdog(98)")
-def watchdog_without_torque(bench: Bench) -> bool:
+def watchdog_without_torque(bench: ServoBench) -> bool:
     """The Bus Watchdog is idle without torque."""
     bench.put("Bus Watchdog", 2)
     time.sleep(0.2)
@@ -58,7 +58,7 @@ def watchdog_without_torque(bench: Bench) -> bool:
 
 
 @rule("Profile Velocity(112), Profile Acceleration(108)")
-def profile(bench: Bench) -> bool:
+def profile(bench: ServoBench) -> bool:
     """A velocity-based profile is no faster than Profile Velocity."""
     bench.extended()
     bench.put("Profile Velocity", 50)
@@ -69,7 +69,7 @@ def profile(bench: Bench) -> bool:
 
 
 @rule("Goal Position(116), Present Position(132)")
-def turns(bench: Bench) -> bool:
+def turns(bench: ServoBench) -> bool:
     """Whole turns are counted beyond one, kept when the torque is switched, and lost in a reboot."""
     bench.extended()
     bench.put("Goal Position", 1000 + 4096)
@@ -82,7 +82,7 @@ def turns(bench: Bench) -> bool:
 
 
 @rule("Realtime Tick(120)")
-def realtime_tick(bench: Bench) -> bool:
+def realtime_tick(bench: ServoBench) -> bool:
     """Realtime Tick counts milliseconds."""
     first, began = bench.get("Realtime Tick"), time.monotonic()
     time.sleep(0.2)
@@ -91,7 +91,7 @@ def realtime_tick(bench: Bench) -> bool:
 
 
 @rule("Moving(122), Moving Status(123)")
-def moving(bench: Bench) -> bool:
+def moving(bench: ServoBench) -> bool:
     """Both show a motion and its end, In-Position after its arrival."""
     bench.extended()
     bench.put("Profile Velocity", 60)
@@ -102,7 +102,7 @@ def moving(bench: Bench) -> bool:
 
 
 @rule("Present Load(126)")
-def present_load(bench: Bench) -> bool:
+def present_load(bench: ServoBench) -> bool:
     """The load is that of the torque held, positive where it is held towards larger positions."""
     bench.extended()
     bench.bus.apply(lambda: setattr(bench.first, "torque", lambda position: -0.7))
@@ -110,7 +110,7 @@ def present_load(bench: Bench) -> bool:
 
 
 @rule("Indirect Address, Indirect Data")
-def indirect(bench: Bench) -> bool:
+def indirect(bench: ServoBench) -> bool:
     """Indirect Data stands for the registers whose addresses are mapped, for reading and for writing."""
     for n in range(4):
         bench.put(f"Indirect Address {n + 2}", 116 + n)

@@ -3,9 +3,9 @@
 import struct
 from collections.abc import Callable
 
-from tests.conformance.bench import Bench
+from tests.conformance.bench import ServoBench
 
-Rule = Callable[[Bench], bool]
+Rule = Callable[[ServoBench], bool]
 RULES: list[tuple[str, Rule]] = []
 """Section of the manual, and rule."""
 

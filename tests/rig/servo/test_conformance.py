@@ -7,7 +7,7 @@ import pytest
 
 from tendond.drivers.dynamixel.serial import table
 from tests.conformance import manual
-from tests.conformance.bench import Bench, bench
+from tests.conformance.bench import ServoBench, bench
 from tests.conformance.manual import Row
 from tests.conformance.registers import check, undefined
 from tests.conformance.rules import RULES, Rule
@@ -18,22 +18,22 @@ FEW = [row for row in manual.rows() if not row.name.startswith("Indirect") or ro
 
 
 @pytest.fixture
-def new(tmp_path: Path) -> Iterator[Bench]:
+def new(tmp_path: Path) -> Iterator[ServoBench]:
     with bench(tmp_path) as one:
         yield one
 
 
 @pytest.mark.parametrize("row", FEW, ids=lambda row: row.name)
-def test_a_register_has_the_manuals_size_initial_value_range_and_access(new: Bench, row: Row) -> None:
+def test_a_register_has_the_manuals_size_initial_value_range_and_access(new: ServoBench, row: Row) -> None:
     assert list(check(new, row)) == []
 
 
 @pytest.mark.parametrize(("section", "rule"), RULES, ids=[rule.__name__ for _, rule in RULES])
-def test_a_rule_of_the_manual_holds(new: Bench, section: str, rule: Rule) -> None:
+def test_a_rule_of_the_manual_holds(new: ServoBench, section: str, rule: Rule) -> None:
     assert rule(new), f"{section}: {rule.__doc__}"
 
 
-def test_addresses_at_which_nothing_is_are_refused(new: Bench) -> None:
+def test_addresses_at_which_nothing_is_are_refused(new: ServoBench) -> None:
     assert [one for address in manual.UNDEFINED for one in undefined(new, address)] == []
 
 
@@ -48,7 +48,7 @@ def test_the_drivers_table_is_the_manuals() -> None:
         assert row.initial is None or one.initial == row.initial
 
 
-def test_no_packet_ends_the_servos_thread(new: Bench) -> None:
+def test_no_packet_ends_the_servos_thread(new: ServoBench) -> None:
     for instruction in range(256):
         for parameters in (b"", b"\x00", b"\xff" * 3, b"\x07\x00\xff", bytes(5), b"\x08\x00\x07" * 4):
             new.host.patience = 0.002

@@ -12,13 +12,13 @@ from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.protocol import Instruction
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
-from tests.rig.bench import PATIENCE_SECONDS, PULLED, SLACK, Bench, section
+from tests.rig.bench import PATIENCE_SECONDS, PULLED, SLACK, DriverBench, section
 from tests.rig.servos import BAUDRATE, SHORT_SECONDS, calibration, emulated
 
 pytestmark = pytest.mark.rig
 
 
-def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) -> None:
+def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: DriverBench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     places, started = [], time.monotonic()
     while abs(bench.driver.displacement[0] - PULLED[0]) > 1e-4:
@@ -34,7 +34,7 @@ def test_tendons_follow_the_command_at_the_rate_that_is_allowed(bench: Bench) ->
     assert [servo.value(table.BUS_WATCHDOG) for servo in bench.servos.servos] == [50] * 4
 
 
-def test_slack_tendons_are_taken_up_while_the_others_are_released(bench: Bench) -> None:
+def test_slack_tendons_are_taken_up_while_the_others_are_released(bench: DriverBench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     while bench.driver.phase is not DriverPhase.OFF:
@@ -44,7 +44,7 @@ def test_slack_tendons_are_taken_up_while_the_others_are_released(bench: Bench) 
     assert bench.driver.displacement == pytest.approx(SLACK, abs=2e-3)
 
 
-def test_a_slack_tendon_that_pulls_is_not_taken_up_against_a_robot_that_stays_bent(bench: Bench) -> None:
+def test_a_slack_tendon_that_pulls_is_not_taken_up_against_a_robot_that_stays_bent(bench: DriverBench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[1] < -0.0148, (0.015, -0.015, 0.0, 0.0))
     bent = -0.012
@@ -61,7 +61,7 @@ def test_a_slack_tendon_that_pulls_is_not_taken_up_against_a_robot_that_stays_be
     assert max(furthest) < 0.25 * bent
 
 
-def test_a_controller_that_is_armed_already_is_not_taken_up_in_mid_motion(bench: Bench) -> None:
+def test_a_controller_that_is_armed_already_is_not_taken_up_in_mid_motion(bench: DriverBench) -> None:
     for _ in range(20):
         bench.driver.cycle(time.monotonic(), bench.command(PULLED))
     assert "armed before the servos were ready" in bench.driver.report
@@ -69,7 +69,7 @@ def test_a_controller_that_is_armed_already_is_not_taken_up_in_mid_motion(bench:
     bench.pull()
 
 
-def test_disarming_releases_the_tendons_before_it_switches_off(bench: Bench) -> None:
+def test_disarming_releases_the_tendons_before_it_switches_off(bench: DriverBench) -> None:
     bench.pull()
     slowest: list[float] = []
     while bench.driver.phase is not DriverPhase.OFF:
@@ -83,7 +83,7 @@ def test_disarming_releases_the_tendons_before_it_switches_off(bench: Bench) -> 
     bench.pull()
 
 
-def test_a_lost_command_stream_is_held_then_the_servos_own_watchdog_stops_them(bench: Bench) -> None:
+def test_a_lost_command_stream_is_held_then_the_servos_own_watchdog_stops_them(bench: DriverBench) -> None:
     bench.pull()
     bench.until(lambda one: one.phase is DriverPhase.HOLDING)
     assert bench.driver.report == ""
@@ -107,14 +107,14 @@ def test_a_lost_command_stream_is_held_then_the_servos_own_watchdog_stops_them(b
     bench.pull()
 
 
-def test_a_short_gap_in_the_command_stream_is_bridged(bench: Bench) -> None:
+def test_a_short_gap_in_the_command_stream_is_bridged(bench: DriverBench) -> None:
     bench.pull()
     bench.until(lambda one: one.phase is DriverPhase.HOLDING)
     bench.until(lambda one: one.phase is DriverPhase.ON, PULLED)
     assert bench.driver.fault == ""
 
 
-def test_commands_that_do_not_fit_or_come_out_of_order_change_nothing(bench: Bench) -> None:
+def test_commands_that_do_not_fit_or_come_out_of_order_change_nothing(bench: DriverBench) -> None:
     bench.pull()
     old = bench.command(SLACK).model_copy(update={"seq": 0})
     for command in (old, bench.command((0.0,) * 3), bench.command((0.0,) * 5)):
@@ -124,7 +124,7 @@ def test_commands_that_do_not_fit_or_come_out_of_order_change_nothing(bench: Ben
     assert bench.driver.session.goals == pytest.approx(PULLED)
 
 
-def test_a_command_beyond_the_range_ends_at_its_edge(bench: Bench) -> None:
+def test_a_command_beyond_the_range_ends_at_its_edge(bench: DriverBench) -> None:
     bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     bench.until(lambda one: one.displacement[0] > 0.079, (0.5, -0.5, 0.0, 0.0))
     for _ in range(20):
@@ -135,7 +135,7 @@ def test_a_command_beyond_the_range_ends_at_its_edge(bench: Bench) -> None:
     assert bench.driver.commands.counts["beyond the range"] > 0
 
 
-def test_a_late_cycle_makes_no_jump(bench: Bench) -> None:
+def test_a_late_cycle_makes_no_jump(bench: DriverBench) -> None:
     bench.pull()
     before = bench.driver.session.goals[0]
     bench.driver.cycle(time.monotonic() + 0.25, bench.command((0.08, 0.0, 0.0, 0.0)))
@@ -146,7 +146,7 @@ def test_a_late_cycle_makes_no_jump(bench: Bench) -> None:
 
 def test_a_tendon_away_from_its_zero_is_not_switched_on(tmp_path: Path) -> None:
     with emulated(tmp_path, position=2048 + 800) as servos:
-        one = Bench(servos, tmp_path / "ttyUSB0", section())
+        one = DriverBench(servos, tmp_path / "ttyUSB0", section())
         one.driver.session.bus.close()
         one.driver = one.new_driver({1: 0.018, 2: -0.018, 3: 0.018, 4: -0.018})
         for armed in (False, True):
@@ -171,7 +171,7 @@ def test_turns_that_servos_forget_at_power_up_are_found_again(tmp_path: Path) ->
         assert len(servos.servos) == 4
 
 
-def test_at_exit_tendons_are_released_and_the_torque_goes_off_in_order(bench: Bench) -> None:
+def test_at_exit_tendons_are_released_and_the_torque_goes_off_in_order(bench: DriverBench) -> None:
     bench.pull()
     bench.driver.close(time.monotonic, time.sleep)
     assert not any(bench.torques)
@@ -187,7 +187,7 @@ def test_at_exit_tendons_are_released_and_the_torque_goes_off_in_order(bench: Be
 
 def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         bench.driver.session.bus.close()
         servos.servos[1].silent = True
         with pytest.raises(NoReplyError, match=r"no reply from servo 2: .*tendond servo scan"):
@@ -207,5 +207,5 @@ def test_servos_that_do_not_know_fast_sync_read_are_named_and_work_without_it(tm
     with emulated(tmp_path) as servos:
         servos.knows_fast = False
         with pytest.raises(ServoError, match=r"do not know Fast Sync Read.* servo.fast_read = false"):
-            Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
-        Bench(servos, tmp_path / "ttyUSB0", section(fast_read=False)).pull()
+            DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        DriverBench(servos, tmp_path / "ttyUSB0", section(fast_read=False)).pull()

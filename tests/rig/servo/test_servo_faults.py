@@ -13,7 +13,7 @@ from tendond.drivers.dynamixel.process import ReadLossLog
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
 from tendond.drivers.dynamixel.serial.late import LateReplies
-from tests.rig.bench import PULLED, Bench, section
+from tests.rig.bench import PULLED, DriverBench, section
 from tests.rig.servos import SHORT_SECONDS, emulated
 
 pytestmark = pytest.mark.rig
@@ -34,19 +34,19 @@ pytestmark = pytest.mark.rig
     ],
 )
 def test_whatever_happens_to_one_servo_stops_all_tendons_together_and_is_named(
-    bench: Bench, cause: Callable[[object], None], fault: str
+    bench: DriverBench, cause: Callable[[object], None], fault: str
 ) -> None:
     stops_all_tendons(bench, cause, fault)
 
 
 def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not reply")
         bench.driver.session.bus.close()
 
 
-def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str) -> None:
+def stops_all_tendons(bench: DriverBench, cause: Callable[[object], None], fault: str) -> None:
     """Cause it on the servo of tendon 2 while two tendons pull."""
     bench.pull()
     bench.servos.apply(lambda: cause(bench.servos.servos[2]))
@@ -61,7 +61,7 @@ def stops_all_tendons(bench: Bench, cause: Callable[[object], None], fault: str)
     assert all(packet.instruction != Instruction.REBOOT for packet in bench.servos.instructions)
 
 
-def test_a_blocked_servo_is_detected_by_its_following_error(bench: Bench) -> None:
+def test_a_blocked_servo_is_detected_by_its_following_error(bench: DriverBench) -> None:
     bench.pull()
     bench.servos.apply(lambda: setattr(bench.servos.servos[0], "stuck", True))
     bench.until(lambda one: one.phase is DriverPhase.STOPPED, (0.05, 0.0, 0.0, 0.0))
@@ -69,7 +69,7 @@ def test_a_blocked_servo_is_detected_by_its_following_error(bench: Bench) -> Non
     assert "blocked" in bench.driver.fault
 
 
-def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
+def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: DriverBench) -> None:
     bench.pull()
     bench.servos.apply(lambda: bench.servos.servos[0]._shaft.place(2048.0 + 0.1 / 0.015 / table.TICK))
     bench.until(lambda one: one.phase is DriverPhase.STOPPED, PULLED)
@@ -77,7 +77,7 @@ def test_a_servo_that_slips_out_of_its_range_is_a_fault(bench: Bench) -> None:
 
 
 def test_servos_that_their_watchdog_stopped_during_a_standstill_of_the_driver_are_released_all_the_same(
-    bench: Bench,
+    bench: DriverBench,
 ) -> None:
     bench.pull()
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
@@ -94,7 +94,7 @@ def test_servos_that_their_watchdog_stopped_during_a_standstill_of_the_driver_ar
     assert places[-1] < 0.003
 
 
-def test_one_wrong_crc_is_tolerated_and_a_burst_is_a_fault(bench: Bench) -> None:
+def test_one_wrong_crc_is_tolerated_and_a_burst_is_a_fault(bench: DriverBench) -> None:
     bench.pull()
     bench.servos.corrupt = 2
     for _ in range(10):
@@ -106,7 +106,7 @@ def test_one_wrong_crc_is_tolerated_and_a_burst_is_a_fault(bench: Bench) -> None
     bench.ends_slack_and_off("bad replies")
 
 
-def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: Bench) -> None:
+def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: DriverBench) -> None:
     bench.pull()
     bench.servos.apply(lambda: bench.servos.servos[1].fail(5))
     bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
@@ -120,7 +120,7 @@ def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: 
 
 def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
         bench.pull()
         servos.apply(lambda: setattr(servos.servos[0], "voltage", 3.0))
         bench.until(lambda one: bool(one.fault), PULLED)
@@ -134,7 +134,7 @@ def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_
 def test_replies_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:
     """The adapter keeps every reply for 30 ms, and the driver waits for 16: each belongs to the question before."""
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
         bench.until(lambda one: one.commands.disarmed, PULLED, armed=False)
         servos.apply(lambda: setattr(servos, "late", 0.03))
         before = bench.driver.displacement
@@ -166,7 +166,7 @@ def test_lost_and_late_reads_are_reported_at_a_bounded_rate() -> None:
     )
 
 
-def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again(bench: Bench) -> None:
+def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again(bench: DriverBench) -> None:
     bench.pull()
     wanted = [(one.value(table.PROFILE_VELOCITY), one.value(table.PROFILE_ACCELERATION)) for one in bench.servos.servos]
     bench.until(lambda one: one.phase is DriverPhase.SILENT)
@@ -180,7 +180,7 @@ def test_a_watchdog_that_tripped_leaves_no_profile_and_the_release_has_one_again
     bench.until(lambda one: one.phase is DriverPhase.OFF)
 
 
-def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_releases(bench: Bench) -> None:
+def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_releases(bench: DriverBench) -> None:
     bench.pull()
     bench.servos.unplug()
     bench.until(lambda one: one.phase is DriverPhase.LOST, PULLED)
@@ -200,7 +200,7 @@ def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_r
 
 
 def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    bench: DriverBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.pull()
 
@@ -213,7 +213,9 @@ def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
     assert not any(bench.torques)
 
 
-def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_not_touch_them(bench: Bench) -> None:
+def test_a_driver_that_is_killed_leaves_servos_that_stop_and_the_next_one_does_not_touch_them(
+    bench: DriverBench,
+) -> None:
     bench.pull()
     bench.driver.session.bus.close()
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):

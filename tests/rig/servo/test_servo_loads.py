@@ -10,7 +10,7 @@ from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
 from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
-from tests.rig.bench import SLACK, Bench, section
+from tests.rig.bench import SLACK, DriverBench, section
 from tests.rig.servos import RADIUS, emulated
 
 pytestmark = pytest.mark.rig
@@ -21,15 +21,15 @@ STIFFNESS = 5_000.0
 
 
 @pytest.fixture
-def weak(tmp_path: Path) -> Iterator[Bench]:
+def weak(tmp_path: Path) -> Iterator[DriverBench]:
     """Driver with limits.tension_max = 20 N."""
     with emulated(tmp_path) as servos:
-        one = Bench(servos, tmp_path / "ttyUSB0", section(), TENSION_MAX)
+        one = DriverBench(servos, tmp_path / "ttyUSB0", section(), TENSION_MAX)
         yield one
         one.driver.session.bus.close()
 
 
-def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
+def hang(bench: DriverBench, index: int, slack: float, sign: int) -> list[float]:
     """Attach a stiff tendon that pulls once its spool has turned by `slack` [m] in a direction; return its tensions."""
     pulls: list[float] = []
 
@@ -43,7 +43,7 @@ def hang(bench: Bench, index: int, slack: float, sign: int) -> list[float]:
     return pulls
 
 
-def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: Bench) -> None:
+def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: DriverBench) -> None:
     """The tendon is caught after 10 mm: the servo would pull with all it has."""
     pulls = hang(weak, 0, 0.010, 1)
     weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
@@ -56,7 +56,7 @@ def test_a_load_beyond_tension_max_is_a_fault_long_before_load_max(weak: Bench) 
     assert 1.5 * TENSION_MAX < max(pulls) < 60.0  # load_max = 0.7 would allow 65 N, for load_time
 
 
-def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak: Bench) -> None:
+def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak: DriverBench) -> None:
     weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))
     for _ in range(60):
@@ -83,7 +83,7 @@ def test_output_and_load_are_shared_as_in_a_motor() -> None:
     assert goal_pwm(0.7, 0.015, 1.0, 11.1) == 885
 
 
-def test_a_tendon_whose_load_rises_while_it_is_released_is_dropped_alone_and_named(weak: Bench) -> None:
+def test_a_tendon_whose_load_rises_while_it_is_released_is_dropped_alone_and_named(weak: DriverBench) -> None:
     """The sign is wrong in the calibration: 'releasing' pulls a stiff tendon, after 3 mm of slack."""
     weak.until(lambda one: one.commands.disarmed, SLACK, armed=False)
     weak.until(lambda one: one.displacement[0] > 0.0148, (0.015, 0.0, 0.0, 0.0))
@@ -98,7 +98,7 @@ def test_a_tendon_whose_load_rises_while_it_is_released_is_dropped_alone_and_nam
 
 def test_a_load_beyond_the_limit_does_not_wait_for_fault_hold(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section(fault_hold=5.0), TENSION_MAX)
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(fault_hold=5.0), TENSION_MAX)
         hang(bench, 0, 0.010, 1)
         bench.until(lambda one: one.commands.disarmed, SLACK, armed=False)
         bench.until(lambda one: bool(one.fault), (0.03, 0.0, 0.0, 0.0))

@@ -7,12 +7,12 @@ import pytest
 
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
-from tests.rig.bench import PULLED, SLACK, Bench
+from tests.rig.bench import PULLED, SLACK, DriverBench
 
 pytestmark = pytest.mark.rig
 
 
-def heat(bench: Bench) -> None:
+def heat(bench: DriverBench) -> None:
     servo = bench.servos.servos[1]
     bench.servos.apply(lambda: setattr(servo, "temperature", 70.0))
     bench.until(lambda one: one.phase is DriverPhase.OFF, PULLED)
@@ -20,7 +20,7 @@ def heat(bench: Bench) -> None:
     assert bench.driver.reset(time.monotonic()) == "the fault is reset"
 
 
-def fall_silent(bench: Bench) -> None:
+def fall_silent(bench: DriverBench) -> None:
     bench.until(lambda one: one.phase is DriverPhase.SILENT)  # no command any more
     while any(servo.value(table.BUS_WATCHDOG) != table.WATCHDOG_TRIPPED for servo in bench.servos.servos):
         time.sleep(0.01)
@@ -30,7 +30,7 @@ def fall_silent(bench: Bench) -> None:
 
 @pytest.mark.parametrize("fault", [heat, fall_silent])
 def test_after_a_fault_armed_commands_switch_nothing_on_before_a_disarmed_one_has_come(
-    bench: Bench, fault: Callable[[Bench], None]
+    bench: DriverBench, fault: Callable[[DriverBench], None]
 ) -> None:
     bench.pull()
     fault(bench)

@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
 from tendond.drivers.dynamixel.turns import locate
 from tendond.schemas.config.servo import ServoSection
-from tests.rig.bench import Bench, section
+from tests.rig.bench import DriverBench, section
 from tests.rig.servos import RADIUS, calibration, emulated
 
 pytestmark = pytest.mark.rig
@@ -55,7 +55,7 @@ def test_a_spool_that_somebody_turned_is_not_believed() -> None:
 
 def test_a_driver_after_a_reboot_beyond_half_a_turn_says_the_true_place(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section())
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section())
         first = servos.servos[0]
 
         def turned_and_rebooted() -> None:
@@ -73,7 +73,7 @@ def test_a_driver_after_a_reboot_beyond_half_a_turn_says_the_true_place(tmp_path
 
 def test_a_servo_that_is_rebooted_under_the_driver_is_found_again_on_reset(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section())
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section())
         first = servos.servos[0]
         first.torque = lambda position: 0.0
         bench.until(lambda one: one.commands.disarmed, (0.0,) * 4, armed=False)
@@ -91,12 +91,12 @@ def test_a_servo_beyond_256_turns_is_refused(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
         servos.servos[1]._turns = 256
         with pytest.raises(ServoError, match=r"servo 2: counts 256 turns, .*switch its power off and on"):
-            Bench(servos, tmp_path / "ttyUSB0", section())
+            DriverBench(servos, tmp_path / "ttyUSB0", section())
 
 
 def test_a_calibrated_spool_whose_turn_is_shorter_than_the_travel_is_refused(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = Bench(servos, tmp_path / "ttyUSB0", section())
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section())
         bench.driver.session.bus.close()
         small = TENDON.model_copy(update={"spool_radius": 0.008})
         bench.calibration = bench.calibration.model_copy(update={"tendons": (small, *bench.calibration.tendons[1:])})

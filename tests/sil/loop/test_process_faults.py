@@ -17,13 +17,13 @@ from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.keys import ALIVE, key
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction, ControlRequest
-from tests.sil.bench import Bench
+from tests.sil.bench import ControllerBench
 from tests.sil.rig import PATIENCE_SECONDS
 
 pytestmark = pytest.mark.sil
 
 
-def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench: Bench) -> None:
+def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench: ControllerBench) -> None:
     bench.track()
     missed = bench.status().loop.missed_ticks
     for seconds in (0.05, 1.5):
@@ -35,7 +35,7 @@ def test_a_standstill_of_a_second_and_more_is_a_fault_and_a_moment_is_not(bench:
     assert bench.fault().startswith("overrun: ")
 
 
-def test_loop_and_recorder_alone_have_real_time_priority_and_the_loop_goes_first(bench: Bench) -> None:
+def test_loop_and_recorder_alone_have_real_time_priority_and_the_loop_goes_first(bench: ControllerBench) -> None:
     """A recorder that is preempted while it holds the interpreter would hold up the loop."""
     tasks = [int(path.name) for path in Path(f"/proc/{bench.process.pid}/task").iterdir()]
     policies = [os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK for task in tasks]
@@ -49,7 +49,7 @@ def test_loop_and_recorder_alone_have_real_time_priority_and_the_loop_goes_first
     assert sorted(priorities) == [1, LoopSection().priority]
 
 
-def test_a_hung_subscriber_does_not_hold_up_the_loop(bench: Bench) -> None:
+def test_a_hung_subscriber_does_not_hold_up_the_loop(bench: ControllerBench) -> None:
     bench.track()
     code = (
         "import sys, time, zenoh\nfrom tendond.bus.client import open_client\n"
@@ -70,7 +70,7 @@ def test_a_hung_subscriber_does_not_hold_up_the_loop(bench: Bench) -> None:
             hung.kill()
 
 
-def test_a_second_controller_is_refused_in_one_line_and_the_first_tracks_on(bench: Bench) -> None:
+def test_a_second_controller_is_refused_in_one_line_and_the_first_tracks_on(bench: ControllerBench) -> None:
     bench.track()
     second = bench.rig.start("run", "--log", str(bench.rig.folder / "second.mcap"))
     _, said = second.communicate(timeout=PATIENCE_SECONDS)
@@ -80,7 +80,7 @@ def test_a_second_controller_is_refused_in_one_line_and_the_first_tracks_on(benc
     assert bench.status().mode is Mode.TRACKING
 
 
-def test_requests_that_cannot_be_read_or_do_not_fit_have_the_reason_as_reply(bench: Bench) -> None:
+def test_requests_that_cannot_be_read_or_do_not_fit_have_the_reason_as_reply(bench: ControllerBench) -> None:
     for name, payload, reason in (
         ("arm", b"", "the request is malformed"),
         ("arm", b'{"version":1,"action":"stop"}', "the request does not fit its key"),
@@ -91,7 +91,7 @@ def test_requests_that_cannot_be_read_or_do_not_fit_have_the_reason_as_reply(ben
         assert reason in reply.ok.payload.to_string()
 
 
-def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench: Bench) -> None:
+def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench: ControllerBench) -> None:
     bench.track()
     assert "stop first" in bench.ask(ControlRequest(action=ControlAction.LAW, law="sliding_mode"))
     assert bench.ask(ControlAction.STOP).startswith("stopped")
@@ -113,7 +113,7 @@ def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench:
     assert bench.ask(ControlRequest(action=ControlAction.REFERENCE, reference=reference)).startswith("reference: ")
 
 
-def test_killed_it_loses_at_most_a_second_and_starts_disarmed_while_clients_come_back(bench: Bench) -> None:
+def test_killed_it_loses_at_most_a_second_and_starts_disarmed_while_clients_come_back(bench: ControllerBench) -> None:
     """The hub's restart: the peer's session and the operator's find the new controller by themselves."""
     tokens = bench.session.liveliness().declare_subscriber(
         key(bench.rig.name, ALIVE), zenoh.handlers.FifoChannel(10), history=True
@@ -138,7 +138,7 @@ def test_killed_it_loses_at_most_a_second_and_starts_disarmed_while_clients_come
     assert tokens.recv().kind == zenoh.SampleKind.PUT
 
 
-def test_a_full_disk_ends_the_log_and_not_the_control(bench: Bench) -> None:
+def test_a_full_disk_ends_the_log_and_not_the_control(bench: ControllerBench) -> None:
     bench.track()
     log = bench.rig.folder / "again.mcap"
     resource.prlimit(bench.process.pid, resource.RLIMIT_FSIZE, (log.stat().st_size + 20_000,) * 2)

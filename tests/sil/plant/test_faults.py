@@ -13,7 +13,7 @@ from tendond.schemas.config.rig import parse_config
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.requests import ControlAction
-from tests.sil.bench import Bench, changed_briefly, frozen, moved, once
+from tests.sil.bench import ControllerBench, changed_briefly, frozen, moved, once
 from tests.sil.peer import Outgoing, Peer
 from tests.sil.rig import rig
 
@@ -50,7 +50,7 @@ overrun_time = 5.0
 """400 N pull the paper's rod further than the solver can follow, however many poses are late."""
 
 
-def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: Bench) -> None:
+def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: ControllerBench) -> None:
     bench.track()
     before = bench.status()
     for payload in (*BAD.values(), b""):
@@ -66,7 +66,7 @@ def test_single_bad_messages_are_dropped_and_counted_while_it_tracks_on(bench: B
     assert after.mode is Mode.TRACKING
 
 
-def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: Bench) -> None:
+def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: ControllerBench) -> None:
     bench.track()
     held: list[TipPose] = []
 
@@ -113,19 +113,19 @@ def test_single_wrong_poses_are_dropped_and_counted_while_it_tracks_on(bench: Be
     ids=["stale", "malformed", "teleport", "occluded", "old numbers", "deleted"],
 )
 def test_a_burst_releases_the_tendons_and_is_a_fault(
-    bench: Bench, alter: Callable[[TipPose], Outgoing], reason: str
+    bench: ControllerBench, alter: Callable[[TipPose], Outgoing], reason: str
 ) -> None:
     bench.track()
     bench.peer.alter = alter
     assert bench.fault().startswith(reason)
 
 
-def test_frozen_poses_while_the_model_moves_are_a_fault(bench: Bench) -> None:
+def test_frozen_poses_while_the_model_moves_are_a_fault(bench: ControllerBench) -> None:
     bench.track(alter=frozen())
     assert bench.fault().startswith("pose frozen: ")
 
 
-def test_another_robot_than_the_model_is_a_fault(bench: Bench) -> None:
+def test_another_robot_than_the_model_is_a_fault(bench: ControllerBench) -> None:
     """Poses that wander off to where no speed or reach forbids the tip to be, but the model's tip is not."""
     ticks = itertools.count()
 
@@ -138,7 +138,7 @@ def test_another_robot_than_the_model_is_a_fault(bench: Bench) -> None:
     assert reason.startswith("mismatch: "), reason
 
 
-def test_a_servo_error_is_a_fault_that_names_it_and_lasts_until_it_is_gone(bench: Bench) -> None:
+def test_a_servo_error_is_a_fault_that_names_it_and_lasts_until_it_is_gone(bench: ControllerBench) -> None:
     bench.track()
 
     def sick(state: TendonState) -> Outgoing:
@@ -150,7 +150,7 @@ def test_a_servo_error_is_a_fault_that_names_it_and_lasts_until_it_is_gone(bench
     assert "the tendon driver reports servo 2" in bench.ask(ControlAction.ARM)
 
 
-def test_a_silent_servo_driver_is_a_fault(bench: Bench) -> None:
+def test_a_silent_servo_driver_is_a_fault(bench: ControllerBench) -> None:
     bench.track()
     bench.peer.alter_state = lambda state: []
     assert bench.fault().startswith("tendons stale: ")

@@ -22,9 +22,9 @@ pytestmark = pytest.mark.sil
 
 SLOW = """
 [limits]
-release_rate = 10.0
+release_rate = 20.0
 [pretension]
-duration = 3.0
+duration = 1.5
 """
 
 

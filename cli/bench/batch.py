@@ -8,7 +8,7 @@ from rich.console import Console
 from tendond.cli.bench.tables import print_table
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.bench.batch import GOAL_RODS, GOAL_SECONDS, bench_batch
+from tendond.offline.bench.general_rod.batch import GOAL_RODS, GOAL_SECONDS, bench_batch
 
 
 def run_batch(rods: int, *, as_json: bool) -> bool:

@@ -7,9 +7,9 @@ from rich.console import Console
 from tendond.cli.bench.tables import print_table
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.bench.others import data_folder
-from tendond.offline.bench.references import as_json as rows_as_json
-from tendond.offline.bench.references import cells, compare
+from tendond.offline.bench.general_rod.others import data_folder
+from tendond.offline.bench.general_rod.references import as_json as rows_as_json
+from tendond.offline.bench.general_rod.references import cells, compare
 
 
 def run_references(given: str, *, as_json: bool) -> bool:

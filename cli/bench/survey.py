@@ -4,7 +4,7 @@ from collections import Counter
 
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
-from tendond.offline.bench.survey import Outcome, survey
+from tendond.offline.bench.general_rod.survey import Outcome, survey
 
 
 def run_survey(count: int, first: int) -> bool:

@@ -11,7 +11,7 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
-from tendond.offline.bench.general import GeneralRow, bench_general
+from tendond.offline.bench.general_rod.timing import GeneralRow, bench_general
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.bench.replay import markdown as replay_table
 from tendond.offline.bench.rod import RodRow, bench_rod

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tendond.offline.bench import references, textbooks
-from tendond.offline.bench.general import bench_general
-from tendond.offline.bench.references import ReferenceRow
+from tendond.offline.bench.general_rod import references, textbooks
+from tendond.offline.bench.general_rod.references import ReferenceRow
+from tendond.offline.bench.general_rod.timing import bench_general
 from tests.unit.cli.commands import tendond
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState
 from tendond.model.strain.kinematics import curvature_of_points, empty_shape, find_shape
-from tendond.offline.bench.survey import Outcome, survey
+from tendond.offline.bench.general_rod.survey import Outcome, survey
 from tests.unit.strain.robots import paper
 
 

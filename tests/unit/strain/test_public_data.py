@@ -1,6 +1,6 @@
 """The strain rod against figures published by others; skipped where TENDOND_REFERENCE_DATA does not name their folder.
 
-What they are, and where to get them: offline/bench/others.py.
+What they are, and where to get them: offline/bench/general_rod/others.py.
 """
 
 import os
@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.offline.bench import others
-from tendond.offline.bench.references import STEP_TOLERANCE
+from tendond.offline.bench.general_rod import others
+from tendond.offline.bench.general_rod.references import STEP_TOLERANCE
 
 FOLDER = Path(os.environ.get(others.VARIABLE, ""))
 

@@ -11,7 +11,7 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
-from tendond.offline.bench import textbooks
+from tendond.offline.bench.general_rod import textbooks
 from tests.reference.routing import Piece, solve_routing
 from tests.unit.strain.robots import paper
 

@@ -17,8 +17,8 @@ from tendond.model import Rod, RodParameters
 from tendond.model.strain import Robot, Section, StrainRod, StrainState, Tendon
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.stepping.scratch import Loads
-from tendond.offline.bench.batch import bench_batch
-from tendond.offline.bench.batch import robot as one_section
+from tendond.offline.bench.general_rod.batch import bench_batch
+from tendond.offline.bench.general_rod.batch import robot as one_section
 
 Array = NDArray[np.float64]
 

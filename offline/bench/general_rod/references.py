@@ -11,7 +11,7 @@ import numpy as np
 
 import tendond
 from tendond.model.errors import ConvergenceError
-from tendond.offline.bench import others, textbooks
+from tendond.offline.bench.general_rod import others, textbooks
 
 STEP_TOLERANCE = {0.001: 0.002, 0.005: 0.0035}
 """Mean distance from SoRoSim's releases, in parts of the length, by time step [s]."""

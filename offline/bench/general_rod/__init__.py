@@ -1,0 +1,1 @@
+"""Benchmarks of the general rod: time, textbooks, others' data, robots at random, many at once."""

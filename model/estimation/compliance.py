@@ -24,12 +24,6 @@ from tendond.model.solver.lanes import vector
 
 Array = NDArray[np.float64]
 
-UNOBSERVABLE = 0.04
-"""Motion of the tip per force that counts as none, of the mean of C: a straight rod does not yield along itself."""
-
-LATERAL_VARIANCE = 0.3
-"""Expected variance of a force across gravity, of that along it: most loads hang."""
-
 
 class Arm(NamedTuple):
     """The bent rod's nodes, stiffness and gravity, from which the compliance follows."""
@@ -47,17 +41,21 @@ def bent_arm(rod: Rod, state: RodState) -> Arm:
 
 
 @inlined
-def likeliest_force(compliance: Matrix, gravity: Vector) -> Any:
+def likeliest_force(compliance: Matrix, gravity: Vector, lateral_variance: float, unobservable: float) -> Any:
     """C^+ = P C (C P C + r 1)^-1 [N/m]: the likeliest force for a motion of the tip.
 
     P is the expected variance of the force: a motion that several forces would explain is attributed to one along
     gravity. Directions in which the tip hardly yields (r) are left out.
+
+    Args:
+        compliance: C [m/N]. gravity: [m/s^2].
+        lateral_variance, unobservable: see `ObserverGains`; r is the square of the latter times half the trace of C.
     """
     size = math.sqrt(dot(gravity, gravity))
     down = scale(1.0 / size if size > 0.0 else 0.0, gravity)
-    across, along = (LATERAL_VARIANCE, 1.0 - LATERAL_VARIANCE) if size > 0.0 else (1.0, 0.0)
+    across, along = (lateral_variance, 1.0 - lateral_variance) if size > 0.0 else (1.0, 0.0)
     prior = plus_diagonal(outer(scale(along, down), down), across)
-    floor = (UNOBSERVABLE * 0.5 * (compliance[0] + compliance[4] + compliance[8])) ** 2
+    floor = (unobservable * 0.5 * (compliance[0] + compliance[4] + compliance[8])) ** 2
     prior_compliance = product(prior, compliance)
     return product(prior_compliance, inverse(plus_diagonal(product(compliance, prior_compliance), floor)))
 

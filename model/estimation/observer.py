@@ -12,8 +12,8 @@ model's tip: F finds constant loads (a disturbance observer, cf. Ohnishi 1987; C
 63, 2016), the pull moves the model after impacts, as virtual springs and dampers on the tip do in Zheng et al.,
 "Estimating infinite-dimensional continuum robot states from the tip" (2024). The weight g suppresses noise: while m is
 well below the noise floor s, most of it is noise, and only the share h of the gains is left. F takes no larger
-innovation than `INNOVATION_LIMIT`: an impact is not a constant load. The gains keep the margin of `estimation.margin`
-for masses that the model does not know.
+innovation than a limit: an impact is not a constant load. The gains keep the margin of `estimation.margin` for masses
+that the model does not know.
 
 'offset': X1 = model tip + d, d the low-passed innovation; the model itself is not corrected.
 """
@@ -34,12 +34,6 @@ from tendond.model.rod.state import RodState
 from tendond.model.solver.lanes import vector
 
 Array = NDArray[np.float64]
-
-INNOVATION_LIMIT = 0.1
-"""Largest innovation that F takes, of the rod's length; the bound is on its size, not on each component."""
-
-PULL_MAX = 4.0
-"""Bound of the pull, of that of F."""
 
 
 @dataclass(frozen=True)
@@ -125,11 +119,11 @@ def _correct(
         m = add(m, scale(gains.blend, sub(e, m)))
         size = dot(m, m)
         weight = gains.noise_share + (1.0 - gains.noise_share) * size / (size + gains.noise_floor * gains.noise_floor)
-        spring = likeliest_force(compliance(arm), arm.gravity)
-        limit = INNOVATION_LIMIT * arm.length / max(math.sqrt(dot(e, e)), INNOVATION_LIMIT * arm.length)
+        spring = likeliest_force(compliance(arm), arm.gravity, gains.lateral_variance, gains.unobservable)
+        limit = gains.innovation_limit * arm.length / max(math.sqrt(dot(e, e)), gains.innovation_limit * arm.length)
         force = _bounded(add(force, scale(weight * limit * gains.integral, rotate(spring, e))), gains.force_max)
         wanted = add(scale(gains.proportional, e), scale(gains.derivative, sub(e, m)))
-        pull = _bounded(scale(weight, rotate(spring, wanted)), PULL_MAX * gains.force_max)
+        pull = _bounded(scale(weight, rotate(spring, wanted)), gains.pull_max)
     else:
         d = add(d, scale(gains.offset, sub(e, d)))
     for j in range(3):

@@ -45,21 +45,8 @@ class RodState:
     marches: int
 
     def copy(self) -> "RodState":
-        """An independent copy."""
-        return RodState(
-            self.count,
-            self.time,
-            self.displacement_driven,
-            self.levels.copy(),
-            self.histories.copy(),
-            self.geometries.copy(),
-            self.unknowns.copy(),
-            self.loads.copy(),
-            self.lengths.copy(),
-            self.jacobian.copy(),
-            self.residual,
-            self.marches,
-        )
+        """Return an independent copy."""
+        return self._with_rings(self.levels.copy(), self.histories.copy(), self.geometries.copy())
 
     def successor(self) -> "RodState":
         """Copy the state to be advanced by one step: entries of the rings that this step overwrites are not copied."""
@@ -69,6 +56,9 @@ class RodState:
         levels[now], levels[last] = self.levels[now], self.levels[last]
         histories[self.count % 2] = self.histories[self.count % 2]
         geometries[self.count % 2] = self.geometries[self.count % 2]
+        return self._with_rings(levels, histories, geometries)
+
+    def _with_rings(self, levels: Array, histories: Array, geometries: Array) -> "RodState":
         return RodState(
             self.count,
             self.time,

@@ -111,7 +111,7 @@ def test_the_compliance_is_near_that_of_the_bent_rod(tension: float) -> None:
 
 
 def test_an_arm_that_an_impact_moves_past_its_target_comes_back() -> None:
-    """Without the guard it stays curled up at 60 N: there the law's inverse of b_c has the wrong sign."""
+    """It is held by the target's tension where the law's inverse of b_c has the wrong sign."""
     records = run(
         "[[simulator.impacts]]\ntime = 1.0\nduration = 0.05\nforce = [0.0, 0.0, 10.0]\n"
         "[simulator.rod]\nyoungs_modulus = 1.615e11\nbending_damping = [0.004, 0.004, 0.004]\n",

@@ -12,9 +12,15 @@ from tendond.daemon.control.laws.law import SpatialObservation
 from tendond.daemon.control.setup import CycleSetup, rod_from_section
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.observation import Prediction
-from tendond.model.estimation.compliance import LATERAL_VARIANCE, UNOBSERVABLE, tip_compliance
-from tendond.model.estimation.observer import INNOVATION_LIMIT, PULL_MAX, observe, start_observer
-from tendond.model.estimation.observer_gains import ObserverGains
+from tendond.model.estimation.compliance import tip_compliance
+from tendond.model.estimation.observer import observe, start_observer
+from tendond.model.estimation.observer_gains import (
+    INNOVATION_LIMIT,
+    LATERAL_VARIANCE,
+    PULL_MAX,
+    UNOBSERVABLE,
+    ObserverGains,
+)
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.robot import RodSection

@@ -88,21 +88,19 @@ def test_every_configuration_in_the_documents_can_be_used(text: str) -> None:
     parse_config(text, "document")
 
 
-@pytest.mark.parametrize(("path", "text"), blocks("python"), ids=lambda value: getattr(value, "name", ""))
-def test_every_program_in_the_documents_runs(
-    path: Path, text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("page", sorted({path for path, _ in blocks("python")}), ids=lambda page: page.name)
+def test_every_program_in_the_documents_runs(page: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """One after the other, as they are read: each with what those above it on its page have made."""
     monkeypatch.setenv("MPLBACKEND", "agg")
     monkeypatch.chdir(tmp_path)
     for name in ("run.mcap", "first.mcap"):
         (tmp_path / name).write_bytes((FOLDER / "faults.mcap").read_bytes())
-    code = compile(text, str(path), "exec")
-    if any(part in text for part in ("frames()", "pandas")):  # need a camera, pandas
-        return
-    before = "import numpy as np\nfrom tendond.offline.logs import load\nrun = load('run.mcap')\n"
     values: dict[str, object] = {}
-    exec(before, values)  # what the blocks above it on its page have made
-    exec(code, values)
+    exec("import numpy as np\nfrom tendond.offline.logs import load\nrun = load('run.mcap')\n", values)
+    for path, text in blocks("python"):
+        code = compile(text, str(path), "exec")
+        if path == page and not any(part in text for part in ("frames()", "pandas")):  # need a camera, pandas
+            exec(code, values)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))

@@ -28,7 +28,7 @@ MEANING = {
 
 
 DIGITS = (1, 1, 2, 2)
-"""Of the columns of the general rod's table."""
+"""Decimals in the columns of the general rod's table."""
 
 
 def run_bench_rod(against: Path | None, *, as_json: bool) -> None:

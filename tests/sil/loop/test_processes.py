@@ -1,8 +1,8 @@
 """The whole job with real processes: controller, simulator and operator on Zenoh."""
 
+import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,7 +16,7 @@ from tendond.schemas.config.presets import PAPER
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
-from tests.sil.rig import Rig, rig
+from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
 pytestmark = pytest.mark.sil
 
@@ -182,8 +182,11 @@ def test_a_signal_in_lockstep_releases_the_tendons_too(tmp_path: Path) -> None:
 
 def test_a_simulator_that_waits_for_its_controller_ends_at_a_signal(tmp_path: Path) -> None:
     with rig(tmp_path) as one:
-        simulator = one.start("simulate")
-        time.sleep(4.0)
+        port = int(one.endpoint.rpartition(":")[2])
+        with socket.create_server(("127.0.0.1", port)) as refusing:
+            refusing.settimeout(PATIENCE_SECONDS)
+            simulator = one.start("simulate")
+            refusing.accept()[0].close()  # it has looked for its controller
         code, said = one.end(simulator)
         assert code == 0
         assert "Traceback" not in said

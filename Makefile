@@ -7,7 +7,7 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify figures docs test check format bench example \
+.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify figures docs test checked check format bench example \
 	dist pythons lock golden clean
 
 help: ## list the targets
@@ -15,7 +15,7 @@ help: ## list the targets
 
 venv: .venv/.runtime ## set up .venv to run tendond
 
-venv-dev: .venv/.dev ## set up .venv with the test tools as well
+venv-dev: .venv/.dev .venv/.runtime ## set up .venv with the test tools as well
 
 demo: .venv/.runtime ## run the demo, results in out/demo
 	@$(BIN)/tendond demo --out out/demo
@@ -44,9 +44,12 @@ docs: .venv/.dev ## build the documentation, strictly, in out/site
 paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond study paper --out out/paper
 
+# The kernels are compiled beside the checks, which do not need them.
 test: .venv/.dev ## run all checks, then the tests
-	@$(MAKE) --no-print-directory check docs
+	@$(MAKE) --no-print-directory -j 2 .venv/.runtime checked
 	$(BIN)/python -m pytest -n 3
+
+checked: check docs
 
 check: .venv/.dev ## lint, formatting, types, layers
 	$(BIN)/ruff check
@@ -77,13 +80,13 @@ lock: .venv/.dev ## write requirements*.txt anew from pyproject.toml, with hashe
 golden: .venv/.dev ## make the recorded logs of the tests anew, where the cycle has changed
 	@$(BIN)/python -m tests.golden.renew
 
-clean: ## remove out, caches and build leftovers, not .venv
-	rm -rf out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+clean: ## remove out, caches (the compiled kernels too) and build leftovers, not .venv
+	rm -rf .venv/.runtime out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -path ./.venv -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 
-# A set-up that was interrupted leaves .unfinished, or no .runtime at all: either way the next one starts from nothing.
+# A set-up that was interrupted leaves .unfinished, or no .packages at all: either way the next one starts from nothing.
 define install
-@if [ ! -e .venv/.runtime ] || [ -e .venv/.unfinished ]; then \
+@if [ ! -e .venv/.packages ] || [ -e .venv/.unfinished ]; then \
 	command -v $(PYTHON) >/dev/null || \
 		{ echo "tendond: no '$(PYTHON)' found: install Python 3.11 to 3.13, or name one: make PYTHON=..." >&2; exit 1; }; \
 	$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || \
@@ -95,16 +98,19 @@ fi
 @touch .venv/.unfinished
 @$(PIP) install --require-hashes -r $(1)
 @$(PIP) install --no-deps --no-build-isolation -e .
-@$(BIN)/python -m tendond.model.warm
 @rm .venv/.unfinished
-@touch .venv/.runtime
 endef
 
-.venv/.runtime: requirements.txt
+.venv/.packages: requirements.txt
 	@echo "Setting up .venv from requirements.txt (once, takes about a minute)"
 	$(call install,requirements.txt)
+	@touch $@
 
-.venv/.dev: requirements-dev.txt .venv/.runtime
+.venv/.runtime: .venv/.packages
+	@$(BIN)/python -m tendond.model.warm
+	@touch $@
+
+.venv/.dev: requirements-dev.txt .venv/.packages
 	@echo "Adding the test tools to .venv from requirements-dev.txt (once, takes about a minute)"
 	$(call install,requirements-dev.txt)
 	@touch $@

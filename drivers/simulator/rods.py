@@ -12,6 +12,7 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
+from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import StrainRod, StrainState
@@ -19,6 +20,12 @@ from tendond.model.strain.stepping.scratch import Loads
 from tendond.schemas.config.simulator import SimulatorSection
 
 Array = NDArray[np.float64]
+
+ACCURACY = 0.005
+"""Of a simulated tip, as a part of the robot's length: an estimated error beyond it is reported."""
+
+CHECK_EVERY = 5
+"""Steps between two estimates of the error: one takes a third of a step."""
 
 
 class RodSizes(NamedTuple):
@@ -108,12 +115,17 @@ class GeneralPlantRod:
         robot: to simulate.
         time_step: [s].
 
+    Attributes:
+        error_max: of the tip, the largest estimate so far [m]; see `model.strain.analysis.accuracy`.
+
     Raises:
         ParameterError: a robot that cannot be.
     """
 
     def __init__(self, robot: Robot, time_step: float) -> None:
         self.time_step = time_step
+        self.error_max = 0.0
+        self._steps = 0
         self._rod = StrainRod(robot, time_step)
         layout = self._rod.layout
         # The shooting rod's tendon, for those that are given none.
@@ -159,6 +171,9 @@ class GeneralPlantRod:
         loads: Loads = self._rod.loads(tension=tensions, displacement=displacements, tip_force=tip_force)
         loads.force[:] += self._push[:, None] * np.asarray(push, dtype=np.float64)
         new = self._rod.step(state.strain, loads)
+        self._steps += 1
+        if self._steps % CHECK_EVERY == 0:
+            self.error_max = max(self.error_max, *tip_error(self._rod, new))
         taut = loads.tension
         if displacements is not None:
             taut = np.maximum(0.0, self._stiffness * (loads.tension - self._rod.displacements(new)))

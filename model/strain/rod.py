@@ -39,6 +39,7 @@ class StrainState:
         strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).
         iterations: Newton's, of the solution that led here. steps: that the last step was split into.
         damped: how many of these were implicit Euler's, where no other solution was found: they take energy away.
+        earlier: rates one and two steps before, for an estimate of the error in time (`analysis.accuracy`).
     """
 
     strain: Array
@@ -46,6 +47,7 @@ class StrainState:
     iterations: int = 0
     steps: int = 0
     damped: int = 0
+    earlier: tuple[Array, Array] | None = None
 
 
 class StrainRod:
@@ -159,7 +161,8 @@ class StrainRod:
         )
         if not math.isfinite(q @ q + w @ w):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
-        self._last = StrainState(q, w, count, steps, damped)
+        earlier = (state.rate, state.rate if state.earlier is None else state.earlier[0])
+        self._last = StrainState(q, w, count, steps, damped, earlier)
         return self._last
 
     def _residual(self) -> float:
@@ -172,9 +175,13 @@ class StrainRod:
 
     def tip_velocity(self, state: StrainState) -> Array:
         """Return velocity of the tip, world frame [m/s], shape (3,)."""
+        return np.asarray(self.tip_jacobian(state) @ state.rate)
+
+    def tip_jacobian(self, state: StrainState) -> Array:
+        """Return the derivative of the tip's position to the strains, world frame, shape (3, n)."""
         find_shape(self.layout, state.strain, self._shape)
-        twist = self._shape.twist[-1, :, : self.modes] @ state.rate
-        return np.asarray(np.cross(twist[:3], self._shape.position[-1]) + twist[3:])
+        twist = self._shape.twist[-1, :, : self.modes]
+        return np.asarray(np.cross(twist[:3], self._shape.position[-1], axisa=0, axisc=0) + twist[3:])
 
     def backbone(self, state: StrainState) -> Array:
         """Return the nodes' positions, world frame [m], shape (K + 1, 3)."""

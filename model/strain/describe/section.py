@@ -38,7 +38,8 @@ class Section:
         bending_damping: Bbt about x, y, z [N m^2 s]; axial_damping: Bse along z [N s].
         drag: square-law drag per length, body frame [kg/m^2].
         curvature: precurvature u* [1/m], body frame; the last one is twist.
-        bending_modes, torsion_modes, stretch_modes: Legendre polynomials of each strain; 0: that strain is rigid.
+        bending_modes, torsion_modes, stretch_modes: Legendre polynomials of each strain; 0: that strain is rigid. A
+            force across a bent rod twists it unevenly: one polynomial of torsion leaves the tip several percent off.
         shear_stiffness: GA with its shear factor [N]; shear_damping: Bse across [N s]; shear_modes: as the others.
         outer_radius: of the outermost fibre, for strain and stress [m]; 0: that of a round wire of this stiffness.
         tables: properties that change along the section, by name: rows (s from the section's base [m], values...), or
@@ -56,7 +57,7 @@ class Section:
     drag: Triple = (0.0, 0.0, 0.0)
     curvature: Triple = (0.0, 0.0, 0.0)
     bending_modes: int = 4
-    torsion_modes: int = 1
+    torsion_modes: int = 3
     stretch_modes: int = 1
     shear_stiffness: float = 0.0
     shear_damping: float = 0.0

@@ -125,6 +125,18 @@ def solve_symmetric(a: Any, b: Any, size: int, width: int, room: Any) -> None:
         room[width + row] = b[row]
 
 
+@inlined
+def _add_rows(
+    a: Any, at: int, stride: int, scale: float, b: Any, columns: int, j: int, first: int, last: int, one: Any, two: Any
+) -> Any:
+    """Add rows of b from `first` to `last` to one, each times a number of a and `scale`, in sixteen columns from j."""
+    for k in range(first, last):
+        factor, other = scale * a[at + k * stride], k * columns + j
+        one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
+        two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+    return one, two
+
+
 @lean
 def solve_lu_columns(a: Any, rows: Any, b: Any, size: int, width: int, columns: int) -> None:
     """Solve a x = b with the factors of `factor_lu` for all columns of b, in place; its rows are `columns` wide."""
@@ -137,19 +149,13 @@ def solve_lu_columns(a: Any, rows: Any, b: Any, size: int, width: int, columns: 
         for row in range(size):
             at = row * columns + j
             one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
-            for k in range(row):
-                factor, other = -a[row * width + k], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+            one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, 0, row, one, two)
             simd_store(b, at, one)
             simd_store(b, at + HALF, two)
         for row in range(size - 1, -1, -1):
             at = row * columns + j
             one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
-            for k in range(row + 1, size):
-                factor, other = -a[row * width + k], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+            one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, row + 1, size, one, two)
             inverse = 1.0 / a[row * width + row]
             simd_store(b, at, one * inverse)
             simd_store(b, at + HALF, two * inverse)
@@ -162,19 +168,13 @@ def solve_symmetric_columns(a: Any, b: Any, size: int, width: int, columns: int)
         for row in range(size):
             at = row * columns + j
             one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
-            for k in range(row):
-                factor, other = -a[k * width + row], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+            one, two = _add_rows(a, row, width, -1.0, b, columns, j, 0, row, one, two)
             inverse = 1.0 / a[row * width + row]
             simd_store(b, at, one * inverse)
             simd_store(b, at + HALF, two * inverse)
         for row in range(size - 1, -1, -1):
             at, inverse = row * columns + j, -1.0 / a[row * width + row]
             one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
-            for k in range(row + 1, size):
-                factor, other = inverse * a[row * width + k], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+            one, two = _add_rows(a, row * width, 1, inverse, b, columns, j, row + 1, size, one, two)
             simd_store(b, at, one)
             simd_store(b, at + HALF, two)

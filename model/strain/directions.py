@@ -3,14 +3,17 @@
 The lane 2 s + p is that of the component in the slot s at the point p; lanes are done in groups of eight.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.numerics.compile import inlined
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import HALF
+from tendond.model.numerics.simd import simd_load, simd_multiply_add
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.twists import LANES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -27,7 +30,7 @@ class Directions(NamedTuple):
         base: where the unit strains of an interval begin in `unit`, shape (K,).
         unit: unit strains in every lane, at the first Gauss point, then at the second; 0 in the lanes of the other one.
         lanes: six rows of DIRECTIONS, room for a twist in every direction.
-        start: where the weights of an interval begin, shape (K,).
+        begin: first mode of the first block of eight of an interval, shape (K,). start: of its weights, shape (K,).
         weights: values of the modes in each lane, rows of eight for each lane in use and each block of modes.
     """
 
@@ -36,6 +39,7 @@ class Directions(NamedTuple):
     base: Index
     unit: Array
     lanes: Array
+    begin: Index
     start: Index
     weights: Array
 
@@ -71,6 +75,17 @@ def directions_of(layout: Layout) -> Directions:
             for point, values in enumerate((layout.at1, layout.at2)):
                 rows[block, 2 * slot[mode] + point, column] = values[k, mode]
     directions = Directions(
-        groups, slot, base, np.array(units).reshape(-1), np.zeros(6 * DIRECTIONS), start[:-1].copy(), weights
+        groups, slot, base, np.array(units).reshape(-1), np.zeros(6 * DIRECTIONS), begin, start[:-1].copy(), weights
     )
     return park(directions)
+
+
+@inlined
+def by_modes(directions: Directions, k: int, rows: Any, row: int, block: int) -> Any:
+    """Return a number that is known in each lane by eight modes of an interval, of which `block` is the first."""
+    used = directions.groups[k] * HALF
+    at, here = directions.start[k] + (block - directions.begin[k]) * used, row * DIRECTIONS
+    value = rows[here] * simd_load(directions.weights, at, LANES)
+    for lane in range(1, used):
+        value = simd_multiply_add(rows[here + lane], simd_load(directions.weights, at + lane * HALF, LANES), value)
+    return value

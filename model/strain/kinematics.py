@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import HALF, add_products, padded
-from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
+from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate
-from tendond.model.strain.directions import DIRECTIONS, Directions, directions_of
+from tendond.model.strain.directions import DIRECTIONS, Directions, by_modes, directions_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
 from tendond.model.strain.twists import LANES, load_six, magnus, magnus_change, store_six
@@ -32,7 +32,7 @@ class Shape(NamedTuple):
         twist: spatial twist of each node by each mode, shape (K + 1, 6, N); part: of each interval, shape (K, 6, N).
         point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, 3, N).
         spin: rotation about the own axis of each node by each mode, shape (K + 1, N).
-        room: for the march itself, shape (2, 6). directions: of the strain.
+        strain: at the Gauss points of each interval, shape (K, 2, 6). directions: of the strain.
         twists, parts, jacobians, spins: the same numbers in a row.
     """
 
@@ -43,7 +43,7 @@ class Shape(NamedTuple):
     point: Array
     jacobian: Array
     spin: Array
-    room: Array
+    strain: Array
     directions: Directions
     twists: Array
     parts: Array
@@ -61,21 +61,21 @@ def empty_shape(layout: Layout) -> Shape:
         "jacobian": (points, 3, width),
         "spin": (intervals + 1, width),
     }
-    rows = {name: _aligned(math.prod(size)) for name, size in shapes.items()}
+    rows = {name: aligned(math.prod(size)) for name, size in shapes.items()}
     shape = Shape(
         rotation=np.zeros((intervals + 1, 9)), position=np.zeros((intervals + 1, 3)), point=np.zeros((points, 3)),
-        room=np.zeros((2, 6)), directions=directions_of(layout),
+        strain=np.zeros((intervals, 2, 6)), directions=directions_of(layout),
         **{name: rows[name].reshape(size) for name, size in shapes.items()},
         **{f"{name}s": row for name, row in rows.items()},
     )  # fmt: skip
     return park(shape)
 
 
-def _aligned(size: int) -> Array:
+def aligned(size: int) -> Array:
     """Return zeros that begin where a line of the processor's cache does, so that eight of them lie in one."""
-    room = np.zeros(size + HALF)
-    skipped = -room.ctypes.data // room.itemsize % HALF
-    return room[skipped : skipped + size]
+    found = np.zeros(size + HALF)
+    skipped = -found.ctypes.data // found.itemsize % HALF
+    return found[skipped : skipped + size]
 
 
 @inlined
@@ -91,10 +91,17 @@ def position_of(shape: Shape, k: int) -> Vector:
     return shape.position[k, 0], shape.position[k, 1], shape.position[k, 2]
 
 
+@inlined
+def strain_of(shape: Shape, k: int, point: int) -> tuple[Vector, Vector]:
+    """Return the strain (u, v) of an interval at one of its Gauss points."""
+    s = shape.strain
+    return (s[k, point, 0], s[k, point, 1], s[k, point, 2]), (s[k, point, 3], s[k, point, 4], s[k, point, 5])
+
+
 @lean
 def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
     """Write the shape for the strains q, shape (n,), with all Jacobians."""
-    width, room, twists = shape.spin.shape[1], shape.room, shape.twists
+    width, strain, twists = shape.spin.shape[1], shape.strain, shape.twists
     directions, lanes = shape.directions, shape.directions.lanes
     for c in range(9):
         shape.rotation[0, c] = layout.base[c]
@@ -103,14 +110,12 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
     for k in range(len(layout.step)):
         first, last = layout.first[k], layout.last[k]
         for c in range(6):
-            room[0, c], room[1, c] = layout.strain1[k, c], layout.strain2[k, c]
+            strain[k, 0, c], strain[k, 1, c] = layout.strain1[k, c], layout.strain2[k, c]
         for d in range(first, last):
             c = layout.component[d]
-            room[0, c] += layout.at1[k, d] * q[d]
-            room[1, c] += layout.at2[k, d] * q[d]
-        h = layout.step[k]
-        one = (room[0, 0], room[0, 1], room[0, 2]), (room[0, 3], room[0, 4], room[0, 5])
-        two = (room[1, 0], room[1, 1], room[1, 2]), (room[1, 3], room[1, 4], room[1, 5])
+            strain[k, 0, c] += layout.at1[k, d] * q[d]
+            strain[k, 1, c] += layout.at2[k, d] * q[d]
+        h, one, two = layout.step[k], strain_of(shape, k, 0), strain_of(shape, k, 1)
         f, r = magnus(h, one, two)
         turn, jacobian, coupling = exponential(f, r)
         before, place = rotation_of(shape, k), position_of(shape, k)
@@ -128,20 +133,15 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             ou = rotate(rj, au)
             ov = add(add(rotate(rq, au), rotate(rj, av)), cross(place, ou))
             store_six(lanes, group * HALF, DIRECTIONS, (ou, ov))
-        used, begin = directions.groups[k] * HALF, first // HALF * HALF
+        begin = directions.begin[k]
         for i in range(6):
             near, far = (6 * k + i) * width, (6 * (k + 1) + i) * width
             for b in range(0, begin, HALF):
                 simd_store(twists, far + b, simd_load(twists, near + b, LANES))
-            at = directions.start[k]
             for b in range(begin, last, HALF):
-                own = lanes[i * DIRECTIONS] * simd_load(directions.weights, at, LANES)
-                for lane in range(1, used):
-                    row = simd_load(directions.weights, at + lane * HALF, LANES)
-                    own = simd_multiply_add(lanes[i * DIRECTIONS + lane], row, own)
+                own = by_modes(directions, k, lanes, i, b)
                 simd_store(shape.parts, near + b, own)
                 simd_store(twists, far + b, simd_load(twists, near + b, LANES) + own)
-                at += used * HALF
         far = 6 * (k + 1) * width
         for b in range(0, last, HALF):
             x, y = simd_load(twists, far + b, LANES), simd_load(twists, far + width + b, LANES)

@@ -100,15 +100,6 @@ def strain_rate(layout: Layout, w: Any, k: int, at: Any) -> Six:
 
 
 @inlined
-def strain(layout: Layout, q: Any, k: int, at: Any, reference: Any) -> Six:
-    """Return the strain of interval k where the modes have the values `at`."""
-    u, v = strain_rate(layout, q, k, at)
-    return add(u, (reference[k, 0], reference[k, 1], reference[k, 2])), add(
-        v, (reference[k, 3], reference[k, 4], reference[k, 5])
-    )
-
-
-@inlined
 def twist_at(twists: Any, k: int, d: int) -> Six:
     """Return the twist of node or interval k by the mode d."""
     return (twists[k, 0, d], twists[k, 1, d], twists[k, 2, d]), (twists[k, 3, d], twists[k, 4, d], twists[k, 5, d])

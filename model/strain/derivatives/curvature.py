@@ -16,8 +16,8 @@ from tendond.model.numerics.products import HALF, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate_back, scale
 from tendond.model.strain.derivatives.bends import Bends
-from tendond.model.strain.directions import DIRECTIONS
-from tendond.model.strain.kinematics import Shape, rotation_of
+from tendond.model.strain.directions import DIRECTIONS, by_modes
+from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
@@ -31,7 +31,6 @@ from tendond.model.strain.twists import (
     plus,
     polynomial,
     store_six,
-    strain,
     times,
     transposed,
 )
@@ -45,7 +44,7 @@ def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, roo
     first, last, h, width = layout.first[k], layout.last[k], layout.step[k], padded(len(q))
     r, p = rotation_of(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
     l0 = rotate_back(r, add(wrench[0], cross(wrench[1], p))), rotate_back(r, wrench[1])
-    one, two = strain(layout, q, k, layout.at1, layout.strain1), strain(layout, q, k, layout.at2, layout.strain2)
+    one, two = strain_of(shape, k, 0), strain_of(shape, k, 1)
     psi = magnus(h, one, two)
     c1, c2, c3, c4, d1, d2, d3, d4 = polynomial(dot(psi[0], psi[0]))
     l1 = transposed(psi, l0)
@@ -85,12 +84,11 @@ def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, roo
                 value = simd_multiply_add(dual[c + row], simd_load(change, c + at, LANES), value)
                 value = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, LANES), value)
             simd_store(block, row * DIRECTIONS + at, value * 0.5)
-        for e in range(first, last):
-            lane = row * DIRECTIONS + 2 * room.directions.slot[e]
-            spread[row * width + e] = layout.at1[k, e] * block[lane] + layout.at2[k, e] * block[lane + 1]
+        for b in range(room.directions.begin[k], last, HALF):
+            simd_store(spread, row * width + b, by_modes(room.directions, k, block, row, b))
     for d in range(first, last):
         above, below = 2 * room.directions.slot[d] * width, (2 * room.directions.slot[d] + 1) * width
-        for b in range(first // HALF * HALF, last, HALF):
+        for b in range(room.directions.begin[k], last, HALF):
             value = simd_load(total, d * width + b, LANES)
             value = simd_multiply_add(layout.at1[k, d], simd_load(spread, above + b, LANES), value)
             value = simd_multiply_add(layout.at2[k, d], simd_load(spread, below + b, LANES), value)
@@ -108,7 +106,7 @@ def add_curvature(
     """
     n, width = len(q), padded(len(q))
     left, other, right = room.left, room.other, room.right
-    left[:], other[:], right[:], room.spread[:] = 0.0, 0.0, 0.0, 0.0
+    left[:], other[:], right[:] = 0.0, 0.0, 0.0
     room.total[:], room.second[:] = 0.0, 0.0
     f, dead, own, lever = NONE, NONE, NONE, NONE  # forces beyond, moments, moments about own axes, sum of x x force
     q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x force' over the points beyond, row by row
@@ -154,7 +152,6 @@ def add_curvature(
             add_products(left, right, width, begin, row, first, last, last, room.total)
             add_products(other, right, width, begin, row, first, last, last, room.second)
             begin = row
-            room.spread[:] = 0.0
     for a in range(n):
         for b in range(n):
             out[a, b] += room.total[a * width + b] + room.second[b * width + a]

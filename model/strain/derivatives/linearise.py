@@ -5,6 +5,8 @@
 For estimators, predictive laws and identification. Derivatives are analytic and exact for the discrete rod; see `step`.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -20,7 +22,7 @@ from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod, StrainState
 from tendond.model.strain.stepping.advance import advance
-from tendond.model.strain.stepping.scratch import Loads, scratch_for
+from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]
@@ -53,6 +55,8 @@ class Linearisation:
         self._tip = rod.node(rod.robot.length)[1]
         n, m = rod.modes, len(rod.robot.tendons)
         self._work = scratch_for(rod.layout)
+        self._next = mirrored(self._work)
+        self._last: StrainState | None = None  # whose shape is in `_work.after`
         self._room = room_for(rod.layout, 2 * n + m + 6)
         self._advance, self._differentiate = Bound(advance), Bound(differentiate)
         self._accelerations = np.zeros(n * padded.py_func(1 + m))
@@ -69,10 +73,14 @@ class Linearisation:
         rod = self.rod
         n, m = rod.modes, len(rod.robot.tendons)
         q, w = state.strain.copy(), state.rate.copy()
-        out = np.zeros((2 * n, 2 * n + m + 6))
+        out = np.empty((2 * n, 2 * n + m + 6))
+        known = state is self._last
+        if known:
+            self._work, self._next = self._next, self._work
+        self._last = None
         work, h = self._work, rod.time_step
-        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work, False)
-        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(w))):
+        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work, known)
+        if not math.isfinite(q @ q + w @ w):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         analytic = steps == 1 and damped == 0
         if analytic:
@@ -80,15 +88,19 @@ class Linearisation:
             analytic = self._differentiate.call(
                 rod.layout, loads, *before, q, w, h, self._points, self._nodes, work, self._room, out
             )
-        if not analytic:
+        after = StrainState(q, w, count, steps, damped)
+        if analytic:
+            self._last = after
+        else:
             out = self._differences(state, loads)
         return StepSensitivity(
-            StrainState(q, w, count, steps, damped), out[:, : 2 * n], out[:, 2 * n : 2 * n + m],
+            after, out[:, : 2 * n], out[:, 2 * n : 2 * n + m],
             out[:, 2 * n + m : 2 * n + m + 3], out[:, 2 * n + m + 3 :], analytic,
         )  # fmt: skip
 
     def outputs(self, state: StrainState) -> Outputs:
         """Return the derivatives of what is measured at a state."""
+        self._last = None
         layout, work, rates = self.rod.layout, self._work, self._room.rates1
         n, shape = self.rod.modes, work.after
         find_shape(layout, state.strain, shape)
@@ -99,7 +111,7 @@ class Linearisation:
         gradient = work.paths_after.gradient
         return Outputs(
             np.hstack((moved, still)), np.hstack((shape.twist[-1, :3, :n], still)),
-            np.hstack((rates.point[self._tip], moved)), np.hstack((gradient, np.zeros_like(gradient))),
+            np.hstack((rates.point[self._tip, :, :n], moved)), np.hstack((gradient, np.zeros_like(gradient))),
         )  # fmt: skip
 
     def tip(self, state: StrainState, loads: Loads) -> TipDynamics:
@@ -108,13 +120,14 @@ class Linearisation:
         Raises:
             ConvergenceError: the mass matrix is singular, or not finite.
         """
+        self._last = None
         work, rates, found = self._work, self._room.rates1, self._accelerations
         done = accelerate(self.rod.layout, loads, state.strain, state.rate, work, self._room, found)
         if not (done and np.all(np.isfinite(found))):
             raise ConvergenceError("dynamics: the mass matrix is singular at this state", 0.0, 0.0, 0)
         moved = work.after.jacobian[self._tip, :, : self.rod.modes]
         found = found.reshape(self.rod.modes, -1)[:, : 1 + len(work.taut)]
-        drift = moved @ found[:, 0] + rates.point[self._tip] @ state.rate
+        drift = moved @ found[:, 0] + rates.point[self._tip, :, : self.rod.modes] @ state.rate
         gain, tension = moved @ found[:, 1:], work.taut.copy()
         return TipDynamics(drift + gain @ tension, drift, gain, tension)
 
@@ -124,6 +137,7 @@ class Linearisation:
         Raises:
             ConvergenceError: it is a fold or a bifurcation: there are none.
         """
+        self._last = None
         layout, work = self.rod.layout, self._work
         tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
         given = np.where(loads.driven & (work.taut > 0.0), layout.tendon_stiffness, 1.0)
@@ -141,6 +155,7 @@ class Linearisation:
 
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the exact tangent stiffness, relative to the unloaded robot's stiffness."""
+        self._last = None
         layout = self.rod.layout
         tangent_stiffness(layout, loads, state.strain, self._work, self._room, self._tangent)
         return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])

@@ -17,13 +17,15 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import HALF
+from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate
 from tendond.model.strain.derivatives.bends import Bends
-from tendond.model.strain.directions import DIRECTIONS
-from tendond.model.strain.kinematics import Shape, rotation_of
+from tendond.model.strain.directions import DIRECTIONS, by_modes
+from tendond.model.strain.kinematics import Shape, aligned, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
+    LANES,
     bracket,
     load_six,
     magnus,
@@ -31,10 +33,8 @@ from tendond.model.strain.twists import (
     plus,
     polynomial,
     store_six,
-    strain,
     strain_rate,
     times,
-    twist_at,
 )
 
 Array = NDArray[np.float64]
@@ -44,33 +44,39 @@ class Rates(NamedTuple):
     """Motion of a shape for given rates of its strains w, and its derivative by the strains; world frame.
 
     Attributes:
-        node: spatial twist X w of each node, shape (K + 1, 6); slope: its derivative, shape (K + 1, 6, n).
-        point: derivative of each mass point's velocity J w [m], shape (P, 3, n).
-        spin: derivative of each node's rotation rate about its own axis, shape (K + 1, n).
+        node: spatial twist X w of each node, shape (K + 1, 6); slope: its derivative, shape (K + 1, 6, N).
+        point: derivative of each mass point's velocity J w [m], shape (P, 3, N).
+        spin: derivative of each node's rotation rate about its own axis, shape (K + 1, N); N as in `Shape`.
+        slopes, points, spins: the same numbers in a row.
     """
 
     node: Array
     slope: Array
     point: Array
     spin: Array
+    slopes: Array
+    points: Array
+    spins: Array
 
 
 def empty_rates(layout: Layout) -> Rates:
     """Return arrays for the rates of this robot."""
-    nodes, n = len(layout.polar), len(layout.component)
+    nodes, points, width = len(layout.polar), len(layout.mass), -(-len(layout.component) // HALF) * HALF
+    slopes, moved, spins = aligned(nodes * 6 * width), aligned(points * 3 * width), aligned(nodes * width)
     rates = Rates(
-        np.zeros((nodes, 6)), np.zeros((nodes, 6, n)), np.zeros((len(layout.mass), 3, n)), np.zeros((nodes, n))
-    )
+        np.zeros((nodes, 6)), slopes.reshape(nodes, 6, width), moved.reshape(points, 3, width),
+        spins.reshape(nodes, width), slopes, moved, spins,
+    )  # fmt: skip
     return park(rates)
 
 
 @lean
 def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates: Rates) -> None:
     """Write the motion of the shape at q for the rates w, both shape (n,), and its derivative by q at fixed w."""
-    own = room.change
+    own, width = room.change, rates.spin.shape[1]
     for k in range(len(layout.step)):
-        first, last, h = layout.first[k], layout.last[k], layout.step[k]
-        one, two = strain(layout, q, k, layout.at1, layout.strain1), strain(layout, q, k, layout.at2, layout.strain2)
+        last, h = layout.last[k], layout.step[k]
+        one, two = strain_of(shape, k, 0), strain_of(shape, k, 1)
         moved1, moved2 = strain_rate(layout, w, k, layout.at1), strain_rate(layout, w, k, layout.at2)
         psi = magnus(h, one, two)
         c1, c2, c3, c4, d1, d2, d3, d4 = polynomial(dot(psi[0], psi[0]))
@@ -103,28 +109,33 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates:
         for i in range(3):
             rates.node[k + 1, i] = rates.node[k, i] + u[i]
             rates.node[k + 1, 3 + i] = rates.node[k, 3 + i] + v[i]
-        for d in range(last):
-            turned = bracket(twist_at(shape.twist, k, d), (u, v))
-            for i in range(3):
-                rates.slope[k + 1, i, d] = rates.slope[k, i, d] + turned[0][i]
-                rates.slope[k + 1, 3 + i, d] = rates.slope[k, 3 + i, d] + turned[1][i]
-        for i in range(6):
-            for d in range(first, last):
-                lane = i * DIRECTIONS + 2 * room.directions.slot[d]
-                rates.slope[k + 1, i, d] += layout.at1[k, d] * own[lane] + layout.at2[k, d] * own[lane + 1]
         axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         moved = (rates.node[k + 1, 0], rates.node[k + 1, 1], rates.node[k + 1, 2])
         across = cross(axis, moved)
-        for d in range(last):
-            turn, slope = twist_at(shape.twist, k + 1, d)[0], twist_at(rates.slope, k + 1, d)[0]
-            rates.spin[k + 1, d] = dot(turn, across) + dot(axis, slope)
+        near, far = 6 * k * width, 6 * (k + 1) * width
+        for b in range(0, last, HALF):
+            turned = bracket(load_six(shape.twists, near + b, width), (u, v))
+            slope = plus(load_six(rates.slopes, near + b, width), turned)
+            if b >= room.directions.begin[k]:
+                u0, u1 = by_modes(room.directions, k, own, 0, b), by_modes(room.directions, k, own, 1, b)
+                u2, v0 = by_modes(room.directions, k, own, 2, b), by_modes(room.directions, k, own, 3, b)
+                v1, v2 = by_modes(room.directions, k, own, 4, b), by_modes(room.directions, k, own, 5, b)
+                slope = plus(slope, ((u0, u1, u2), (v0, v1, v2)))
+            store_six(rates.slopes, far + b, width, slope)
+            turn = load_six(shape.twists, far + b, width)[0]
+            simd_store(rates.spins, (k + 1) * width + b, dot(turn, across) + dot(axis, slope[0]))
     for j in range(len(layout.mass)):
         k = layout.place[j]
-        x0, x1, x2 = shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]
-        s0, s1, s2 = rates.node[k, 0], rates.node[k, 1], rates.node[k, 2]
-        for d in range(layout.last[k - 1]):
-            jx, jy, jz = shape.jacobian[j, 0, d], shape.jacobian[j, 1, d], shape.jacobian[j, 2, d]
-            a0, a1, a2 = rates.slope[k, 0, d], rates.slope[k, 1, d], rates.slope[k, 2, d]
-            rates.point[j, 0, d] = a1 * x2 - a2 * x1 + rates.slope[k, 3, d] + s1 * jz - s2 * jy
-            rates.point[j, 1, d] = a2 * x0 - a0 * x2 + rates.slope[k, 4, d] + s2 * jx - s0 * jz
-            rates.point[j, 2, d] = a0 * x1 - a1 * x0 + rates.slope[k, 5, d] + s0 * jy - s1 * jx
+        x = (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2])
+        spin = (rates.node[k, 0], rates.node[k, 1], rates.node[k, 2])
+        at = 3 * j * width
+        for b in range(0, layout.last[k - 1], HALF):
+            slope = load_six(rates.slopes, 6 * k * width + b, width)
+            arm = (
+                simd_load(shape.jacobians, at + b, LANES), simd_load(shape.jacobians, at + width + b, LANES),
+                simd_load(shape.jacobians, at + 2 * width + b, LANES),
+            )  # fmt: skip
+            value = add(add(cross(slope[0], x), slope[1]), cross(spin, arm))
+            simd_store(rates.points, at + b, value[0])
+            simd_store(rates.points, at + width + b, value[1])
+            simd_store(rates.points, at + 2 * width + b, value[2])

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import padded
+from tendond.model.numerics.products import HALF, padded
 from tendond.model.strain.derivatives.bends import Bends, bends_of
 from tendond.model.strain.derivatives.rates import Rates, empty_rates
+from tendond.model.strain.kinematics import aligned
 from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
@@ -19,14 +20,15 @@ class Room(NamedTuple):
 
     Attributes:
         bends: of second derivatives. rates0, rates1: motion at both ends for the rates there.
-        spin0, spin1: of the nodes' own turns for q1 - q0.
+        spin0, spin1: of the nodes' own turns for q1 - q0, shape (K + 1, N);
+            spins0, spins1: the same in a row.
         left, after, before, rate: rows of `add_products`: three of each mass point, one of each interval's end, one of
             each tendon. The first is what the others, by q1, q0 and w0, are multiplied by.
         by_q1, by_q0, by_w0: of the balance, then of the momentum; padded rows.
         by_input: of the strains after the step, by the inputs; turned: of the rates. n rows, padded.
         curvature: second derivatives, shape (n, n).
         lack: derivative of what the balance lacks by q1, shape (n,); row: by the inputs, shape (N,).
-        force: shape (P, 3); moment: shape (K + 1, 3); torque: shape (K + 1,); turn: shape (3, n).
+        force: shape (P, 3); moment: shape (K + 1, 3); torque: shape (K + 1,); turn: three rows of N.
     """
 
     bends: Bends
@@ -34,6 +36,8 @@ class Room(NamedTuple):
     rates1: Rates
     spin0: Array
     spin1: Array
+    spins0: Array
+    spins1: Array
     left: Array
     after: Array
     before: Array
@@ -56,12 +60,15 @@ def room_for(layout: Layout, inputs: int) -> Room:
     """Return arrays for the derivatives of this robot's steps by `inputs` numbers, 2 n + m at least."""
     n, nodes, points = len(layout.component), len(layout.polar), len(layout.mass)
     width, columns = padded.py_func(n), padded.py_func(inputs)
+    own = -(-n // HALF) * HALF
+    spins = aligned(nodes * own), aligned(nodes * own)
     rows = (3 * points + nodes - 1 + len(layout.straight)) * width
     room = Room(
         bends=bends_of(layout), rates0=empty_rates(layout), rates1=empty_rates(layout),
-        spin0=np.zeros((nodes, n)), spin1=np.zeros((nodes, n)), by_input=np.zeros(n * columns),
+        spin0=spins[0].reshape(nodes, -1), spin1=spins[1].reshape(nodes, -1), spins0=spins[0], spins1=spins[1],
+        by_input=np.zeros(n * columns),
         turned=np.zeros(n * columns), curvature=np.zeros((n, n)), lack=np.zeros(n), row=np.zeros(inputs),
-        force=np.zeros((points, 3)), moment=np.zeros((nodes, 3)), torque=np.zeros(nodes), turn=np.zeros((3, n)),
+        force=np.zeros((points, 3)), moment=np.zeros((nodes, 3)), torque=np.zeros(nodes), turn=aligned(3 * own),
         **{name: np.zeros(rows) for name in ("left", "after", "before", "rate")},
         **{name: np.zeros(width**2) for name in ("by_q1", "by_q0", "by_w0")},
     )  # fmt: skip

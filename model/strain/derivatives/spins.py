@@ -4,13 +4,13 @@ from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.products import HALF
-from tendond.model.numerics.simd import simd_store
+from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Vector, add, cross, dot, rotate, scale
 from tendond.model.strain.derivatives.bends import Bends
-from tendond.model.strain.directions import DIRECTIONS
-from tendond.model.strain.kinematics import Shape, rotation_of
+from tendond.model.strain.directions import DIRECTIONS, by_modes
+from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
-from tendond.model.strain.twists import COMMUTATOR, load_six, polynomial, strain, strain_rate
+from tendond.model.strain.twists import COMMUTATOR, LANES, load_six, polynomial, strain_rate
 
 
 @inlined
@@ -22,17 +22,16 @@ def _left(f: Vector, b: float, c: float, a: Any) -> Any:
 
 @lean
 def find_spins(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, turn: Any, out: Any) -> None:
-    """Write the derivative by q of each node's rotation rate about its own axis at fixed rates w, shape (K + 1, n).
+    """Write the derivative by q of each node's rotation rate about its own axis at fixed rates w, rows of N each.
 
-    `turn` is room for the derivative of the nodes' rotation rates, shape (3, n).
+    `turn` is room for the derivative of the nodes' rotation rates, three rows; N as in `Shape`.
     """
-    own = room.change
+    own, width = room.change, shape.spin.shape[1]
     rate = (0.0, 0.0, 0.0)
-    turn[:, :] = 0.0
+    turn[:] = 0.0
     for k in range(len(layout.step)):
-        first, last, h = layout.first[k], layout.last[k], layout.step[k]
-        one, _ = strain(layout, q, k, layout.at1, layout.strain1)
-        two, _ = strain(layout, q, k, layout.at2, layout.strain2)
+        last, h = layout.last[k], layout.step[k]
+        one, two = strain_of(shape, k, 0)[0], strain_of(shape, k, 1)[0]
         moved1, _ = strain_rate(layout, w, k, layout.at1)
         moved2, _ = strain_rate(layout, w, k, layout.at2)
         half, magnus = 0.5 * h, COMMUTATOR * h * h
@@ -57,20 +56,20 @@ def find_spins(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, turn: 
             simd_store(own, DIRECTIONS + group * HALF, y[1])
             simd_store(own, 2 * DIRECTIONS + group * HALF, y[2])
         part = rotate(r, _left(f, b, c, a))
-        for d in range(last):
-            t0, t1, t2 = shape.twist[k, 0, d], shape.twist[k, 1, d], shape.twist[k, 2, d]
-            turn[0, d] += t1 * part[2] - t2 * part[1]
-            turn[1, d] += t2 * part[0] - t0 * part[2]
-            turn[2, d] += t0 * part[1] - t1 * part[0]
-        for i in range(3):
-            for d in range(first, last):
-                lane = i * DIRECTIONS + 2 * room.directions.slot[d]
-                turn[i, d] += layout.at1[k, d] * own[lane] + layout.at2[k, d] * own[lane + 1]
         rate = add(rate, part)
         z = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         across = cross(z, rate)
-        for d in range(last):
-            out[k + 1, d] = (
-                shape.twist[k + 1, 0, d] * across[0] + shape.twist[k + 1, 1, d] * across[1]
-                + shape.twist[k + 1, 2, d] * across[2] + z[0] * turn[0, d] + z[1] * turn[1, d] + z[2] * turn[2, d]
+        for b in range(0, last, HALF):
+            before = load_six(shape.twists, 6 * k * width + b, width)[0]
+            after = load_six(shape.twists, 6 * (k + 1) * width + b, width)[0]
+            turned = (
+                simd_load(turn, b, LANES), simd_load(turn, width + b, LANES), simd_load(turn, 2 * width + b, LANES)
             )  # fmt: skip
+            turned = add(turned, cross(before, part))
+            if b >= room.directions.begin[k]:
+                y0, y1 = by_modes(room.directions, k, own, 0, b), by_modes(room.directions, k, own, 1, b)
+                turned = add(turned, (y0, y1, by_modes(room.directions, k, own, 2, b)))
+            simd_store(turn, b, turned[0])
+            simd_store(turn, width + b, turned[1])
+            simd_store(turn, 2 * width + b, turned[2])
+            simd_store(out, (k + 1) * width + b, dot(after, across) + dot(z, turned))

@@ -106,8 +106,8 @@ def differentiate(
     one, two, rx, change = work.before, work.after, room.by_input, work.change
     find_rates(layout, q0, w0, one, room.bends, room.rates0)
     find_rates(layout, q1, w1, two, room.bends, room.rates1)
-    find_spins(layout, q0, change, one, room.bends, room.turn, room.spin0)
-    find_spins(layout, q1, change, two, room.bends, room.turn, room.spin1)
+    find_spins(layout, q0, change, one, room.bends, room.turn, room.spins0)
+    find_spins(layout, q1, change, two, room.bends, room.turn, room.spins1)
     room.row[:], room.lack[:], rx[:] = 0.0, 0.0, 0.0
     room.by_q1[:], room.by_q0[:], room.by_w0[:] = 0.0, 0.0, 0.0
     write_points(layout, h, work, room)

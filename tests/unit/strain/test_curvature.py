@@ -67,7 +67,9 @@ def test_second_derivatives_of_the_shape_are_exact_however_far_it_is_bent(bend: 
     empty = empty_rates(layout)
     step = np.where(turns, 1e-5 * max(1.0, bend), 1e-7 * max(1.0, bend))
     expected = differences(along, q, step)
-    for found, truth in zip((curvature, rates.point, rates.spin), expected, strict=True):
+    for found, truth in zip(
+        (curvature, rates.point[:, :, : rod.modes], rates.spin[:, : rod.modes]), expected, strict=True
+    ):
         assert np.abs(found - truth).max() < 1e-6 * np.abs(truth).max()
 
 

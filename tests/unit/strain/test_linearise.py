@@ -29,6 +29,18 @@ def two_sections(damping: float = 1e-3) -> Robot:
     return Robot((half, half), tendons, (TOOL, Body(0.2, 0.01)), (1.0, -9.0, 2.0))
 
 
+def sheared() -> Robot:
+    """An undamped nylon rod whose first section shears and whose second does not even twist, with a body at its tip."""
+    first = Section.round(0.2, 2e-3, 2e9, 1100.0, bending_modes=2, shear_modes=1, shear_stiffness=1e4)
+    second = Section.round(0.15, 2e-3, 2e9, 1100.0, bending_modes=3, torsion_modes=0)
+    tendons = (Tendon.helical(0.35, 0.006, 0.4), Tendon.converging(0.2, (0.01, 0.0), (0.006, 0.004)))
+    return Robot((first, second), tendons, (Body(0.35, 0.01, offset=(0.0, 0.004, 0.01)),), (0.0, -9.81, 0.0))
+
+
+def tugged(rod: StrainRod, k: int) -> Loads:
+    return rod.loads([0.5 + 0.1 * k, 0.4])
+
+
 def pulled(rod: StrainRod, k: int) -> Loads:
     return rod.loads([5.0 + 2.0 * k, 4.0, 1.0, 1.0])
 
@@ -78,9 +90,10 @@ def differences(rod: StrainRod, state: StrainState, loads: Loads) -> Array:
     [
         (lambda: paper(), 0.01, pulled, 2e-6),
         (two_sections, 0.01, pushed, 2e-6),
+        (sheared, 0.002, tugged, 5e-6),  # 5e-4 N m bend nylon further than the differences are exact
         (lambda: paper(damping=1e-3, drag=50.0), 0.005, driven, 1e-5),  # v |v| limits the differences' order
     ],
-    ids=["tensions", "two sections with loads", "displacements with drag"],
+    ids=["tensions", "two sections with loads", "shear without damping", "displacements with drag"],
 )
 def test_the_linear_model_is_the_derivative_of_the_step(
     robot: Callable[[], Robot], time_step: float, program: Callable[[StrainRod, int], Loads], bound: float
@@ -202,3 +215,16 @@ def test_a_place_without_a_node_or_at_the_base_is_refused() -> None:
     for at, said in ((0.123, "no node at s = 0.123"), (0.0, "beyond the base")):
         with pytest.raises(ParameterError, match=said):
             Linearisation(rod, at)
+
+
+def test_a_step_that_follows_another_has_the_derivatives_of_one_that_does_not() -> None:
+    rod = StrainRod(two_sections())
+    first, loads = rod.step(rod.rest(), pushed(rod, 1)), pushed(rod, 2)
+    linear, alone = Linearisation(rod), Linearisation(rod)
+    before = linear.step(first, loads)
+    following, expected = linear.step(before.state, pushed(rod, 3)), alone.step(before.state, pushed(rod, 3))
+    assert np.array_equal(following.state.strain, expected.state.strain)
+    assert np.array_equal(following.a, expected.a)
+    linear.outputs(first)  # works on the same arrays
+    again = linear.step(following.state, loads)
+    assert np.array_equal(again.b, alone.step(following.state, loads).b)

@@ -1,4 +1,4 @@
-"""How the tests are spread over processes (`pytest -n 3`, as `make test` does).
+"""Distribution of the tests over processes (`pytest -n 3`, as `make test` does).
 
 Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder runs in one
 process, one test after the other, the two folders beside each other. The others compute; they are distributed file by

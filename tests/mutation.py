@@ -142,7 +142,7 @@ def mutmut(folder: Path, *arguments: str) -> str:
 
 
 def verdicts(folder: Path) -> dict[str, str]:
-    """Of each mutant, by its name: killed, survived, timeout, no tests and so on."""
+    """Outcome of each mutant, by its name: killed, survived, timeout, no tests and so on."""
     lines = (line.strip().rpartition(": ") for line in mutmut(folder, "results", "--all", "true").splitlines())
     return {name: verdict for name, colon, verdict in lines if colon}
 

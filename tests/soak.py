@@ -40,7 +40,7 @@ SPLIT = "[log]\nsplit_size = 20.0\n"
 
 
 def resident() -> float:
-    """Of this process [bytes]."""
+    """Memory of this process [bytes]."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmRSS"):
             return float(line.split()[1]) * 1024.0

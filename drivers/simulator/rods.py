@@ -22,7 +22,7 @@ from tendond.schemas.config.simulator import SimulatorSection
 Array = NDArray[np.float64]
 
 ACCURACY = 0.005
-"""Of a simulated tip, as a part of the robot's length: an estimated error beyond it is reported."""
+"""Estimated error of a simulated tip, as a part of the robot's length, beyond which it is reported."""
 
 CHECK_EVERY = 5
 """Steps between two estimates of the error: one takes a third of a step."""

@@ -21,7 +21,7 @@ from tendond.model.strain.stepping.scratch import Loads, Scratch, mirrored, scra
 
 Array = NDArray[np.float64]
 Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
-"""As `map`, or that of a pool of threads."""
+"""`map`, or that of a pool of threads."""
 
 
 @kernel
@@ -204,6 +204,6 @@ def _alike(one: Layout, other: Layout) -> bool:
 
 
 def _measures(layout: Layout) -> Array:
-    """What scratch arrays hold of a robot's parameters: the measures of strains and of energy, shape (n + 1,)."""
+    """Parameters that scratch arrays hold: the measures of strains and of energy, shape (n + 1,)."""
     work = scratch_for(layout)
     return np.concatenate((work.scale, work.unit[:1]))

@@ -1,4 +1,4 @@
-"""What acts on the general rod over a step, from what a person names: tendons, wrenches, loads along the backbone."""
+"""Loads on the general rod over a step, by what a person names: tendons, wrenches, loads along the backbone."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]
 Drive = ArrayLike | Sequence[float | None] | None
-"""A number per tendon; None for one that is driven the other way."""
+"""A number per tendon; None for one that is not driven so."""
 
 Wrench = tuple[float, ArrayLike, ArrayLike]
 """Arc length [m], force [N], moment [N m]; world frame."""

@@ -28,12 +28,12 @@ Array = NDArray[np.float64]
 
 STATIC_TOLERANCE = 1e-10
 STEP_TOLERANCE = 1e-8
-"""Of the strains [rad]: relative to the energy of the robot's softest section when bent by 1 rad."""
+"""Tolerance of the strains [rad]: relative to the energy of the robot's softest section when bent by 1 rad."""
 
 
 @dataclass(frozen=True)
 class StrainState:
-    """What the robot is at one instant.
+    """State of the robot at one instant.
 
     Attributes:
         strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).

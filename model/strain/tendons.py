@@ -22,7 +22,7 @@ Index = NDArray[np.int64]
 LANES = (0.0,) * HALF
 
 ROUND = 1e-3
-"""As a part of the backbone's length: a path is rounded where it is shorter, at a centre of curvature.
+"""Part of the backbone's length: a path is rounded where it is shorter, at a centre of curvature.
 
 A tendon's path has a kink there, where no minimum of an energy is smooth; elsewhere it is 5e-7 of its length off.
 """

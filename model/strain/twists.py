@@ -12,7 +12,7 @@ from tendond.model.strain.layout import Layout
 Six = tuple[Vector, Vector]
 
 COMMUTATOR = math.sqrt(3.0) / 12.0
-"""Of the Magnus expansion with two Gauss points."""
+"""Coefficient of the Magnus expansion with two Gauss points."""
 
 LANES = (0.0,) * HALF
 

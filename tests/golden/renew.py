@@ -38,7 +38,7 @@ def cycles_of(path: Path) -> dict[int, bytes]:
 
 
 def what_changed(old: Path, new: Path) -> list[str]:
-    """How the old log replays, and where the new one differs from it."""
+    """Replay of the old log, and where the new one differs from it."""
     if not old.exists():
         return ["was not there"]
     lines = []

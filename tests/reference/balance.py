@@ -29,7 +29,7 @@ def base_reaction(solution: Solution) -> tuple[Array, Array]:
 
 
 def imbalance(solution: Solution) -> tuple[float, float]:
-    """What is left of the two balances [-], as parts of |N(0)| and |M(0)|: the space scheme's error."""
+    """Remainder of the two balances [-], as parts of |N(0)| and |M(0)|: the space scheme's error."""
     rod, loads, swept = solution.rod, solution.loads, solution.sweep
     quadrature = np.tile(solution.scheme.tableau.b, solution.scheme.steps) * rod.length / solution.scheme.steps
     force, moment = np.zeros(3), np.zeros(3)

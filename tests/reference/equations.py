@@ -21,7 +21,7 @@ STRAIN, U, Q, W, V_S, U_S = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What acts on the rod. Vectors are in the world frame, shape (3,)."""
+    """Loads on the rod. Vectors are in the world frame, shape (3,)."""
 
     tensions: Array
     """T_i [N], shape (n,)."""
@@ -69,7 +69,7 @@ def tendon_second_slopes(rod: ReferenceRod, v: Array, u: Array, v_s: Array, u_s:
 
 
 def tendon_terms(rod: ReferenceRod, tensions: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
-    """What the tendons add to the 6x6 system: its block [[A, G], [B, H]], shape (6, 6), and a and b, shape (3,)."""
+    """Parts of the tendons in the 6x6 system: its block [[A, G], [B, H]], shape (6, 6), and a and b, shape (3,)."""
     block, a, b = np.zeros((6, 6)), np.zeros(3), np.zeros(3)
     hat_u = hat(u)
     for T, r_hat, slope in zip(tensions, rod.tendon_hats, tendon_slopes(rod, v, u), strict=True):

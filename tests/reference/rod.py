@@ -61,7 +61,7 @@ class ReferenceRod:
     u_star: Array = field(default_factory=lambda: np.zeros(3))
     """u* [1/m], unloaded, body frame, shape (3,)."""
     tip_mass: float = 0.0
-    """Of a rigid body on the tip [kg]."""
+    """Mass of a rigid body on the tip [kg]."""
     tip_inertia: Array = field(default_factory=lambda: np.zeros(3))
     """Diagonal of its inertia about its centre of mass [kg m^2], body frame, shape (3,)."""
     tip_offset: Array = field(default_factory=lambda: np.zeros(3))

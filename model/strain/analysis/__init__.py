@@ -1,1 +1,1 @@
-"""What a robot's shape, motion and strength are: modes, frames, strain and stress, equilibria, energy."""
+"""A robot's shape, motion and strength: modes, frames, strain and stress, equilibria, energy."""

@@ -1,4 +1,4 @@
-"""How far a rod's tip is from that of more modes and shorter steps, and the modes and step that a tolerance needs.
+"""Distance of a tip from that of more modes and shorter steps, and the modes and step that a tolerance needs.
 
 Two indicators cost next to nothing and need no second solution. In space: Legendre coefficients of a smooth strain
 decay geometrically, so the last one kept is about as large as all that were left out (J. P. Boyd, "Chebyshev and
@@ -26,16 +26,16 @@ Array = NDArray[np.float64]
 KINDS = ("bending_modes", "torsion_modes", "stretch_modes", "shear_modes")
 
 MODES_MAX = 8
-"""Of one strain in a section."""
+"""Modes of one strain in a section."""
 
 HALVINGS = 8
-"""Of the time step, at most: to a 256th of what was asked for."""
+"""Halvings of the time step, at most: to a 256th of what was asked for."""
 
 TRIAL_PERIODS = 2.0
-"""Of the robot's first mode in a trial: one to pull, one to swing."""
+"""Periods of the robot's first mode in a trial: one to pull, one to swing."""
 
 TRIAL_STEPS = (10, 50)
-"""Of the longest time step in a trial, min. and max.; a slow robot is pulled faster than by its period."""
+"""Min. and max. number of the longest time steps in a trial; a slow robot is pulled faster than by its period."""
 
 TRIAL_FORCE = 3.0
 """Force across the tip in a trial, in EI/L^2: bends a cantilever by about 50 degrees."""

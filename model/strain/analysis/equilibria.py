@@ -63,8 +63,8 @@ def _drawn(rod: StrainRod, random: np.random.Generator) -> Array:
         angle, bend = random.uniform(0.0, 2.0 * math.pi), random.uniform(0.0, 2.0 * math.pi) / length
         for mode in range(first, last):
             if layout.component[mode] <= 1:
-                way = math.cos(angle) if layout.component[mode] == 0 else math.sin(angle)
-                q[mode] = bend * way if layout.order[mode] == 0 else 0.3 * random.standard_normal() * bend
+                direction = math.cos(angle) if layout.component[mode] == 0 else math.sin(angle)
+                q[mode] = bend * direction if layout.order[mode] == 0 else 0.3 * random.standard_normal() * bend
     return q
 
 

@@ -15,7 +15,7 @@ from tendond.model.strain.rod import StrainRod, StrainState
 
 Array = NDArray[np.float64]
 COMMUTATOR = math.sqrt(3.0) / 12.0
-"""Of the fourth-order Magnus expansion, as in the kernels."""
+"""Coefficient of the fourth-order Magnus expansion, as in the kernels."""
 
 
 def places(rod: StrainRod, s: Sequence[float] | Array | None, count: int = 101) -> Array:

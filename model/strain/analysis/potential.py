@@ -79,7 +79,7 @@ class Potential:
         return math.sqrt(float(change @ self.layout.stiffness @ change) / self.unit)
 
     def left(self, gradient: Array) -> float:
-        """Return the distance by which the unloaded robot would give way to a residual."""
+        """Return the distance that the unloaded robot would yield to a residual."""
         return self.size(cho_solve(self.stiffness, gradient))
 
     def equilibrium(self, q: Array, share: float = 1.0) -> Equilibrium:

@@ -25,7 +25,7 @@ class Pull:
     Attributes:
         tendon: index. bend: of the whole backbone [rad]. displacement: shortening of the tendon's path [m].
         strain: largest of any fibre [-]. tip: [m], shape (3,).
-        tension: at which the equilibrium was found [N]; below the largest one where it was lost on the way.
+        tension: at which the equilibrium was found [N]; below the largest one where it was lost before that.
     """
 
     tendon: int

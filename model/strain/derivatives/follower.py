@@ -20,11 +20,11 @@ from tendond.model.strain.stepping.scratch import Loads, Scratch, scratch_for
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-11
-"""Of the correction's energy, as a part of that of bending the softest section by 1 rad, squared root."""
+"""Root of the correction's energy at which Newton's method ends, as a part of that of 1 rad in the softest section."""
 
 ITERATIONS = 25
 HALVINGS = 12
-"""Of the growth of the wrench, below 1 / 16 of it, before a fold is reported."""
+"""Number of steps in which the wrench grows, below 1 / 16 of it, before a fold is reported."""
 
 
 class Followers:

@@ -99,12 +99,12 @@ def add_pulls(layout: Layout, loads: Loads, work: Scratch, room: Room) -> None:
             s1, s0 = work.slack[i], _slope_before(layout, loads, i, work)
             given = -(s0 + s1)
             driven = True
-        way = work.paths_after.displacement[i] - work.paths_before.displacement[i]
-        room.row[2 * n + i] -= given * way
+        change = work.paths_after.displacement[i] - work.paths_before.displacement[i]
+        room.row[2 * n + i] -= given * change
         at = (begin + i) * width
         for b in range(n):
-            room.lack[b] -= (s1 * way + work.taut[i]) * g1[i, b]
-            room.row[b] -= (s0 * way - work.taut[i]) * g0[i, b]
+            room.lack[b] -= (s1 * change + work.taut[i]) * g1[i, b]
+            room.row[b] -= (s0 * change - work.taut[i]) * g0[i, b]
             mean = 0.5 * (g0[i, b] + g1[i, b])
             room.by_input[b * columns + 2 * n + i] -= given * mean
             room.left[at + b], room.after[at + b], room.before[at + b] = mean, -s1 * g1[i, b], -s0 * g0[i, b]

@@ -31,7 +31,7 @@ DIFFERENCE = 1e-5
 """[rad] Of strains in steps that are differenced, in the measure of energy."""
 
 DIFFERENCE_TOLERANCE = 1e-13
-"""Of the solutions that are differenced: their error over the difference, 1e-8, is below that of the difference."""
+"""Tolerance of solutions that are differenced: their error over the difference, 1e-8, is below the difference's own."""
 
 
 class Linearisation:

@@ -33,7 +33,7 @@ class StepSensitivity:
 
 @dataclass(frozen=True)
 class Outputs:
-    """What is measured, by x = (q, w); the tip's in the world frame.
+    """Measured quantities, by x = (q, w); the tip's in the world frame.
 
     Attributes:
         position: of the tip [m], shape (3, 2 n).

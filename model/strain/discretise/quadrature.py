@@ -17,7 +17,7 @@ TABLE_POINTS = 10
 """Gauss points per piece of a table: exact for a linear table and two polynomials of the eighth order."""
 
 NEAR = 1e-9
-"""As a part of the length: places that are closer are one."""
+"""Distance, as a part of the length, below which two places are one."""
 
 
 def lobatto(count: int) -> tuple[Array, Array]:

@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 ITERATIONS = 300
 
 ROUNDING = 1e-14
-"""Of the energies' sum, below which a decrease is lost in rounding."""
+"""Part of the energies' sum below which a decrease is lost in rounding."""
 
 ATTAINED = 1e-12
-"""Of the energies' sum: an undamped step promises less, where no step goes down any more and the minimum is reached."""
+"""Part of the energies' sum: where an undamped step promises less and none goes down, the minimum is reached."""
 
 CONTRACTION = 0.05
-"""Of the decrement in one step, above which a new second derivative is worth its price."""
+"""Ratio of the decrement in one step, above which a new second derivative is worth its price."""
 
 
 @lean
@@ -100,7 +100,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
                 find_hessian(layout, loads, q, rate, work)
                 continue
             damping = max(4.0 * damping, 1e-3)
-            if damping > 1e15:  # no way down: this is the place, if rounding is what hides it
+            if damping > 1e15:  # nothing goes down: this is the place, if rounding is what hides it
                 return count if last_decrement <= ATTAINED * size else -1
         undamped = damping == 0.0
         damping = 0.25 * damping if damping > 1e-3 else 0.0

@@ -20,10 +20,10 @@ from tendond.model.strain.tendons import find_paths
 Array = NDArray[np.float64]
 
 ITERATIONS = 15
-"""Of Newton's method; one that needs more is split into shorter steps."""
+"""Iterations of Newton's method; one that needs more is split into shorter steps."""
 
 CONTRACTION = 0.2
-"""Of the correction in one step, above which a new matrix is worth its price."""
+"""Ratio of the correction in one step, above which a new matrix is worth its price."""
 
 SHORTEST = 1.0 / 64.0
 """Part of Newton's step, below which it leads nowhere."""

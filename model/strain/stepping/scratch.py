@@ -1,4 +1,4 @@
-"""What acts on the robot over a step, and the arrays that a step works in."""
+"""Loads on the robot over a step, and the arrays that a step works in."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Loads(NamedTuple):
-    """What acts on a robot over a step.
+    """Loads on a robot over a step.
 
     Attributes:
         force: dead forces on the mass points, world frame [N], shape (P, 3).

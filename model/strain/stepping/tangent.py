@@ -79,8 +79,8 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
     for i in range(len(work.taut)):
         tension, slope = work.taut[i], work.slack[i]
         if tension != 0.0:
-            way = work.paths_after.displacement[i] - work.paths_before.displacement[i]
-            force = slope * way + tension
+            shortened = work.paths_after.displacement[i] - work.paths_before.displacement[i]
+            force = slope * shortened + tension
             for b in range(n):
                 row[b] -= force * work.paths_after.gradient[i, b]
         if slope != 0.0:

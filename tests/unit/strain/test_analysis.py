@@ -79,7 +79,7 @@ def test_a_stepped_beam_has_the_frequencies_of_its_frequency_equation(ratio: flo
     found = natural_modes(rod, rod.rest(), rod.loads(), 6).frequency[::2]
 
     def determinant(omega: float) -> float:
-        """Of the free end's moment and force by the clamp's, state (w, w', EI w'', EI w''') through both pieces."""
+        """Matrix from the clamp's moment and force to the free end's, by (w, w', EI w'', EI w''')."""
         state = np.zeros((4, 2))
         state[2, 0] = state[3, 1] = 1.0
         for section, length in zip(sections, lengths, strict=True):

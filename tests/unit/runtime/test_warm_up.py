@@ -29,9 +29,10 @@ def run_fresh(code: str) -> str:
 
 
 BROUGHT = {
-    "_line_search", "_slope", "add_products", "add_tendon_stiffness", "advance", "begin_step",
-    "curvature_of_points", "damped_step", "find_mass", "find_matrix", "find_residual", "march", "minimise",
-    "project_rates", "solve", "solve_step",
+    "_line_search", "_slope", "add_products", "add_tendon_stiffness", "add_transformed", "advance", "begin_step",
+    "curvature_of_points", "damped_step", "factor_lu", "factor_symmetric", "find_mass", "find_matrix",
+    "find_residual", "march", "minimise", "project_rates", "solve", "solve_lu", "solve_lu_columns", "solve_step",
+    "solve_symmetric", "solve_symmetric_columns",
 }  # fmt: skip
 """Called by other kernels alone, which bring them with them when they come from the disk."""
 

@@ -15,7 +15,8 @@ help: ## list the targets
 
 venv: .venv/.runtime ## set up .venv to run tendond
 
-venv-dev: .venv/.dev .venv/.runtime ## set up .venv with the test tools as well
+venv-dev: .venv/.dev ## set up .venv with the test tools as well
+	@$(MAKE) --no-print-directory .venv/.runtime
 
 demo: .venv/.runtime ## run the demo, results in out/demo
 	@$(BIN)/tendond demo --out out/demo
@@ -98,6 +99,7 @@ fi
 @touch .venv/.unfinished
 @$(PIP) install --require-hashes -r $(1)
 @$(PIP) install --no-deps --no-build-isolation -e .
+@[ -e .venv/.packages ] || touch .venv/.packages # where an interrupted set-up of the test tools started from nothing
 @rm .venv/.unfinished
 endef
 

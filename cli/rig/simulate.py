@@ -33,13 +33,15 @@ def run_wired(config_file: Path | None) -> None:
     ids = servo.servo_ids(len(config.rod.tendon_positions))
     calibration = load_calibration(folder / servo.calibration, config.rig.name, ids)
     plant_config = without_servos(config)
-    plant = Plant(plant_config, _rod(plant_config, str(config_file)))
+    rod = _rod(plant_config, str(config_file))
+    plant = Plant(plant_config, rod)
     rig = WiredRig(config, servo, vicon, calibration, plant, stop_on_signals())
     say(f"wired rig '{config.rig.name}': servos at {servo.port}, Tracker to UDP port {vicon.port}")
     try:
         rig.run()
     finally:
         rig.close()
+        _report_error(rod)
 
 
 def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, object]) -> None:
@@ -74,9 +76,16 @@ def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bo
     rod = _rod(config, source)
     simulator = Simulator(config, Plant(config, rod), stop_on_signals())
     say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
-    simulator.run(lockstep=lockstep, cycles=cycles)
-    if simulator.unreadable:
-        say(f"{simulator.unreadable} commands were unreadable")
+    try:
+        simulator.run(lockstep=lockstep, cycles=cycles)
+    finally:
+        if simulator.unreadable:
+            say(f"{simulator.unreadable} commands were unreadable")
+        _report_error(rod)
+
+
+def _report_error(rod: PlantRod) -> None:
+    """Print the estimated error of the simulated tip where it was large."""
     if isinstance(rod, GeneralPlantRod) and rod.error_max > ACCURACY * rod.parameters.length:
         say(
             f"the simulated tip was up to {1e3 * rod.error_max:.1f} mm from that of more modes and shorter steps, "

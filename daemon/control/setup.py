@@ -1,5 +1,6 @@
 """Setup of the cycle, which never changes: the configuration, and what follows from it."""
 
+import math
 from dataclasses import dataclass, field
 
 from tendond.daemon.control.actuation import lag_share
@@ -82,7 +83,7 @@ class CycleSetup:
         config = config.with_own_rates()
         rod = rod_from_section(config.rod, config.loop.period)
         section, period = config.observer, config.loop.period
-        rests = configured_rests(config, rod.parameters)
+        rests, scale = configured_rests(config, rod.parameters), rod.parameters.tension_scale
         return CycleSetup(
             config=config,
             rod=rod,
@@ -94,5 +95,5 @@ class CycleSetup:
             probe=ProbePlan.from_config(config, rod.parameters, rests),
             probe_limits=probe_limits(config),
             tracking_bounds=TrackingBounds.from_config(config),
-            slack=SLACK * rod.parameters.tension_scale,
+            slack=SLACK * scale if math.isfinite(scale) else SLACK,
         )

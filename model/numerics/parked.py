@@ -56,7 +56,7 @@ class Parked:
         return iter(self.values)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Parked, (self.values,)  # a copy's arrays are elsewhere
+        raise TypeError("a rod's working arrays cannot be copied: make another rod from the same robot")
 
 
 def park(values: Fields) -> Fields:

@@ -32,11 +32,11 @@ def add_products(
         left: matrix. right: matrix.
         width: of all three.
         first: row. last: row after the last one.
-        begin: first a. end: a after the last one; up to three more are added where left is not zero there.
+        begin: first a. end: a after the last one; up to three more on either side are added where left is not zero.
         columns: b after the last one.
         out: matrix.
     """
-    for a in range(begin, end, 4):
+    for a in range(begin // 4 * 4, end, 4):
         for b in range(0, columns, LANES):
             top, second = a * width + b, a * width + b + HALF
             third, fourth = top + 2 * width, second + 2 * width

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.numerics.compile import Bound, kernel
+from tendond.model.numerics.compile import Bound, kernel, lean
 from tendond.model.numerics.parked import address_of, parked_at
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
@@ -24,6 +24,22 @@ Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
 """`map`, or that of a pool of threads."""
 
 
+@lean
+def take_measures(work: Scratch, row: Any) -> None:
+    """Write a robot's parameters into arrays that those of other robots were in; see `_measures`."""
+    at = len(work.scale)
+    for a in range(at):
+        work.scale[a] = row[a]
+    work.unit[0] = row[at]
+    at += 1
+    weights, routes = len(work.before.directions.weights), len(work.paths_before.routes)
+    for a in range(weights):
+        work.before.directions.weights[a] = work.after.directions.weights[a] = row[at + a]
+    at += weights
+    for a in range(routes):
+        work.paths_before.routes[a] = work.paths_after.routes[a] = row[at + a]
+
+
 @kernel
 def advance_many(
     like: Layout,
@@ -33,6 +49,7 @@ def advance_many(
     tip: int,
     addresses: Any,
     measures: Any,
+    of: Any,
     actuation: Any,
     tip_force: Any,
     strain: Any,
@@ -45,12 +62,12 @@ def advance_many(
     counts: Any,
 ) -> None:
     """Advance the rods `first` to `last` by some steps, in place; see `RodBatch`."""
-    n = strain.shape[1]
+    held = -1
     for i in range(first, last):
         layout = parked_at(like, addresses[i])
-        for a in range(n):
-            work.scale[a] = measures[i, a]
-        work.unit[0] = measures[i, n]
+        if of[i] != held:
+            held = of[i]
+            take_measures(work, measures[held])
         for k in range(steps):
             now, pushed = min(k, len(actuation) - 1), min(k, len(tip_force) - 1)
             for a in range(len(loads.tension)):
@@ -74,7 +91,6 @@ class RodBatch:
         workers: parts that `step` hands to `run`; each has its own scratch arrays.
 
     Attributes:
-        strain: of the modes, shape (N, n); rate: of it [1/s], shape (N, n). To be read and written.
         counts: iterations, steps, and steps that were minima (see `StrainState`), summed up, shape (N, 3).
 
     Raises:
@@ -95,13 +111,15 @@ class RodBatch:
         for index, robot in enumerate(robots):
             if not _alike(first, layouts[id(robot)]):
                 raise ParameterError(f"batch: robot {index} has not the structure of robot 0")
-        measures = {key: _measures(layout) for key, layout in layouts.items()}
+        numbers = {key: index for index, key in enumerate(layouts)}
+        self._of = np.array([numbers[id(robot)] for robot in robots], dtype=np.int64)
+        self._measures = np.array([_measures(layout) for layout in layouts.values()])
+        self._robots = tuple(robots)  # the keys are their ids
         self._layouts = layouts
         self._addresses = np.array([address_of(layouts[id(robot)]) for robot in robots], dtype=np.int64)
         self._like = first
-        self._measures = np.array([measures[id(robot)] for robot in robots])
         count, n, m = len(robots), len(first.component), len(first.straight)
-        self.strain, self.rate = np.zeros((count, n)), np.zeros((count, n))
+        self._strain, self._rate = np.zeros((count, n)), np.zeros((count, n))
         self.counts = np.zeros((count, 3), dtype=np.int64)
         self._stiffness = np.array([layouts[id(robot)].tendon_stiffness for robot in robots]).reshape(count, m)
         tip = [
@@ -125,6 +143,24 @@ class RodBatch:
 
     def __len__(self) -> int:
         return len(self.strain)
+
+    @property
+    def strain(self) -> Array:
+        """Strains of the modes, shape (N, n); to be read and written."""
+        return self._strain
+
+    @strain.setter
+    def strain(self, value: ArrayLike) -> None:
+        self._strain[:] = value
+
+    @property
+    def rate(self) -> Array:
+        """Rates of the strains [1/s], shape (N, n); to be read and written."""
+        return self._rate
+
+    @rate.setter
+    def rate(self, value: ArrayLike) -> None:
+        self._rate[:] = value
 
     def state(self, index: int) -> StrainState:
         """Return the state of one rod."""
@@ -166,8 +202,8 @@ class RodBatch:
             loads.driven[:] = tension is None
             first, last = int(self._edges[worker]), int(self._edges[worker + 1])
             self._advance[worker].call(
-                self._like, work, other, loads, self._tip, self._addresses, self._measures, given, force, self.strain,
-                self.rate, self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
+                self._like, work, other, loads, self._tip, self._addresses, self._measures, self._of, given, force,
+                self.strain, self.rate, self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
             )  # fmt: skip
 
         for _ in run(part, range(len(self._rooms))):
@@ -204,6 +240,6 @@ def _alike(one: Layout, other: Layout) -> bool:
 
 
 def _measures(layout: Layout) -> Array:
-    """Parameters that scratch arrays hold: the measures of strains and of energy, shape (n + 1,)."""
+    """Parameters that scratch arrays hold, in a row: measures of strains and of energy, modes and routes at points."""
     work = scratch_for(layout)
-    return np.concatenate((work.scale, work.unit[:1]))
+    return np.concatenate((work.scale, work.unit[:1], work.before.directions.weights, work.paths_before.routes))

@@ -74,7 +74,6 @@ class StrainRod:
         self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
-        self._tip_points = self._at_tip()
 
     @staticmethod
     def from_config(source: RigConfig | RodSection | str | Path, time_step: float | None = None) -> "StrainRod":
@@ -231,11 +230,3 @@ class StrainRod:
                 if self.layout.place[index] == node and not self.layout.arm[index].any():
                     return node, index
         raise ParameterError(f"loads: the robot has no node at s = {at:g} m: name it among the rod's stations")
-
-    def _at_tip(self) -> int:
-        """Index of the mass point on the tip itself."""
-        last = len(self.layout.polar) - 1
-        for index in range(len(self.layout.mass)):
-            if self.layout.place[index] == last and not self.layout.arm[index].any():
-                return index
-        raise ParameterError("robot: no mass on its tip")

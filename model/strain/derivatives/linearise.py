@@ -73,6 +73,7 @@ class Linearisation:
         rod = self.rod
         n, m = rod.modes, len(rod.robot.tendons)
         q, w = state.strain.copy(), state.rate.copy()
+        before = q.copy(), w.copy()
         out = np.empty((2 * n, 2 * n + m + 6))
         known = state is self._last
         if known:
@@ -84,11 +85,11 @@ class Linearisation:
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         analytic = steps == 1 and damped == 0
         if analytic:
-            before = state.strain, state.rate
             analytic = self._differentiate.call(
                 rod.layout, loads, *before, q, w, h, self._points, self._nodes, work, self._room, out
             )
-        after = StrainState(q, w, count, steps, damped)
+        earlier = (before[1], before[1] if state.earlier is None else state.earlier[0])
+        after = StrainState(q, w, count, steps, damped, earlier)
         if analytic:
             self._last = after
         else:
@@ -161,7 +162,7 @@ class Linearisation:
         return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])
 
     def _differences(self, state: StrainState, loads: Loads) -> Array:
-        """Central differences of the step, as `linear_step` orders them."""
+        """Central differences of the step, as `StepSensitivity` orders them."""
         rod, layout, work = self.rod, self.rod.layout, self._work
         n, m, h = rod.modes, len(rod.robot.tendons), rod.time_step
         soft = DIFFERENCE * np.sqrt(work.unit[0] / np.diag(layout.stiffness))

@@ -95,7 +95,7 @@ def scratch_for(layout: Layout) -> Scratch:
     bends = (layout.component <= BENDING_Y) & (layout.order == 0)
     unit = np.min(np.diag(layout.stiffness)[bends] / lengths[bends] ** 2)
     vectors = ("q0", "w0", "q1", "w1", "trial", "change", "correction", "pull", "push", "row", "residual", "held")
-    rows = 3 * points + nodes + tendons
+    rows = max(3 * points + nodes + tendons, 3 * len(layout.step))  # of the balance; of second derivatives
     work = Scratch(
         before=empty_shape(layout), after=empty_shape(layout),
         paths_before=empty_paths(layout), paths_after=empty_paths(layout),

@@ -1,5 +1,6 @@
 """Many rods at once: the same numbers as one by one, for whatever parameters, loads and threads."""
 
+import copy
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.strain import Robot, StrainRod
+from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState, Tendon
 from tendond.model.strain.batch import RodBatch
 from tests.unit.strain.robots import paper
 
@@ -32,6 +33,36 @@ def test_rods_of_different_parameters_and_loads_step_as_they_do_alone_to_the_las
             assert np.array_equal(batch.state(index).rate, state.rate)
     assert np.all(together.counts[:, 1] >= 6)
     assert len(together) == 7
+
+
+def test_rods_of_different_shape_and_routes_step_as_they_do_alone_to_the_last_bit() -> None:
+    """Kernels keep modes and routes at their points beside the other working arrays, which a batch's rods share."""
+    robots = []
+    for radius, at, length in ((0.02, 0.21, 0.5), (0.03, 0.22, 0.5), (0.02, 0.252, 0.6), (0.02, 0.21, 0.5)):
+        section = Section.round(length, 1e-3, 190e9, 17189.0, bending_damping=(1e-3,) * 3)
+        tendons = (Tendon(length, (radius, 0.0)), Tendon.helical(length, radius, turns=0.3))
+        robots.append(Robot((section,), tendons, (Body(at, 0.01),), (-9.81, 0.0, 0.0)))
+    batch = RodBatch(robots)
+    batch.step([4.0, 2.0], steps=5)
+    for index, robot in enumerate(robots):
+        rod = StrainRod(robot)
+        state = rod.rest()
+        for _ in range(5):
+            state = rod.step(state, rod.loads([4.0, 2.0]))
+        assert np.array_equal(batch.strain[index], state.strain)
+
+
+def test_states_that_are_written_are_copied_in() -> None:
+    batch, rod = RodBatch(ROBOTS[:2]), StrainRod(ROBOTS[1])
+    bent = rod.solve_static(rod.loads([5.0, 0.0, 0.0, 0.0])).strain
+    batch.strain = np.tile(bent, (2, 1)).T.copy().T  # not contiguous
+    batch.step([0.0] * 4)
+    assert np.array_equal(batch.strain[1], rod.step(StrainState(bent, np.zeros(rod.modes)), rod.loads()).strain)
+
+
+def test_a_batch_cannot_be_copied() -> None:
+    with pytest.raises(TypeError, match="cannot be copied"):
+        copy.deepcopy(RodBatch(ROBOTS[:1]))
 
 
 def test_displacement_commands_drive_a_batch_as_they_drive_one_rod() -> None:

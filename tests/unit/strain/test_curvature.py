@@ -1,16 +1,17 @@
 """Second derivatives of a shape against central differences of its Jacobians, for drawn strains, rates and loads."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tendond.model.strain import Body, Robot, Section, StrainRod
+from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
 from tendond.model.strain.derivatives.bends import bends_of
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import empty_rates, find_rates
-from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.kinematics import curvature_of_points, empty_shape, find_shape
 
 Array = NDArray[np.float64]
 Values = Callable[[Array], tuple[Array, ...]]
@@ -84,3 +85,38 @@ def test_the_motion_of_a_shape_is_its_jacobian_times_the_rates() -> None:
     velocity = np.cross(rates.node[layout.place][:, :3], shape.point) + rates.node[layout.place][:, 3:]
     moved = np.array([shape.jacobian[:, :, d] for d in range(rod.modes)])
     assert velocity == pytest.approx(np.einsum("npi,n->pi", moved, w), abs=1e-12)
+
+
+def with_knots(knots: int, tendons: int) -> StrainRod:
+    """A rod whose precurvature is a table, with an interval between each of its rows."""
+    rows = [(s, 0.1 * math.sin(9.0 * s), 0.0, 0.0) for s in np.linspace(0.0, 0.5, knots + 2)]
+    plain = Section.round(0.5, 1e-3, 190e9, 7850.0, tables={"curvature": rows})
+    return StrainRod(Robot((plain,), tuple(Tendon(0.5, (0.02, 0.001 * k)) for k in range(tendons))))
+
+
+@pytest.mark.parametrize(("knots", "tendons"), [(6, 0), (8, 0), (8, 4), (20, 1)])
+def test_there_is_a_row_for_each_interval_of_a_table(knots: int, tendons: int) -> None:
+    rod = with_knots(knots, tendons)
+    width = math.isqrt(len(rod._work.total))
+    assert len(rod._work.left) >= 3 * len(rod.layout.step) * width
+    state = rod.step(rod.rest(), rod.loads([1.0] * tendons, tip_force=(0.0, 0.1, 0.0)))
+    assert np.all(np.isfinite(state.strain))
+
+
+def test_sums_for_sections_of_few_modes_stay_within_their_arrays() -> None:
+    """Three sections of five modes: the last block of rows begins at 10 and not at a multiple of four."""
+    section = Section.round(0.1, 5e-4, 60e9, 6450.0, bending_modes=2, torsion_modes=1, stretch_modes=0)
+    rod = StrainRod(Robot((section,) * 3))
+    n = rod.modes
+    assert n == 15
+    shape, work = empty_shape(rod.layout), rod._work
+    find_shape(rod.layout, np.linspace(-3.0, 3.0, n), shape)
+    guarded = np.full(16**2 + 4 * 16, np.nan)  # the rows after the last one
+    total, found = guarded[: 16**2], np.zeros((n, n))
+    curvature_of_points(rod.layout, shape, np.ones((len(rod.layout.mass), 3)), work.left, work.right, total, found)
+    assert np.all(np.isfinite(found))
+    other = np.zeros((n, n))
+    guarded[16**2 :] = 1.0
+    curvature_of_points(rod.layout, shape, np.ones((len(rod.layout.mass), 3)), work.left, work.right, total, other)
+    assert np.array_equal(found, other)
+    assert np.array_equal(guarded[16**2 :], np.ones(64))

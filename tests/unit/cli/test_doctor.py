@@ -1,6 +1,8 @@
 """The doctor's checks of logs, calibrations, kernels, poses and senders."""
 
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -95,14 +97,17 @@ def test_a_check_that_stumbles_does_not_end_the_others(computer: Computer, monke
 def test_kernels_are_missed_only_where_they_are_not_compiled(
     computer: Computer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from tendond.model.numerics import compile as compiling
     from tendond.model.warm import warm_up, warm_up_general
 
     warm_up()
     warm_up_general()
+    code = "import tendond.model.rod.rod\nfrom tendond.model.numerics.compile import uncached\nprint(uncached())"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"  # in a process without the kernels that other tests have imported
+    monkeypatch.setattr(compiling, "_KERNELS", compiling._KERNELS[:1])
     assert computer.outcome(files.kernels) is CheckOutcome.PASS
     absent: Callable[[], dict[str, str]] = dict
-    from tendond.model.numerics import compile as compiling
-
     monkeypatch.setattr(compiling._KERNELS[0]._cache._cache_file, "_load_index", absent)
     result = files.kernels(computer.rig)
     assert result.outcome is CheckOutcome.WARN

@@ -83,7 +83,7 @@ FAULTS = {
     Fault.OVERLOAD: FaultKind("a servo reports a hardware error", timed=False, servo=True),
     Fault.STUCK: FaultKind("a servo does not move", servo=True),
     Fault.CUT: FaultKind("a servo's tendon is cut, or off its spool", servo=True),
-    Fault.SILENT: FaultKind("a servo does not answer", timed=False, servo=True, wires=True),
+    Fault.SILENT: FaultKind("a servo does not reply", timed=False, servo=True, wires=True),
     Fault.HOT: FaultKind("a servo is too hot", timed=False, servo=True, wires=True),
     Fault.REBOOT: FaultKind("a servo reboots", timed=False, servo=True, wires=True),
     Fault.BROWNOUT: FaultKind(
@@ -98,12 +98,12 @@ FAULTS = {
         servo=True,
         wires=True,
     ),
-    Fault.CRC: FaultKind("the next answers are damaged", timed=False, wires=True),
+    Fault.CRC: FaultKind("the next replies are damaged", timed=False, wires=True),
     Fault.LOSS: FaultKind(
-        "this fraction of the answers is damaged", timed=False, size=0.2, size_max=1.0, unit="-", wires=True
+        "this fraction of the replies is damaged", timed=False, size=0.2, size_max=1.0, unit="-", wires=True
     ),
     Fault.LATE: FaultKind(
-        "the adapter delays every answer by this time", timed=False, size=0.016, size_max=1.0, unit="s", wires=True
+        "the adapter delays every reply by this time", timed=False, size=0.016, size_max=1.0, unit="s", wires=True
     ),
     Fault.UNPLUG: FaultKind("the adapter is unplugged", timed=False, wires=True),
     Fault.PLUG: FaultKind("the adapter is plugged in again", timed=False, wires=True),

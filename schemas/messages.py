@@ -114,10 +114,10 @@ class ServoHealth(Message):
 
     Attributes:
         reads: reads of all servos.
-        lost: reads without an answer or with a damaged one.
-        late: answers that came after their timeout.
+        lost: reads without a reply, or with a damaged one.
+        late: replies that came after their timeout.
         late_by: largest delay of those, from the request [s].
-        round_trip: time from the request to the last byte of the answer, median of the last second [s].
+        round_trip: time from the request to the last byte of the reply, median of the last second [s].
         round_trip_max: longest round trip of the last second [s].
         phase: phase of the driver, in words.
         load: load of each servo as a fraction of its stall torque [-]; signed as the servo reports it.

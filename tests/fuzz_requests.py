@@ -4,7 +4,7 @@
 
 Requests are drawn from the whole schema, with values at and beyond the edges. Each goes over the wire; a reference is
 planned as the planner does it; the cycle takes it in whatever mode the requests before it have left. What must hold:
-the cycle raises nothing, an answer says what was done or why not, the command is finite and within its limits.
+the cycle raises nothing, a reply says what was done or why not, the command is finite and within its limits.
 """
 
 import json
@@ -121,7 +121,7 @@ def run(count: int, seed: int) -> dict[str, int]:
             if asked.reference is not None and state.mode is Mode.IDLE:
                 outcomes[_plan(setup, state, asked)] += 1
             state, record = _cycle(setup, state, plant, asked)
-            assert record.reply, "no answer"
+            assert record.reply, "no reply"
             outcomes[f"{asked.action.value}: {'done' if record.accepted else 'refused'}"] += 1
             for _ in range(draw.randint(0, BETWEEN)):
                 state, record = _cycle(setup, state, plant, None)

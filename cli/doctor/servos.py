@@ -53,9 +53,9 @@ def latency(rig: Rig) -> CheckResult | None:
     if timer <= WANTED_MS:
         return passed(f"{timer} ms")
     remedy = f"install deploy/udev/70-tendond.rules, or: echo {WANTED_MS} > {file}"
-    if timer * 1e-3 >= section.answer_timeout:
+    if timer * 1e-3 >= section.reply_timeout:
         return failed(
-            f"{timer} ms, and servo.answer_timeout is {section.answer_timeout * 1e3:g} ms: no reply in time", remedy
+            f"{timer} ms, and servo.reply_timeout is {section.reply_timeout * 1e3:g} ms: no reply in time", remedy
         )
     return warned(f"{timer} ms: each reply is delayed by it", remedy)
 
@@ -69,7 +69,7 @@ def servos(rig: Rig) -> CheckResult | None:
         return passed("not queried: in use by the driver")
     ids = section.servo_ids(len(rig.config.rod.tendon_positions))
     try:
-        with ServoBus(section.port, section.baudrate, section.answer_timeout) as bus:
+        with ServoBus(section.port, section.baudrate, section.reply_timeout) as bus:
             missing = bus.absent(ids)
             if missing:
                 return failed(f"no reply from {_named(missing)}", "switch on their power; then: tendond servo scan")
@@ -110,7 +110,7 @@ def _ask(bus: ServoBus, one: int, section: ServoSection) -> CheckResult:
         return failed(f"{finding}: not {section.voltage_min:g} to {section.voltage_max:g} V", "check its power supply")
     if degrees > section.temperature_max:
         return failed(f"{finding}: hotter than {section.temperature_max:g}", "let it cool down")
-    if wrong := objections(bus, one, section.answer_timeout):
+    if wrong := objections(bus, one, section.reply_timeout):
         return failed(f"{finding}: {', '.join(wrong)}", f"tendond servo setup {one}")
     if bus.read(one, table.TORQUE_ENABLE):
         return warned(f"{finding}, holds its tendon", "tendond servo home")

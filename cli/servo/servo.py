@@ -56,7 +56,7 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
         say(line)
 
     count = 0
-    for found in scan(names, section.answer_timeout, last_id, progress=keep, patience=patience):
+    for found in scan(names, section.reply_timeout, last_id, progress=keep, patience=patience):
         print(found)
         count += 1
     if not count:

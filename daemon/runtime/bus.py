@@ -127,7 +127,7 @@ class Hub:
 
         Args:
             arrivals: arrivals of this cycle so far.
-            repeating: the sender says the same again until it is answered; that is no message out of order.
+            repeating: the sender says the same again until it gets a reply; that is no message out of order.
         """
         arrivals = arrivals or Arrivals()
         before = arrivals.pose

@@ -187,7 +187,7 @@ class Loop:
                 gc.collect(0)
 
     def _respond(self, inputs: CycleInputs) -> Response:
-        """The cycle on its inputs; a request that it cannot take is answered with the reason and left out."""
+        """The cycle on its inputs; a request that it cannot take gets the reason as its reply and is left out."""
         try:
             return respond(self._setup, self._state, inputs)
         except Exception as error:

@@ -214,7 +214,7 @@ class Clock:
 class Lockstep:
     """One cycle for each pose: for simulation, faster than real time and repeatable.
 
-    A simulator that has not had its answer publishes the same pose again, and gets the same command again. When no pose
+    A simulator that has not had its reply publishes the same pose again, and gets the same command again. When no pose
     comes for a while, cycles come all the same: faults, requests and the release need them.
 
     Args:

@@ -115,7 +115,7 @@ class Planner:
             self._gone = True
 
     def _lost(self) -> Plan | None:
-        """The answer to a plan that will not come."""
+        """The reply to a plan that will not come."""
         if self._wanted is None:
             return None
         (law, section), self._wanted = self._wanted, None

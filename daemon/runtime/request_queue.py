@@ -1,4 +1,4 @@
-"""The queue of requests: which request goes into the coming cycle, what is planned meanwhile, who is answered what."""
+"""The queue of requests: which request goes into the coming cycle, what is planned meanwhile, who gets which reply."""
 
 from collections.abc import Callable
 
@@ -15,9 +15,9 @@ PLANNING = "a reference is being planned: wait for it, or stop to give it up"
 
 
 class RequestQueue:
-    """Requests waiting for the cycle, and their answers.
+    """Requests waiting for the cycle, and their replies.
 
-    A stop is heard first, whatever else waits; every stop that waits is answered at once, a request to arm that came
+    A stop is heard first, whatever else waits; every stop that waits gets its reply at once, a request to arm that came
     with it is refused. A reference is planned by another process, and goes into a cycle when the plan is there.
 
     Args:
@@ -34,7 +34,7 @@ class RequestQueue:
         self._asked: list[Question] = []  # of this cycle
 
     def open(self, now: float) -> None:
-        """Refuse what has waited since before the loop runs: its senders may have concluded that nobody answers."""
+        """Refuse what has waited since before the loop runs: its senders may have concluded that nobody replies."""
         self._requests.refuse_all(STARTING, now)
 
     def take(
@@ -73,13 +73,13 @@ class RequestQueue:
         return wanted.action, wanted
 
     def fail(self, error: Exception) -> None:
-        """Answer the cycle's request, which the cycle could not take, with the reason."""
+        """Reply to the cycle's request, which the cycle could not take, with the reason."""
         for question in self._asked:
             question.refuse(f"not done: {type(error).__name__}: {error}")
         self._asked = []
 
     def reply(self, record: CycleRecord, status: Callable[[], Status]) -> None:
-        """Answer what the cycle has carried out or refused, and the questions of the status."""
+        """Reply to what the cycle has carried out or refused, and to the questions of the status."""
         questions = self._requests.questions
         if not (self._asked or questions):
             return
@@ -101,7 +101,7 @@ class RequestQueue:
         return f"{refused}: {PLANNING}" if refused else ""
 
     def _with_plan(self, now: float) -> Question | None:
-        """The question whose plan has come, once it has; one without a plan, or too late, is answered here."""
+        """The question whose plan has come, once it has; one without a plan, or too late, gets its reply here."""
         plan = None if self._planner is None else self._planner.poll()
         question = self._planned
         if plan is None or question is None:

@@ -23,7 +23,7 @@ PER_CYCLE = 16
 """Requests of an action that are read in a cycle."""
 
 QUESTIONS_PER_SECOND = 1000.0
-"""Largest rate of answered status queries [1/s]: 50 us each, a twentieth of the loop's time."""
+"""Largest rate of status queries that get a reply [1/s]: 50 us each, a twentieth of the loop's time."""
 
 WAITING = 16
 """Requests that may wait for a cycle of their own; further ones are refused."""
@@ -48,11 +48,11 @@ Queryable = zenoh.Queryable[zenoh.handlers.Handler[zenoh.Query]]
 
 @dataclass(frozen=True)
 class Question:
-    """An operator's request that waits for its answer.
+    """An operator's request that waits for its reply.
 
     Attributes:
         request: request as it came.
-        query: the Zenoh query to answer.
+        query: the Zenoh query to reply to.
         after: the moment before which it had not come [s], on the monotonic clock.
     """
 
@@ -61,11 +61,11 @@ class Question:
     after: float
 
     def reply(self, reply: ControlReply) -> None:
-        """Send the answer; an operator who has gone away meanwhile is not missed."""
+        """Send the reply; an operator who has gone away meanwhile is not missed."""
         send_reply(self.query, reply)
 
     def refuse(self, reason: str) -> None:
-        """Answer that it is not done, and why."""
+        """Reply that it is not done, and why."""
         self.reply(ControlReply(done=False, message=reason))
 
 
@@ -155,7 +155,7 @@ class Requests:
         return ""
 
     def _ring(self, action: ControlAction, now: float, limit: int = PER_CYCLE) -> list[Question]:
-        """Readable requests of an action, oldest first; an unreadable one is answered here."""
+        """Readable requests of an action, oldest first; an unreadable one gets its reply here."""
         found, after = [], self._read[action]
         for _ in range(limit):
             if (query := self._rings[action].try_recv()) is None:
@@ -175,7 +175,7 @@ class Requests:
 
 
 def send_reply(query: zenoh.Query, reply: ControlReply) -> None:
-    """Answer a query; an operator who has gone away meanwhile is not missed."""
+    """Reply to a query; an operator who has gone away meanwhile is not missed."""
     with suppress(zenoh.ZError):
         query.reply(query.key_expr, encode(reply), encoding=ENCODING)
     query.drop()

@@ -77,7 +77,7 @@ class ServoProcess:
         calibration = load_calibration(self._folder / section.calibration, self._config.rig.name, ids)
 
         def open_bus() -> ServoBus:
-            return ServoBus(section.port, section.baudrate, section.answer_timeout)
+            return ServoBus(section.port, section.baudrate, section.reply_timeout)
 
         try:
             session = await_controller(self._config, self._host.stopped)

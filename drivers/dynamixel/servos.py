@@ -59,7 +59,7 @@ class ServoGroup:
             if objection := section.turn_objection(tendon.spool_radius, f"tendon {tendon.servo}'s spool_radius"):
                 raise ServoError(f"servo {tendon.servo}: {objection}")
         find(bus, self.ids)
-        require(bus, self.ids, section.answer_timeout)
+        require(bus, self.ids, section.reply_timeout)
         readings = self._first()
         self._tendons = calibration.tendons
         self.locate(readings, last or {})

@@ -33,7 +33,7 @@ WARM_UP = 20
 SETTLING = 250
 """Poses that are not counted where the loop has to find their phase."""
 
-ANSWER_SECONDS = 1.0
+REPLY_SECONDS = 1.0
 
 PERIOD = 0.01
 """Period of the loop and of the poses [s]."""
@@ -103,11 +103,11 @@ def _paced(session: zenoh.Session, pose_key: str, command_key: str, field: str) 
             payload = encode(_pose(len(sent)))
             now = time.monotonic()
             poses.put(payload)
-            if replied or now < give_up - START_SECONDS + ANSWER_SECONDS:
+            if replied or now < give_up - START_SECONDS + REPLY_SECONDS:
                 sent[len(sent)] = now
             elif now > give_up:
                 raise DaemonError("the controller, or the echo, did not reply")
-        time.sleep(ANSWER_SECONDS)
+        time.sleep(REPLY_SECONDS)
     finally:
         subscriber.undeclare()
     times = [(replied[seq] - at) * 1e6 for seq, at in sent.items() if seq >= SETTLING and seq in replied]
@@ -146,7 +146,7 @@ class _RoundTrips:
     """Times [us] from poses on one key to their commands on another."""
 
     def __init__(self, session: zenoh.Session, pose_key: str, command_key: str, field: str) -> None:
-        self._answers = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
+        self._replies = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
         self._poses = session.declare_publisher(pose_key, express=True)
         self._field = field
         self._seq = 0
@@ -158,8 +158,8 @@ class _RoundTrips:
         payload = encode(_pose(self._seq))
         started = time.monotonic()
         self._poses.put(payload)
-        while time.monotonic() < started + ANSWER_SECONDS:
-            sample = self._answers.try_recv()
+        while time.monotonic() < started + REPLY_SECONDS:
+            sample = self._replies.try_recv()
             if sample is None:
                 time.sleep(20e-6)
             elif json.loads(sample.payload.to_bytes()).get(self._field) == self._seq:

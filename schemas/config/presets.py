@@ -150,8 +150,8 @@ base_axes = ["+z", "+x", "+y"]
 latency = 0.01
 """
 WIRED_SERVO = """\
-# Emulated servos share a process with the simulated rod: on a busy machine they answer late.
-answer_timeout = 0.5
+# Emulated servos share a process with the simulated rod: on a busy machine they reply late.
+reply_timeout = 0.5
 silent_reads = 6
 watchdog = 1.5
 command_timeout = 0.5

@@ -16,6 +16,7 @@ RENAMED = {
     ("faults", "equal_way"): "frozen_distance",
     ("faults", "slack_part"): "slack_fraction",
     ("commissioning", "tension_part"): "tension_fraction",
+    ("servo", "answer_timeout"): "reply_timeout",
 }
 """New name by section and old name; value and unit are the same."""
 

@@ -43,8 +43,8 @@ class ServoSection(Schema):
         0.015
     )
     period: Annotated[float, Field(ge=0.002, le=0.1, description="period of the driver's cycle [s]")] = 0.01
-    answer_timeout: Annotated[
-        float, Field(ge=0.001, le=1.0, description="timeout of a servo's answer, beyond its time on the wire [s]")
+    reply_timeout: Annotated[
+        float, Field(ge=0.001, le=1.0, description="timeout of a servo's reply, beyond its time on the wire [s]")
     ] = 0.004
     fast_read: bool = Field(True, description="use Fast Sync Read; false for firmware without it")
     profile_velocity: Annotated[float, Field(gt=0.0, le=24.0, description="Profile Velocity of the servos [rad/s]")] = (
@@ -98,7 +98,7 @@ class ServoSection(Schema):
         float,
         Field(ge=0.0, le=60.0, description="time for which the goals are held, before the driver stops sending [s]"),
     ] = 1.0
-    silent_reads: Annotated[int, Field(ge=1, le=100, description="unanswered reads in a row that are a fault")] = 5
+    silent_reads: Annotated[int, Field(ge=1, le=100, description="reads in a row without a reply that are a fault")] = 5
     fault_hold: Annotated[
         float, Field(ge=0.0, le=10.0, description="time for which all tendons stand still after a fault [s]")
     ] = 0.3

@@ -21,7 +21,7 @@ PULLED = (0.015, 0.0, 0.01, 0.0)
 def section(**changes: object) -> ServoSection:
     """Short times, so that the tests are short; generous where a busy machine could be late."""
     fields = {
-        "answer_timeout": REPLY_SECONDS,
+        "reply_timeout": REPLY_SECONDS,
         "fault_hold": 0.1,
         "release_rate": 0.2,
         "release_time": 1.5,
@@ -53,7 +53,7 @@ class DriverBench:
         return ServoDriver(
             self.section,
             self.calibration,
-            lambda: ServoBus(self.port, BAUDRATE, self.section.answer_timeout),
+            lambda: ServoBus(self.port, BAUDRATE, self.section.reply_timeout),
             last,
             self.tension_max,
         )

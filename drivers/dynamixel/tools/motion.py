@@ -194,7 +194,7 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
         ServoError: it has an error, is not set up, refuses or does not reply.
     """
     identifier = spool.calibration.servo
-    require(bus, (identifier,), section.answer_timeout)
+    require(bus, (identifier,), section.reply_timeout)
     within_range(section, spool)
     motion = ServoMotion(bus, section, spool, load_limit(section, tension_max, spool.calibration.spool_radius))
     motion.look()

@@ -8,7 +8,7 @@ from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.table import Register
 
 DELAY_SHARE = 0.25
-"""Largest Return Delay Time, as a fraction of `servo.answer_timeout`."""
+"""Largest Return Delay Time, as a fraction of `servo.reply_timeout`."""
 
 
 @dataclass(frozen=True)

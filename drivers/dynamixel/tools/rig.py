@@ -71,7 +71,7 @@ class ServoRig:
             ServoError: a servo does not reply, or is not what it must be.
         """
         find(bus, self.ids)
-        require(bus, self.ids, self.section.answer_timeout)
+        require(bus, self.ids, self.section.reply_timeout)
         last = read_places(self.places_file, calibration)
         return [
             locate(
@@ -100,4 +100,4 @@ def open_bus(section: ServoSection, at: int | None = None) -> ServoBus:
     Raises:
         PortLostError: it cannot be opened.
     """
-    return ServoBus(section.port, at or section.baudrate, section.answer_timeout)
+    return ServoBus(section.port, at or section.baudrate, section.reply_timeout)

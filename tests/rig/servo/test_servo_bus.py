@@ -151,7 +151,7 @@ def test_a_port_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_silent_servo_costs_the_answer_timeout_and_not_the_sdks_35_ms(servos: EmulatedBus, tmp_path: Path) -> None:
+def test_a_silent_servo_costs_the_reply_timeout_and_not_the_sdks_35_ms(servos: EmulatedBus, tmp_path: Path) -> None:
     servos.servos[0].silent = True
     with ServoBus(str(tmp_path / "ttyUSB0"), BAUDRATE, 0.004) as bus:
         times = []

@@ -187,7 +187,7 @@ def test_at_exit_tendons_are_released_and_the_torque_goes_off_in_order(bench: Dr
 
 def test_servos_that_are_missing_or_not_set_up_are_refused_with_the_remedy(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(reply_timeout=SHORT_SECONDS))
         bench.driver.session.bus.close()
         servos.servos[1].silent = True
         with pytest.raises(NoReplyError, match=r"no reply from servo 2: .*tendond servo scan"):
@@ -207,5 +207,5 @@ def test_servos_that_do_not_know_fast_sync_read_are_named_and_work_without_it(tm
     with emulated(tmp_path) as servos:
         servos.knows_fast = False
         with pytest.raises(ServoError, match=r"do not know Fast Sync Read.* servo.fast_read = false"):
-            DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+            DriverBench(servos, tmp_path / "ttyUSB0", section(reply_timeout=SHORT_SECONDS))
         DriverBench(servos, tmp_path / "ttyUSB0", section(fast_read=False)).pull()

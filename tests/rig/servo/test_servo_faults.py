@@ -41,7 +41,7 @@ def test_whatever_happens_to_one_servo_stops_all_tendons_together_and_is_named(
 
 def test_a_servo_that_falls_silent_stops_all_tendons_together_and_is_named(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(reply_timeout=SHORT_SECONDS))
         stops_all_tendons(bench, lambda servo: setattr(servo, "silent", True), "servo 3: does not reply")
         bench.driver.session.bus.close()
 
@@ -120,7 +120,7 @@ def test_a_hardware_error_is_reset_once_its_servo_is_rebooted_by_command(bench: 
 
 def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_found_again(tmp_path: Path) -> None:
     with emulated(tmp_path) as servos:
-        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=SHORT_SECONDS))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(reply_timeout=SHORT_SECONDS))
         bench.pull()
         servos.apply(lambda: setattr(servos.servos[0], "voltage", 3.0))
         bench.until(lambda one: bool(one.fault), PULLED)
@@ -134,7 +134,7 @@ def test_a_servo_that_lost_its_supply_for_a_moment_is_a_fault_and_its_turns_are_
 def test_replies_that_come_late_are_not_taken_for_those_to_the_next_question(tmp_path: Path) -> None:
     """The adapter keeps every reply for 30 ms, and the driver waits for 16: each belongs to the question before."""
     with emulated(tmp_path) as servos:
-        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(answer_timeout=0.012, silent_reads=10))
+        bench = DriverBench(servos, tmp_path / "ttyUSB0", section(reply_timeout=0.012, silent_reads=10))
         bench.until(lambda one: one.commands.disarmed, PULLED, armed=False)
         servos.apply(lambda: setattr(servos, "late", 0.03))
         before = bench.driver.displacement

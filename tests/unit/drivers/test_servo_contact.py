@@ -26,7 +26,7 @@ def bound(tension_max: float) -> float:
 
 def pulls(monkeypatch: pytest.MonkeyPatch, stiffness: float, tension_max: float, caught: float) -> tuple[float, str]:
     """Pull tendon 0 at full speed until it is released; its largest tension [N], and the driver's fault."""
-    bench = SteppedBench(section(answer_timeout=REPLY_SECONDS), tension_max, monkeypatch)
+    bench = SteppedBench(section(reply_timeout=REPLY_SECONDS), tension_max, monkeypatch)
     servo = bench.servos[0]
 
     def tension(ticks: float) -> float:
@@ -59,7 +59,7 @@ def test_a_tendon_caught_at_full_speed_pulls_no_harder_than_a_standing_motor_may
 
 def test_a_release_that_pulls_a_stiff_tendon_ends_at_about_tension_max(monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong sign: after 3 mm the release pulls at 20 kN/m, at the default servo.release_rate."""
-    bench = SteppedBench(section(answer_timeout=REPLY_SECONDS, release_rate=0.05), 20.0, monkeypatch)
+    bench = SteppedBench(section(reply_timeout=REPLY_SECONDS, release_rate=0.05), 20.0, monkeypatch)
     servo = bench.servos[0]
 
     def tension(ticks: float) -> float:
@@ -88,7 +88,7 @@ def test_a_tendon_under_the_load_of_a_rod_keeps_its_speed(monkeypatch: pytest.Mo
     """600 N/m up to 18 N of 20: no further behind than without a load."""
     behind = {}
     for stiffness in (0.0, 600.0):
-        bench = SteppedBench(section(answer_timeout=REPLY_SECONDS), 20.0, monkeypatch)
+        bench = SteppedBench(section(reply_timeout=REPLY_SECONDS), 20.0, monkeypatch)
         servo = bench.servos[0]
 
         def torque(ticks: float, stiffness: float = stiffness) -> float:

@@ -49,7 +49,7 @@ LITTLE = np.array([0.0, 0.0, 1e-3, 0.0])
         (IDLE, ControlAction.STATUS, Mode.IDLE, "started", True, "idle"),
     ],
 )
-def test_a_request_is_answered_by_the_mode_it_finds(
+def test_a_request_gets_the_reply_of_the_mode_it_finds(
     state: CycleState, action: ControlAction, mode: Mode, reason: str, accepted: bool, text: str
 ) -> None:
     after, reply = handle_request(SETUP, state, CycleInputs(request=action))

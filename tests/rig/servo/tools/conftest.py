@@ -32,7 +32,7 @@ displacement_min = -0.03
 displacement_max = 0.08
 [servo]
 port = "{tmp_path}/ttyUSB0"
-answer_timeout = 0.1
+reply_timeout = 0.1
 slow_rate = 0.05
 watchdog = 0.5
 """

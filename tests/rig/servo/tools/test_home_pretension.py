@@ -128,7 +128,7 @@ def test_home_asks_where_a_tendon_of_uncertain_place_stands_and_uses_the_reply(
 def test_tools_tolerate_lost_replies_as_the_driver_does(
     servos: EmulatedBus, config: Path, tmp_path: Path, loss: float
 ) -> None:
-    config.write_text(config.read_text().replace("answer_timeout = 0.1", "answer_timeout = 0.02"))
+    config.write_text(config.read_text().replace("reply_timeout = 0.1", "reply_timeout = 0.02"))
     calibrated(tmp_path, 0.02, 0.01)
     servos.apply(lambda: setattr(servos, "loss", loss))
     for _ in range(3):

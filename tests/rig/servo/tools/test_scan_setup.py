@@ -56,7 +56,7 @@ def test_scan_names_two_servos_of_one_id(tmp_path: Path, config: Path, capsys: p
 def test_scan_finds_servos_behind_an_adapter_as_it_is_shipped_and_says_so(
     tmp_path: Path, config: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config.write_text(config.read_text().replace("answer_timeout = 0.1", "answer_timeout = 0.004"))
+    config.write_text(config.read_text().replace("reply_timeout = 0.1", "reply_timeout = 0.004"))
     port = tmp_path / "ttyUSB0"
     with EmulatedBus(port, [EmulatedServo(1, 57600)]) as bus:
         bus.late = 0.0165

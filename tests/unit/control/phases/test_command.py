@@ -83,7 +83,7 @@ def test_tensions_are_released_at_the_release_rate_down_to_nothing(bench: MakeBe
         assert response.limited == ()
 
 
-def test_a_start_is_idle_and_a_request_is_answered_in_its_cycle(bench: MakeBench) -> None:
+def test_a_start_is_idle_and_a_request_gets_its_reply_in_its_cycle(bench: MakeBench) -> None:
     one = bench()
     first = one.go(one.state(Mode.STARTING, tick=3))
     assert (first.state.mode, first.state.reason, first.state.mode_since) == (Mode.IDLE, "started", 3)

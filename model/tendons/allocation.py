@@ -36,6 +36,8 @@ EDGE = 1e-5
 """Distance of the moments from the edge of the feasible ones, of that to the middle: on it the dual has no minimum."""
 
 NEWTON_STEPS = 100
+"""Largest number of Newton steps: far above the pieces, of two kinks a tendon. Chosen; `pytest
+tests/unit/model/test_allocation.py` draws up to 16 tendons."""
 
 
 class Allocation:

@@ -13,13 +13,16 @@ from tendond.schemas.base import Quaternion, Vector3
 Array = NDArray[np.float64]
 
 BLOCK_SECONDS = 0.25
-"""A mean over a period of 4 Hz and more; an arm that swings slower shows it from one block to the next."""
+"""A mean over a period of 4 Hz and more; an arm that swings slower shows it from one block to the next. Chosen;
+`tendond study wiring` passes with it."""
 
 ENOUGH = 5
-"""Poses of a block that is preferred to the one before it."""
+"""Poses of a block that is preferred to the one before it: those of a camera of 20 Hz. Chosen; `tendond study
+wiring` passes with it."""
 
 STILL = 0.01
-"""Largest difference of the means of two blocks of a resting tip, and of half its spread, of the rod's length."""
+"""Largest difference of the means of two blocks of a resting tip, and of half its spread, of the rod's length. Chosen;
+`tendond study wiring` passes with it."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,8 @@ class Average:
 
 
 FAR = 1e9
+"""Coordinate beyond every tip's, from which smallest and largest ones begin [m]."""
+
 EMPTY = Average(0, (0.0,) * 3, (0.0,) * 4, (FAR,) * 3, (-FAR,) * 3)
 
 

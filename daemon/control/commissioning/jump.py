@@ -6,7 +6,8 @@ from tendond.daemon.control.commissioning.tracking import TrackingBounds
 from tendond.schemas.base import Vector3
 
 BEFORE_AND_AFTER = 0.3
-"""Motion in the poses before and after a jump, of the jump, that shows a tip that really moved."""
+"""Motion in the poses before and after a jump, of the jump, that shows a tip that really moved. Chosen;
+`tendond study robustness` has no false alarm with it, and `pytest tests/unit/control/monitors` misses no jump."""
 
 POSES_AFTER = 3
 """Number of poses in a row in which a tip that has jumped moves no further. One that was hit springs back: stiff

@@ -25,10 +25,12 @@ TURNS = 5
 """Repetitions of the fit of a large turn; three give ten digits at 30 degrees."""
 
 FARTHEST = 0.6
-"""Largest offset of the base that is considered, of the rod's length."""
+"""Largest offset of the base that is considered, of the rod's length: above the 0.5 that `commissioning.offset` may be.
+Chosen; it changes no refusal, only the words of one."""
 
 NEAR = 0.02
-"""Distance from the straight rod's tip below which a tip counts as held there, of the rod's length."""
+"""Distance from the straight rod's tip below which a tip counts as held there, of the rod's length. Chosen;
+it changes no refusal, only the words of one."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ from tendond.schemas.base import Vector3
 Array = NDArray[np.float64]
 
 TAKE_UP = 4.0
-"""Factor on the rate of the first release, `ProbePlan.rate`, for taking up a tendon's slack."""
+"""Factor on the rate of the first release, `ProbePlan.rate`, for taking up a tendon's slack: 1.5 of `ProbePlan.slack`,
+with the motion, take 0.15 s of the default ramp of 0.2 s. Chosen; `tendond study wiring` passes with it."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 SWINGS = 12
-"""Half periods of a swing that count as sustained."""
+"""Half periods of a swing that count as sustained. Chosen; `tendond study robustness` has no false alarm with it."""
 
 SECONDS = 1.0
 """Shortest time that they span [s]: a command that rings at 16 Hz after a push, as a law fed with differences does,
@@ -23,7 +23,8 @@ EVEN = 3.0
 leave it. Two that alternate, however unequal, last at most twice their mean."""
 
 SLOWEST = 0.4
-"""Lowest frequency of a swing that is watched for [Hz]."""
+"""Lowest frequency of a swing that is watched for [Hz]: its twelve half periods take 15 s. Chosen; `tendond study
+robustness` has no false alarm with it."""
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,12 @@ from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config.rig import RigConfig
 
 REST_SPEED = 0.01
-"""Speed below which a reference rests, of the rod's length per second."""
+"""Speed below which a reference rests, of the rod's length per second. Chosen; `tendond study robustness` has no false
+alarm with it."""
 
 MOVING = 2.5
-"""Factor on the tolerated distance and swing while the reference moves."""
+"""Factor on the tolerated distance and swing while the reference moves. Chosen; `tendond study robustness` has no false
+alarm with it, nor has `pytest tests/unit/control/monitors -k however_fast`."""
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 
 REACH = 1.5
-"""Rod lengths from the base beyond which no tip can be."""
-
+"""Rod lengths from the base beyond which no tip can be: an inextensible rod reaches 1, and 0.5 is the most that
+`commissioning.offset` may be. Chosen; lengths in another unit are wrong by a factor of 39 and more."""
 
 OCCLUDED = "occluded"
 ANOTHER_SOURCE = "another source"

@@ -13,17 +13,19 @@ from tendond.model.tendons.allocation import Allocation
 Array = NDArray[np.float64]
 
 MARGIN = 0.85
-"""Fraction of a limit that a trajectory may ask for: the rest is for the law."""
+"""Fraction of a limit that a trajectory may ask for: the rest is for the law. Chosen; `pytest
+tests/unit/reference/test_spatial.py` passes with it."""
 
 SLOWDOWN_MAX = 50.0
-"""Largest factor by which a trajectory is slowed; one that needs more is refused."""
+"""Largest factor by which a trajectory is slowed; one that needs more is refused. Chosen: it only tells
+from a slow trajectory one that the limits allow at no speed."""
 
 BEYOND = 0.01
-"""Distance from the feasible moments, of the largest one, that is tolerated at their edge."""
+"""Distance from the feasible moments, of the largest one, that is tolerated at their edge: a thousand
+times that by which `Allocation` keeps off it (`EDGE`). Chosen."""
 
 SAMPLES_PER_UNIT = 40
-"""Samples at which the limits are checked, per unit of a path's parameter."""
-
+"""Samples at which the limits are checked, per unit of a path's parameter: 40 a turn or a second. Chosen."""
 
 Progress = Callable[[float], tuple[float, float, float]]
 """Time [s] to the place on a path, with two derivatives by time; data, so that another process can be sent one."""

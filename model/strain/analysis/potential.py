@@ -18,11 +18,16 @@ from tendond.model.strain.stepping.scratch import Loads, scratch_for
 Array = NDArray[np.float64]
 
 ITERATIONS = 60
+"""Largest number of Newton steps to an equilibrium. Chosen; `pytest
+tests/unit/strain/test_equilibria.py` passes with it."""
+
 STRIDE = 1.0
-"""Largest change in one of Newton's steps, as a distance: 1 rad of the softest section."""
+"""Largest change in one of Newton's steps, as a distance: 1 rad of the softest section. Chosen, by
+the unit of distances; `pytest tests/unit/strain/test_equilibria.py` finds all equilibria with it."""
 
 SETTLED = 1e-9
-"""Distance of a Newton step, below which a shape is an equilibrium."""
+"""Distance of a Newton step, below which a shape is an equilibrium [rad of the softest section]. Chosen:
+quadratic there, the method is at rounding a step later."""
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,15 @@ from tendond.model.strain.tendons import find_paths
 Array = NDArray[np.float64]
 
 ITERATIONS = 15
-"""Iterations of Newton's method; one that needs more is split into shorter steps."""
+"""Iterations of Newton's method; one that needs more is split into shorter steps. Chosen; `tendond bench rod
+--survey 1000` counts the steps that are split."""
 
 CONTRACTION = 0.2
-"""Ratio of the correction in one step, above which a new matrix is worth its price."""
+"""Ratio of the correction in one step, above which a new matrix is worth its price. Chosen: it moves time, not results,
+beyond the tolerance."""
 
 SHORTEST = 1.0 / 64.0
-"""Part of Newton's step, below which it leads nowhere."""
+"""Part of Newton's step, below which it leads nowhere: six halvings. Chosen; the step is split then."""
 
 
 @inlined

@@ -18,7 +18,7 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
 ARM = 40
-BOUNDS = Bounds(angle=0.6, gain_min=0.62, gain_max=1.5)
+BOUNDS = Bounds(angle=0.6, gain_min=0.62, gain_max=1.5, slack=0.001)
 MOTIONS = [(0.0128, 0.0, 0.0006), (0.0, 0.0128, 0.0), (-0.0128, 0.0, -0.001), (0.0, -0.0128, 0.0)]
 
 

@@ -27,7 +27,7 @@ def test_a_plan_follows_from_the_rod_the_tendons_and_the_period() -> None:
     assert one.slack == pytest.approx(2.0 * 2.0 * motion * 0.02 / 0.5)
     assert one.rate == pytest.approx(one.slack / 0.4)
     assert (one.down, one.start, one.ramp, one.block, one.rest, one.settling) == (12, 16, 20, 10, 50, 100)
-    assert dataclasses.astuple(one.bounds) == (0.4, 0.5, 1.6)
+    assert dataclasses.astuple(one.bounds) == (0.4, 0.5, 1.6, 0.05 * 0.02)
     assert [arm.tolist() for arm in one.arms] == [
         [0.01, 0.0, 0.0],
         [0.0, 0.02, 0.0],

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import EMPTY, RESTLESS
-from tendond.daemon.control.commissioning.verdict import Bounds, Motion, agrees, judge, only_gain
+from tendond.daemon.control.commissioning.verdict import Bounds, Motion, agrees, follows, judge, only_gain
 from tendond.schemas.base import Vector3
 
-BOUNDS = Bounds(angle=0.5, gain_min=0.6, gain_max=1.5)
-TIGHT = Bounds(angle=0.01, gain_min=0.6, gain_max=1.5)
+BOUNDS = Bounds(angle=0.5, gain_min=0.6, gain_max=1.5, slack=0.001)
+TIGHT = Bounds(angle=0.01, gain_min=0.6, gain_max=1.5, slack=0.001)
 ALONG: Vector3 = (0.01, 0.0, 0.0)
 EXPECTED: list[Vector3] = [
     (0.01, 0.003, 0.002),
@@ -58,11 +58,11 @@ def test_the_gain_is_that_of_the_growth_where_there_were_two_looks() -> None:
     assert Motion((0.0, 0.01, 0.0), ALONG).angle == pytest.approx(math.pi / 2)
     for gain, passes in ((0.6, True), (1.5, True), (0.0, False)):
         assert agrees(Motion((gain, 0.0, 0.0), (1.0, 0.0, 0.0)), BOUNDS) is passes
-    assert not agrees(Motion((0.0, 0.0, 0.0), ALONG), Bounds(angle=4.0, gain_min=0.0, gain_max=1.5))
+    assert not agrees(Motion((0.0, 0.0, 0.0), ALONG), Bounds(angle=4.0, gain_min=0.0, gain_max=1.5, slack=0.001))
 
 
 @pytest.mark.parametrize(
-    ("commanded", "reported", "follows"),
+    ("commanded", "reported", "expected"),
     [
         (0.004, None, True), (0.004, 0.00699, True), (0.004, 0.00701, False), (0.004, 0.00101, True),
         (0.004, 0.00099, False), (-0.004, -0.00699, True), (-0.004, -0.00701, False), (0.0, 0.00099, True),
@@ -70,9 +70,9 @@ def test_the_gain_is_that_of_the_growth_where_there_were_two_looks() -> None:
     ],
 )  # fmt: skip
 def test_a_servo_follows_that_reports_half_of_the_displacement_but_for_a_millimetre(
-    commanded: float, reported: float | None, follows: bool
+    commanded: float, reported: float | None, expected: bool
 ) -> None:
-    assert Motion(ALONG, ALONG, commanded, reported).follows is follows
+    assert follows(Motion(ALONG, ALONG, commanded, reported), BOUNDS) is expected
 
 
 FRAMES = {

@@ -67,7 +67,7 @@ def share(count: int, agonist: int, antagonist: int | None, net: float, tension_
     return tension
 
 
-def lag_share(lag: float, period: float) -> float:
+def lag_factor_of(lag: float, period: float) -> float:
     """Return the fraction of a step remaining after `period` [s] of a first-order lag of time constant `lag` [s]."""
     return math.exp(-period / lag) if lag > 0.0 else 0.0
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from tendond.daemon.control.actuation import lag_share
+from tendond.daemon.control.actuation import lag_factor_of
 from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_limits
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rests import RestFamily
@@ -89,7 +89,7 @@ class CycleSetup:
             rod=rod,
             selection=Selection.from_config(config, rod),
             observer=observer_gains(config, rod.parameters),
-            lag_factor=lag_share(section.lag, period),
+            lag_factor=lag_factor_of(section.lag, period),
             thresholds=Thresholds.from_config(config),
             rests=rests,
             probe=ProbePlan.from_config(config, rod.parameters, rests),

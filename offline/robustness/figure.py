@@ -21,7 +21,7 @@ from tendond.offline.robustness.run import Rows
 Array = NDArray[np.float64]
 
 DELAYS = tuple(int(value) for value in AXES["delay_cycles"])
-LAGS = tuple(float(value) for value in AXES["lag_part"])
+LAGS = tuple(float(value) for value in AXES["lag_factor"])
 NAMES = {"force": "force observer", "offset": "offset observer", "direct": "no observer (direct)"}
 MAP = "cividis_r"
 """Reads the same to the colour-blind and in grey: the darker, the worse."""
@@ -100,7 +100,7 @@ def draw(rows: Rows, path: Path) -> Path:
 
 def _alone(point: Point) -> bool:
     """Check that a point differs from the nominal one by delay and lag only."""
-    nominal = Point(point.part, point.law, point.feedback, delay_cycles=point.delay_cycles, lag_part=point.lag_part)
+    nominal = Point(point.part, point.law, point.feedback, delay_cycles=point.delay_cycles, lag_factor=point.lag_factor)
     return point == nominal
 
 
@@ -108,7 +108,7 @@ def _table(rows: Rows, measure: _Measure) -> Array:
     """Worst values, shape (delays, lags); NaN where there is no point."""
     values = np.full((len(DELAYS), len(LAGS)), np.nan)
     for point, result in rows:
-        cell = DELAYS.index(point.delay_cycles), int(np.searchsorted(LAGS, point.lag_part - 1e-9))
+        cell = DELAYS.index(point.delay_cycles), int(np.searchsorted(LAGS, point.lag_factor - 1e-9))
         values[cell] = np.fmax(values[cell], measure.value(result))
     return values
 

@@ -17,7 +17,7 @@ from tendond.schemas.config.rig import RigConfig, check_config
 CASES: tuple[dict[str, Any], ...] = (
     {},
     {"delay_cycles": 2},
-    {"lag_part": 0.5},
+    {"lag_factor": 0.5},
     {"load_g": 50.0},
     {"drive": "displacement"},
     {"drive": "displacement", "delay_cycles": 1, "noise_mm": 0.1, "load_g": 20.0},

@@ -43,7 +43,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
         rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
         limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
     configured_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.configured, 0)
-    configured_lag = point.lag_part + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
+    configured_lag = point.lag_factor + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
     feedback = "direct" if point.feedback == "direct" else "observer"
     kind = "offset" if point.feedback == "offset" else "force"
     plant = rod.model_copy(
@@ -73,7 +73,7 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
         "impacts": impacts,
         "seed": int.from_bytes(digest[:4], "big"),
         "servo": {
-            "lag": time_constant(point.lag_part, period),
+            "lag": time_constant(point.lag_factor, period),
             "rate": limits.displacement_rate if point.drive == "displacement" else 0.0,
         },
         "mocap": {"latency": point.delay_cycles * period, "noise": point.noise_mm / 1e3},

@@ -23,7 +23,7 @@ class Point:
         part: set of points that it is in.
         law: name of the law. feedback: one of `FEEDBACKS`.
         delay_cycles: age of a pose when it arrives.
-        lag_part: fraction of a step of tension (or displacement) remaining after one cycle [-].
+        lag_factor: fraction of a step of tension (or displacement) remaining after one cycle [-].
         noise_mm: standard deviation of each measured coordinate of the tip.
         youngs_factor, bending_damping_factor, drag_factor: E, Bbt, C of the plant against the model's [-].
         load_g: mass on the tip, from the start.
@@ -37,7 +37,7 @@ class Point:
     law: str
     feedback: str
     delay_cycles: int = 0
-    lag_part: float = 0.0
+    lag_factor: float = 0.0
     noise_mm: float = 0.0
     youngs_factor: float = 1.0
     bending_damping_factor: float = 1.0
@@ -73,7 +73,7 @@ class Point:
 _NOMINAL = Point("", "", "")
 _SHORT = {
     "delay_cycles": ("delay", ""),
-    "lag_part": ("lag", ""),
+    "lag_factor": ("lag", ""),
     "noise_mm": ("noise", " mm"),
     "youngs_factor": ("E x", ""),
     "bending_damping_factor": ("Bbt x", ""),
@@ -83,7 +83,7 @@ _SHORT = {
 
 AXES: dict[str, tuple[int | float | str, ...]] = {
     "delay_cycles": (0, 1, 2, 3, 4),
-    "lag_part": (0.0, 0.5, 0.8),
+    "lag_factor": (0.0, 0.5, 0.8),
     "noise_mm": (0.0, 0.1, 0.3),
     "youngs_factor": (0.85, 1.0, 1.15),
     "bending_damping_factor": (0.5, 1.0, 2.0),
@@ -108,8 +108,8 @@ def nominal_and_axes(law: str, feedback: str) -> list[Point]:
         points += [_at(start, {name: value}) for value in values]
     points += [_with_impact(start, impact) for impact in IMPACTS]
     points += [
-        replace(start, delay_cycles=int(delay), lag_part=float(lag))
-        for delay, lag in itertools.product(AXES["delay_cycles"], AXES["lag_part"])
+        replace(start, delay_cycles=int(delay), lag_factor=float(lag))
+        for delay, lag in itertools.product(AXES["delay_cycles"], AXES["lag_factor"])
     ]
     return points
 
@@ -120,7 +120,7 @@ def misconfigured(law: str, feedback: str) -> list[Point]:
     for delay, lag, configured in itertools.product((0, 2, 4), (0.0, 0.5, 0.8), CONFIGURED[1:]):
         if (delay == 0 and configured == "delay-1") or (lag == 0.0 and configured == "lag-0.1"):
             continue
-        points.append(Point("misconfigured", law, feedback, delay_cycles=delay, lag_part=lag, configured=configured))
+        points.append(Point("misconfigured", law, feedback, delay_cycles=delay, lag_factor=lag, configured=configured))
     return points
 
 
@@ -152,7 +152,7 @@ def sample(law: str, feedback: str, count: int, seed: int) -> list[Point]:
             law,
             feedback,
             delay_cycles=int(random.integers(0, int(AXES["delay_cycles"][-1]) + 1)),
-            lag_part=uniform("lag_part"),
+            lag_factor=uniform("lag_factor"),
             noise_mm=uniform("noise_mm"),
             youngs_factor=factor("youngs_factor"),
             bending_damping_factor=factor("bending_damping_factor"),

@@ -133,7 +133,7 @@ def _missed(law: str, feedback: str, rows: Rows) -> str:
             how = ", ".join(MISSES[name] for name in misses(result))
             where = (
                 f"{'servos' if point.drive == 'displacement' else 'ideal tension'}, delay {point.delay_cycles}, "
-                f"lag {point.lag_part:g}, load {point.load_g:g} g"
+                f"lag {point.lag_factor:g}, load {point.load_g:g} g"
                 if point.part in ("corners", "grid")
                 else "random points"
                 if point.part == "sample"

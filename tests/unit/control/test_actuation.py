@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from tendond.daemon.control.actuation import (
     attainable,
     follow,
-    lag_share,
+    lag_factor_of,
     lead,
     limit_displacement,
     limit_tension,
@@ -81,14 +81,14 @@ def test_a_pair_has_its_difference_and_its_min_tension(net: float, tension_min: 
 
 @given(last=st.floats(0.0, 60.0), wanted=st.floats(0.0, 60.0), lag=st.floats(0.0, 0.1))
 def test_leading_a_lag_brings_the_actuator_where_it_is_wanted(last: float, wanted: float, lag: float) -> None:
-    lag_factor = lag_share(lag, PERIOD)
+    lag_factor = lag_factor_of(lag, PERIOD)
     command = lead(np.array([wanted]), np.array([last]), lag_factor)
     assert follow(command, np.array([last]), lag_factor)[0] == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_lag_is_the_step_response_of_its_time_constant() -> None:
-    assert lag_share(0.0, PERIOD) == 0.0
-    assert lag_share(PERIOD / math.log(2.0), PERIOD) == pytest.approx(0.5)
+    assert lag_factor_of(0.0, PERIOD) == 0.0
+    assert lag_factor_of(PERIOD / math.log(2.0), PERIOD) == pytest.approx(0.5)
 
 
 def test_the_feasible_part_of_a_step_is_its_smallest_over_the_tendons() -> None:

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from tendond.daemon.control.actuation import lag_share
+from tendond.daemon.control.actuation import lag_factor_of
 from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import AXES, DIRECTIONS, FEEDBACKS, IMPACTS, POINT_SETS, Point, points_of
 from tendond.schemas.assumed_rig import SERVO_RATE
@@ -72,18 +72,18 @@ def test_both_laws_meet_the_same_random_plants() -> None:
 
 
 def test_delay_and_lag_are_configured_correctly_unless_the_point_says_otherwise() -> None:
-    point = Point("axes", "backstepping", "force", delay_cycles=3, lag_part=0.8)
+    point = Point("axes", "backstepping", "force", delay_cycles=3, lag_factor=0.8)
     config = rig_of(BASE, point, 0)
     assert config.simulator.mocap.latency == config.observer.delay == pytest.approx(0.03)
     assert config.simulator.servo.lag == config.observer.lag
-    assert lag_share(config.observer.lag, config.loop.period) == pytest.approx(0.8)
+    assert lag_factor_of(config.observer.lag, config.loop.period) == pytest.approx(0.8)
     for configured, delay, lag in (("delay+1", 4, 0.8), ("delay-1", 2, 0.8), ("lag+0.1", 3, 0.9), ("lag-0.1", 3, 0.7)):
-        point = Point("misconfigured", "backstepping", "force", delay_cycles=3, lag_part=0.8, configured=configured)
+        point = Point("misconfigured", "backstepping", "force", delay_cycles=3, lag_factor=0.8, configured=configured)
         wrong = rig_of(BASE, point, 0)
         assert wrong.simulator.mocap.latency == pytest.approx(0.03)
-        assert lag_share(wrong.simulator.servo.lag, 0.01) == pytest.approx(0.8)
+        assert lag_factor_of(wrong.simulator.servo.lag, 0.01) == pytest.approx(0.8)
         assert wrong.observer.delay == pytest.approx(0.01 * delay)
-        assert lag_share(wrong.observer.lag, 0.01) == pytest.approx(lag)
+        assert lag_factor_of(wrong.observer.lag, 0.01) == pytest.approx(lag)
 
 
 def test_the_plant_is_the_controllers_rod_times_the_factors() -> None:

@@ -153,12 +153,12 @@ def test_a_foreign_results_file_is_refused(tmp_path: Path) -> None:
 def test_never_settling_is_worse_than_any_number_and_is_named(whole: tuple[Rows, bytes]) -> None:
     rows = [
         (NOMINAL, PointResult(settling_iterations=20, ripple_mm=0.3, mode="tracking", settles=True)),
-        (replace(NOMINAL, lag_part=0.5), PointResult(ripple_mm=0.1, mode="tracking")),
+        (replace(NOMINAL, lag_factor=0.5), PointResult(ripple_mm=0.1, mode="tracking")),
     ]
     slow, rough = worst(rows, "settling_iterations"), worst(rows, "ripple_mm")
     assert slow is not None
     assert rough is not None
-    assert (slow[0].lag_part, rough[0].lag_part) == (0.5, 0.0)
+    assert (slow[0].lag_factor, rough[0].lag_factor) == (0.5, 0.0)
     assert counts(rows)["misses_settles"] == 1
     page = summary(rows, {})["known"][0]
     assert page["worst"]["settling_iterations"] == {"value": None, "at": "lag 0.5", "part": "axes"}

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.control.reference.workspace import Rest, Surface
+from tendond.daemon.control.reference.workspace import Surface, WorkspaceRest
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class RestPath:
     POSITION_JACOBIAN, DIRECTION_JACOBIAN = slice(6, 12), slice(12, 18)
     MOMENT, DISPLACEMENT = slice(18, 20), slice(20, None)
 
-    def __init__(self, surface: Surface, rests: Sequence[Rest], length: float, *, elastic: bool) -> None:
+    def __init__(self, surface: Surface, rests: Sequence[WorkspaceRest], length: float, *, elastic: bool) -> None:
         rows = [
             np.concatenate(
                 [rest.place, rest.jacobian.ravel(), rest.moment, surface.rod.displacements(rest.state, elastic=elastic)]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tendond.daemon.control.reference.feasibility import feasibility
-from tendond.daemon.control.reference.reference import Goal
+from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.rod import Rod

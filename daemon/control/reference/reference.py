@@ -1,32 +1,11 @@
 """The protocol of references: what the cycle and the tasks ask of one, in the bending plane or in space."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tendond.daemon.control.reference.goal import Goal
+from tendond.daemon.control.reference.planar import PlanarReference
 from tendond.schemas.base import Vector3
 from tendond.schemas.record import ReferencePoint
-
-if TYPE_CHECKING:
-    from tendond.daemon.control.reference.planar import PlanarReference
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Goal:
-    """Target of a law that moves the tip in space.
-
-    Attributes:
-        place: position [m] or direction [-] of the tip, shape (3,).
-        jacobian: derivative of `place` by the tendons' bending moment in the resting rod, shape (3, 2); none where it
-            is not known.
-    """
-
-    place: Array
-    jacobian: Array | None
 
 
 class Reference(Protocol):
@@ -49,7 +28,7 @@ class Reference(Protocol):
         """Remarks for the operator: how it was changed, and what will keep the tip from it."""
 
     @property
-    def in_plane(self) -> "PlanarReference | None":
+    def in_plane(self) -> PlanarReference | None:
         """The reference itself if it lies in the bending plane; none for one in space."""
 
     def at(self, time: float, offset: float = 0.0) -> ReferencePoint:

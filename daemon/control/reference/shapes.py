@@ -12,7 +12,7 @@ from tendond.schemas.config.reference import ReferenceSection
 Array = NDArray[np.float64]
 
 Shape = Callable[[float], Array]
-"""Number of turns done to the wanted place, shape (2,) or (3,); see `Rest.compared`."""
+"""Number of turns done to the wanted place, shape (2,) or (3,); see `WorkspaceRest.compared`."""
 
 
 def shape_of(section: ReferenceSection) -> Shape:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.path import RestPath
-from tendond.daemon.control.reference.reference import Goal
 from tendond.daemon.control.reference.shapes import sampled, shape_of
 from tendond.daemon.control.reference.time_scaling import (
     SLOWDOWN_MAX,
@@ -18,7 +18,7 @@ from tendond.daemon.control.reference.time_scaling import (
     slow_down,
     steady,
 )
-from tendond.daemon.control.reference.workspace import Rest, Surface
+from tendond.daemon.control.reference.workspace import Surface, WorkspaceRest
 from tendond.daemon.errors import TargetError
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.rod import Rod
@@ -164,9 +164,9 @@ def _wanted(section: ReferenceSection) -> tuple[list[Array], float, Timing | Non
     return [shape(float(turn)) for turn in turns], float(section.laps), steady(section.laps, section.period)
 
 
-def _moved(section: ReferenceSection, surface: Surface, wanted: Sequence[Array]) -> tuple[list[Rest], float]:
+def _moved(section: ReferenceSection, surface: Surface, wanted: Sequence[Array]) -> tuple[list[WorkspaceRest], float]:
     """Return the equilibria nearest to the wanted places, and the largest distance."""
-    rests: list[Rest] = []
+    rests: list[WorkspaceRest] = []
     furthest, aim = 0.0, "direction" if section.direction is not None else section.aim
     above_135 = section.branch == "above_135"
     for place in wanted:

@@ -33,7 +33,7 @@ BEND_MAX = 1.5 * math.pi
 
 
 @dataclass(frozen=True)
-class Rest:
+class WorkspaceRest:
     """An equilibrium.
 
     Attributes:
@@ -82,7 +82,7 @@ class Surface:
         self.rod = rod
         self.allocation = allocation
 
-    def rest(self, moment: Array, start: Rest | None = None) -> Rest:
+    def rest(self, moment: Array, start: WorkspaceRest | None = None) -> WorkspaceRest:
         """Solve the equilibrium under a moment [N m], shape (2,), from a neighbouring one.
 
         Raises:
@@ -95,15 +95,15 @@ class Surface:
             # inward, where the bounds of the tensions are near
             moved[axis] += DIFFERENCE * self.rod.parameters.moment_scale * (-1.0 if moment[axis] > 0.0 else 1.0)
             columns.append((self._solve(moved, state)[0] - place) / (moved[axis] - moment[axis]))
-        return Rest(moment, state, place, np.column_stack(columns))
+        return WorkspaceRest(moment, state, place, np.column_stack(columns))
 
     def find(
-        self, wanted: Array, aim: str, *, above_135: bool = False, start: Rest | None = None
-    ) -> tuple[Rest, Array]:
+        self, wanted: Array, aim: str, *, above_135: bool = False, start: WorkspaceRest | None = None
+    ) -> tuple[WorkspaceRest, Array]:
         """Find the equilibrium whose tip is nearest to a wanted place, and what is missing to it, shape (count,).
 
         Args:
-            wanted: see `Rest.compared`, shape (count,).
+            wanted: see `WorkspaceRest.compared`, shape (count,).
             aim: likewise.
             above_135: of two shapes with the same x and y, the one bent by more than about 135 degrees, where the tip
                 turns back.

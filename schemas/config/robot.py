@@ -13,7 +13,7 @@ from tendond.schemas.config.rod.bodies import RodBase, RodTip
 from tendond.schemas.config.rod.inherit import SHORT_FORM, over
 from tendond.schemas.config.rod.presets import PRESETS, PresetName
 from tendond.schemas.config.rod.section import BackboneSection
-from tendond.schemas.config.rod.short_form import NotShortError, short_form
+from tendond.schemas.config.rod.short_form import NotShortError, backbone_keys, damping_of, tendon_keys
 from tendond.schemas.config.rod.table import end_of
 from tendond.schemas.config.rod.tendon import RodTendon
 
@@ -114,7 +114,8 @@ class RodSection(Schema):
         if wrong := [*self._twice(), *self._misplaced()]:
             raise ValueError("\n".join(wrong))
         try:
-            values = short_form(self) | {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None}
+            values = self._short_form()
+            values |= {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None}
         except NotShortError:
             values = self._outline()
         for name, value in values.items():
@@ -144,6 +145,37 @@ class RodSection(Schema):
                 yield f"tendon[{index}].end: {tendon.end:g} m lies beyond the backbone of {length:g} m"
             if tendon.route is not None and end_of(tendon.route) > length * (1.0 + 1e-9):
                 yield f"tendon[{index}].route: its last row lies beyond the backbone of {length:g} m"
+
+    def _short_form(self) -> dict[str, Any]:
+        """Return the keys that describe the same robot without [[rod.section]] and the other tables.
+
+        Raises:
+            NotShortError: there are none.
+        """
+        found: dict[str, Any] = {}
+        first = self.section[0] if self.section else None
+        if first is not None:
+            if len(self.section) > 1:
+                raise NotShortError("section", f"{len(self.section)} sections")
+            found |= backbone_keys(first)
+        if self.tendon:
+            found |= tendon_keys(self.tendon, self.backbone_length)
+        if self.tip is not None:
+            found |= {"tip_mass": self.tip.mass, "tip_inertia": self.tip.inertia, "tip_offset": self.tip.offset}
+        if self.base is not None:
+            if any(self.base.position):
+                raise NotShortError("base.position", "a base that is not at the world's origin")
+            if any(self.base.orientation[1:]):
+                raise NotShortError(
+                    "base.orientation", "a base that is turned against the world (base.down turns gravity)"
+                )
+            found["gravity"] = self.world_gravity
+        ratio = self.damping_ratio if first is None or first.damping_ratio is None else first.damping_ratio
+        if ratio is not None and (first is None or first.bending_damping is None):
+            names = ("length", "radius", "youngs_modulus", "poisson_ratio", "density")
+            known = {name: getattr(self, name) for name in (*names, "tip_mass", "tip_inertia", "tip_offset")}
+            found["bending_damping"] = damping_of(ratio, known | found)
+        return found
 
     def _outline(self) -> dict[str, Any]:
         """Length, tendons at the base and gravity, for checks of other tables."""
@@ -178,7 +210,7 @@ class RodSection(Schema):
     def refusal(self) -> str:
         """Key and reason for which paper's rod and controller do not run this robot; empty where they do."""
         try:
-            short_form(self)
+            self._short_form()
         except NotShortError as error:
             return (
                 f"{error}: the controller runs one straight, uniform section with tendons parallel to it so far;"

@@ -1,13 +1,12 @@
-"""A robot in the short form of [rod], as the paper's rod and the controller run it: one straight, uniform section."""
+"""Keys of [rod] in its short form, as the paper's rod and the controller run it: one straight, uniform section."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from tendond.schemas.config.rod.section import BackboneSection
 from tendond.schemas.config.rod.table import Along, constant_of
-
-if TYPE_CHECKING:
-    from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.rod.tendon import RodTendon
 
 SAME = 1e-6
 """Largest relative difference of values that count as equal."""
@@ -27,41 +26,12 @@ class NotShortError(ValueError):
         super().__init__(f"rod.{key}: {why}")
 
 
-def short_form(rod: "RodSection") -> dict[str, Any]:
-    """Return the keys of [rod] that describe the same robot without [[rod.section]] and the other tables.
+def backbone_keys(section: BackboneSection) -> dict[str, Any]:
+    """Return the keys of the wire with the same stiffness and mass.
 
     Raises:
-        NotShortError: there are none.
+        NotShortError: there is none.
     """
-    found: dict[str, Any] = {}
-    length = rod.length
-    if rod.section:
-        if len(rod.section) > 1:
-            raise NotShortError("section", f"{len(rod.section)} sections")
-        found |= _backbone(rod.section[0], rod.damping_ratio)
-        length = rod.section[0].length
-    if rod.tendon:
-        found |= _tendons(rod, length)
-    if rod.tip is not None:
-        found |= {"tip_mass": rod.tip.mass, "tip_inertia": rod.tip.inertia, "tip_offset": rod.tip.offset}
-    if rod.base is not None:
-        if any(rod.base.position):
-            raise NotShortError("base.position", "a base that is not at the world's origin")
-        if any(rod.base.orientation[1:]):
-            raise NotShortError("base.orientation", "a base that is turned against the world (base.down turns gravity)")
-        found["gravity"] = rod.world_gravity
-    ratio = rod.section[0].damping_ratio if rod.section and rod.section[0].damping_ratio is not None else None
-    ratio = rod.damping_ratio if ratio is None else ratio
-    if ratio is not None and (not rod.section or rod.section[0].bending_damping is None):
-        known = {name: getattr(rod, name) for name in ("length", "radius", "youngs_modulus", "poisson_ratio")}
-        known |= {"density": rod.density, "tip_mass": rod.tip_mass, "tip_inertia": rod.tip_inertia}
-        known["tip_offset"] = rod.tip_offset
-        found["bending_damping"] = damping_of(ratio, known | found)
-    return found
-
-
-def _backbone(section: BackboneSection, ratio: float | None) -> dict[str, Any]:
-    """The wire with the same stiffness and mass."""
     constants: dict[str, tuple[float, ...]] = {}
     for name, width in VARYING.items():
         value: Along | None = getattr(section, name)
@@ -128,11 +98,15 @@ def stiffness_and_mass(
     return (EI[0], EI[1]), GJ, EA, mass
 
 
-def _tendons(rod: "RodSection", length: float) -> dict[str, Any]:
-    """Tendons that all run parallel to the backbone to its tip."""
-    first = rod.tendon[0]
+def tendon_keys(tendons: Sequence[RodTendon], length: float) -> dict[str, Any]:
+    """Return the keys of tendons that all run parallel to the backbone to its tip.
+
+    Raises:
+        NotShortError: one does not.
+    """
+    first = tendons[0]
     positions = []
-    for index, tendon in enumerate(rod.tendon):
+    for index, tendon in enumerate(tendons):
         key = f"tendon[{index}]"
         if tendon.end is not None and not math.isclose(tendon.end, length, rel_tol=SAME):
             raise NotShortError(f"{key}.end", "a tendon that ends before the tip")

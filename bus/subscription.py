@@ -11,6 +11,9 @@ from tendond.schemas.wire import UnreadableError, decode
 
 M = TypeVar("M", bound=Message)
 
+LOCKSTEP_POLL_SECONDS = 50e-6
+"""Time between two looks for a message where controller and simulator wait for each other [s]."""
+
 
 class Subscription(Generic[M]):
     """The last messages published on a key; ends with its session, or by `close`.

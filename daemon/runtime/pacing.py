@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from tendond.bus.subscription import LOCKSTEP_POLL_SECONDS
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.phase import PhaseLock
 from tendond.schemas.messages import TendonCommand
 
-LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 5.0
 """Longest step of a simulator before it counts as gone [s]."""
 

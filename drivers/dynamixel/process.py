@@ -15,7 +15,7 @@ from tendond.bus.subscription import Subscription
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
-from tendond.drivers.dynamixel.serial.adapter import latency_warning
+from tendond.drivers.dynamixel.serial.adapter import DELAYED_SECONDS, latency_warning
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.late import LateReplies
 from tendond.drivers.host import Host, await_controller
@@ -29,9 +29,6 @@ from tendond.schemas.wire import encode
 REPLY_SECONDS = 5.0
 QUEUE = 8
 HEALTH_SECONDS = 1.0
-SLOW_SECONDS = 0.012
-"""Round trip beyond the time on the wire above which the adapter delays replies: 16 ms by its default timer."""
-
 SAY_SECONDS = 10.0
 """Time between two lines about lost or late reads."""
 
@@ -197,7 +194,7 @@ class ReadLossLog:
 
     def note(self, beyond: float) -> None:
         """Note by how much reads take longer than on the wire alone [s]."""
-        self._slow = beyond if beyond > SLOW_SECONDS else 0.0
+        self._slow = beyond if beyond > DELAYED_SECONDS else 0.0
 
     def line(self, now: float, lost: int, late: LateReplies) -> str:
         """Return a line about reads lost or late since the last one; empty without any, or too early.

@@ -9,7 +9,7 @@ from tendond import TendondError
 from tendond.bus.client import StoppedError
 from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
-from tendond.bus.subscription import Subscription
+from tendond.bus.subscription import LOCKSTEP_POLL_SECONDS, Subscription
 from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
@@ -27,7 +27,6 @@ WATCHDOG_SECONDS = 0.5
 CAUGHT_UP = 50
 """Largest number of periods that are caught up after a delay of the process."""
 
-LOCKSTEP_POLL_SECONDS = 50e-6
 LOCKSTEP_PATIENCE_SECONDS = 0.5
 """Time without a reply after which the last pose is published again [s]: the controller may have started later."""
 

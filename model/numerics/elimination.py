@@ -6,10 +6,9 @@
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import HALF, LANES
+from tendond.model.numerics.products import BLOCK, HALF, LANES
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store, simd_sum
 
-_BLOCK = (0.0,) * HALF
 _ONE = (0.0,)
 
 
@@ -17,16 +16,16 @@ _ONE = (0.0,)
 def _subtract(into: Any, at: int, factor: float, row: Any, start: int, first: int, last: int) -> None:
     """Subtract `factor` times a row from another, in whole blocks from `first` to `last`."""
     for j in range(first, last, HALF):
-        changed = simd_multiply_add(-factor, simd_load(row, start + j, _BLOCK), simd_load(into, at + j, _BLOCK))
+        changed = simd_multiply_add(-factor, simd_load(row, start + j, BLOCK), simd_load(into, at + j, BLOCK))
         simd_store(into, at + j, changed)
 
 
 @inlined
 def _product(a: Any, at: int, b: Any, start: int, first: int, last: int) -> float:
     """Scalar product of two rows, in whole blocks from `first` to `last`."""
-    total = simd_load(a, at + first, _BLOCK) * simd_load(b, start + first, _BLOCK)
+    total = simd_load(a, at + first, BLOCK) * simd_load(b, start + first, BLOCK)
     for j in range(first + HALF, last, HALF):
-        total = total + simd_load(a, at + j, _BLOCK) * simd_load(b, start + j, _BLOCK)
+        total = total + simd_load(a, at + j, BLOCK) * simd_load(b, start + j, BLOCK)
     value: float = simd_sum(total, _ONE)
     return value
 
@@ -57,7 +56,7 @@ def factor_lu(a: Any, rows: Any, size: int, width: int, room: Any) -> bool:
         rows[column] = pivot
         if pivot != column:
             for j in range(0, width, HALF):
-                upper, lower = simd_load(a, here + j, _BLOCK), simd_load(a, pivot * width + j, _BLOCK)
+                upper, lower = simd_load(a, here + j, BLOCK), simd_load(a, pivot * width + j, BLOCK)
                 simd_store(a, here + j, lower)
                 simd_store(a, pivot * width + j, upper)
         inverse = 1.0 / a[here + column]
@@ -65,7 +64,7 @@ def factor_lu(a: Any, rows: Any, size: int, width: int, room: Any) -> bool:
         for j in range(begin, begin + HALF):  # the pivot's row without the factors that are kept in it
             room[j] = a[here + j] if column < j < width else 0.0
         for j in range(begin + HALF, width, HALF):
-            simd_store(room, j, simd_load(a, here + j, _BLOCK))
+            simd_store(room, j, simd_load(a, here + j, BLOCK))
         for row in range(column + 1, size):
             factor = a[row * width + column] * inverse
             a[row * width + column] = factor
@@ -132,8 +131,8 @@ def _add_rows(
     """Add rows of b from `first` to `last` to one, each times a number of a and `scale`, in sixteen columns from j."""
     for k in range(first, last):
         factor, other = scale * a[at + k * stride], k * columns + j
-        one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-        two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+        one = simd_multiply_add(factor, simd_load(b, other, BLOCK), one)
+        two = simd_multiply_add(factor, simd_load(b, other + HALF, BLOCK), two)
     return one, two
 
 
@@ -148,13 +147,13 @@ def solve_lu_columns(a: Any, rows: Any, b: Any, size: int, width: int, columns: 
     for j in range(0, columns, LANES):
         for row in range(size):
             at = row * columns + j
-            one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
+            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
             one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, 0, row, one, two)
             simd_store(b, at, one)
             simd_store(b, at + HALF, two)
         for row in range(size - 1, -1, -1):
             at = row * columns + j
-            one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
+            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
             one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, row + 1, size, one, two)
             inverse = 1.0 / a[row * width + row]
             simd_store(b, at, one * inverse)
@@ -167,14 +166,14 @@ def solve_symmetric_columns(a: Any, b: Any, size: int, width: int, columns: int)
     for j in range(0, columns, LANES):
         for row in range(size):
             at = row * columns + j
-            one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
+            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
             one, two = _add_rows(a, row, width, -1.0, b, columns, j, 0, row, one, two)
             inverse = 1.0 / a[row * width + row]
             simd_store(b, at, one * inverse)
             simd_store(b, at + HALF, two * inverse)
         for row in range(size - 1, -1, -1):
             at, inverse = row * columns + j, -1.0 / a[row * width + row]
-            one, two = simd_load(b, at, _BLOCK), simd_load(b, at + HALF, _BLOCK)
+            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
             one, two = _add_rows(a, row * width, 1, inverse, b, columns, j, row + 1, size, one, two)
             simd_store(b, at, one)
             simd_store(b, at + HALF, two)

@@ -13,7 +13,8 @@ HALF = 8
 LANES = 2 * HALF
 """Columns that are done at once; `width` is a multiple of it."""
 
-_BLOCK = (0.0,) * HALF
+BLOCK = (0.0,) * HALF
+"""Kind of vector that is loaded: `HALF` numbers."""
 
 
 @inlined
@@ -40,12 +41,12 @@ def add_products(
         for b in range(0, columns, LANES):
             top, second = a * width + b, a * width + b + HALF
             third, fourth = top + 2 * width, second + 2 * width
-            s00, s01 = simd_load(out, top, _BLOCK), simd_load(out, second, _BLOCK)
-            s10, s11 = simd_load(out, top + width, _BLOCK), simd_load(out, second + width, _BLOCK)
-            s20, s21 = simd_load(out, third, _BLOCK), simd_load(out, fourth, _BLOCK)
-            s30, s31 = simd_load(out, third + width, _BLOCK), simd_load(out, fourth + width, _BLOCK)
+            s00, s01 = simd_load(out, top, BLOCK), simd_load(out, second, BLOCK)
+            s10, s11 = simd_load(out, top + width, BLOCK), simd_load(out, second + width, BLOCK)
+            s20, s21 = simd_load(out, third, BLOCK), simd_load(out, fourth, BLOCK)
+            s30, s31 = simd_load(out, third + width, BLOCK), simd_load(out, fourth + width, BLOCK)
             for r in range(first, last):
-                one, two = simd_load(right, r * width + b, _BLOCK), simd_load(right, r * width + b + HALF, _BLOCK)
+                one, two = simd_load(right, r * width + b, BLOCK), simd_load(right, r * width + b + HALF, BLOCK)
                 at = r * width + a
                 s00, s01 = simd_multiply_add(left[at], one, s00), simd_multiply_add(left[at], two, s01)
                 s10, s11 = simd_multiply_add(left[at + 1], one, s10), simd_multiply_add(left[at + 1], two, s11)
@@ -67,10 +68,10 @@ def add_transformed(a: Any, b: Any, size: int, width: int, columns: int, out: An
     for j in range(0, columns, LANES):
         for row in range(size):
             at = row * columns + j
-            one, two = simd_load(out, at, _BLOCK), simd_load(out, at + HALF, _BLOCK)
+            one, two = simd_load(out, at, BLOCK), simd_load(out, at + HALF, BLOCK)
             for k in range(size):
                 factor, other = a[row * width + k], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, _BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, _BLOCK), two)
+                one = simd_multiply_add(factor, simd_load(b, other, BLOCK), one)
+                two = simd_multiply_add(factor, simd_load(b, other + HALF, BLOCK), two)
             simd_store(out, at, one)
             simd_store(out, at + HALF, two)

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import HALF
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_multiply_add
 from tendond.model.strain.layout import Layout
-from tendond.model.strain.twists import LANES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -85,7 +84,7 @@ def by_modes(directions: Directions, k: int, rows: Any, row: int, block: int) ->
     """Return a number that is known in each lane by eight modes of an interval, of which `block` is the first."""
     used = directions.groups[k] * HALF
     at, here = directions.start[k] + (block - directions.begin[k]) * used, row * DIRECTIONS
-    value = rows[here] * simd_load(directions.weights, at, LANES)
+    value = rows[here] * simd_load(directions.weights, at, BLOCK)
     for lane in range(1, used):
-        value = simd_multiply_add(rows[here + lane], simd_load(directions.weights, at + lane * HALF, LANES), value)
+        value = simd_multiply_add(rows[here + lane], simd_load(directions.weights, at + lane * HALF, BLOCK), value)
     return value

@@ -1,4 +1,4 @@
-"""Where a robot is for given strains, and how every point of it moves with them: one march from base to tip.
+"""Position of a robot for given strains, and how every point of it moves with them: one march from base to tip.
 
 The strain is integrated over an interval by the fourth-order Magnus expansion on SE(3), whose derivative is exact for
 it: the Jacobians are those of the discrete shape (A. Iserles, H. Z. Munthe-Kaas, S. P. Norsett, A. Zanna, "Lie-group
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import HALF, add_products, padded
+from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate
 from tendond.model.strain.directions import DIRECTIONS, Directions, by_modes, directions_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
-from tendond.model.strain.twists import LANES, load_six, magnus, magnus_change, store_six
+from tendond.model.strain.twists import load_six, magnus, magnus_change, store_six
 
 Array = NDArray[np.float64]
 
@@ -137,15 +137,15 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
         for i in range(6):
             near, far = (6 * k + i) * width, (6 * (k + 1) + i) * width
             for b in range(0, begin, HALF):
-                simd_store(twists, far + b, simd_load(twists, near + b, LANES))
+                simd_store(twists, far + b, simd_load(twists, near + b, BLOCK))
             for b in range(begin, last, HALF):
                 own = by_modes(directions, k, lanes, i, b)
                 simd_store(shape.parts, near + b, own)
-                simd_store(twists, far + b, simd_load(twists, near + b, LANES) + own)
+                simd_store(twists, far + b, simd_load(twists, near + b, BLOCK) + own)
         far = 6 * (k + 1) * width
         for b in range(0, last, HALF):
-            x, y = simd_load(twists, far + b, LANES), simd_load(twists, far + width + b, LANES)
-            z = simd_load(twists, far + 2 * width + b, LANES)
+            x, y = simd_load(twists, far + b, BLOCK), simd_load(twists, far + width + b, BLOCK)
+            z = simd_load(twists, far + 2 * width + b, BLOCK)
             simd_store(shape.spins, (k + 1) * width + b, x * after[2] + y * after[5] + z * after[8])
     for j in range(len(layout.mass)):
         k = layout.place[j]
@@ -155,10 +155,10 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             shape.point[j, i] = x[i]
         at, to = 6 * k * width, 3 * j * width
         for b in range(0, layout.last[k - 1], HALF):
-            u0, u1 = simd_load(twists, at + b, LANES), simd_load(twists, at + width + b, LANES)
-            u2 = simd_load(twists, at + 2 * width + b, LANES)
-            v0, v1 = simd_load(twists, at + 3 * width + b, LANES), simd_load(twists, at + 4 * width + b, LANES)
-            v2 = simd_load(twists, at + 5 * width + b, LANES)
+            u0, u1 = simd_load(twists, at + b, BLOCK), simd_load(twists, at + width + b, BLOCK)
+            u2 = simd_load(twists, at + 2 * width + b, BLOCK)
+            v0, v1 = simd_load(twists, at + 3 * width + b, BLOCK), simd_load(twists, at + 4 * width + b, BLOCK)
+            v2 = simd_load(twists, at + 5 * width + b, BLOCK)
             simd_store(shape.jacobians, to + b, u1 * x[2] - u2 * x[1] + v0)
             simd_store(shape.jacobians, to + width + b, u2 * x[0] - u0 * x[2] + v1)
             simd_store(shape.jacobians, to + 2 * width + b, u0 * x[1] - u1 * x[0] + v2)

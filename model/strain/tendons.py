@@ -11,15 +11,12 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import HALF
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.strain.layout import Layout
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-
-LANES = (0.0,) * HALF
 
 ROUND = 1e-3
 """Part of the backbone's length: a path is rounded where it is shorter, at a centre of curvature.
@@ -86,11 +83,11 @@ def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
         u0, u1, u2, v0, v1, v2 = strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]
         for lane in range(0, width, HALF):
             at, to = 5 * j * width + lane, 4 * j * width + lane
-            x, y = simd_load(paths.routes, at, LANES), simd_load(paths.routes, at + width, LANES)
-            tx = simd_load(paths.routes, at + 2 * width, LANES) + v0 - u2 * y
-            ty = simd_load(paths.routes, at + 3 * width, LANES) + v1 + u2 * x
+            x, y = simd_load(paths.routes, at, BLOCK), simd_load(paths.routes, at + width, BLOCK)
+            tx = simd_load(paths.routes, at + 2 * width, BLOCK) + v0 - u2 * y
+            ty = simd_load(paths.routes, at + 3 * width, BLOCK) + v1 + u2 * x
             tz = y * u0 - x * u1 + v2
-            w = simd_load(paths.routes, at + 4 * width, LANES)
+            w = simd_load(paths.routes, at + 4 * width, BLOCK)
             length = math.sqrt(tx * tx + ty * ty + tz * tz + ROUND * ROUND)
             inverse = 1.0 / length
             tx, ty, tz = tx * inverse, ty * inverse, tz * inverse
@@ -98,7 +95,7 @@ def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
             simd_store(tangent, to + width, ty)
             simd_store(tangent, to + 2 * width, tz)
             simd_store(tangent, to + 3 * width, w * inverse)
-            short = simd_load(paths.shortening, lane, LANES)
+            short = simd_load(paths.shortening, lane, BLOCK)
             simd_store(paths.shortening, lane, short - w * (length - 0.5 * ROUND * ROUND))
             simd_store(pull, lane, w * y * tz)
             simd_store(pull, width + lane, -w * x * tz)
@@ -107,8 +104,8 @@ def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
             simd_store(pull, 4 * width + lane, w * ty)
             simd_store(pull, 5 * width + lane, w * tz)
             for d in range(paths.first[j], paths.last[j]):
-                now = simd_load(turned, d * width + lane, LANES)
-                change = simd_load(pull, layout.component[d] * width + lane, LANES)
+                now = simd_load(turned, d * width + lane, BLOCK)
+                change = simd_load(pull, layout.component[d] * width + lane, BLOCK)
                 simd_store(turned, d * width + lane, simd_multiply_add(-layout.tendon_at[j, d], change, now))
     for i in range(len(layout.straight)):
         paths.displacement[i] = layout.straight[i] + paths.shortening[i]

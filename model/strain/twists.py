@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from tendond.model.numerics.compile import inlined
-from tendond.model.numerics.products import HALF
+from tendond.model.numerics.products import BLOCK
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Vector, add, cross, dot, scale
 from tendond.model.strain.layout import Layout
@@ -14,10 +14,8 @@ Six = tuple[Vector, Vector]
 COMMUTATOR = math.sqrt(3.0) / 12.0
 """Coefficient of the Magnus expansion with two Gauss points."""
 
-LANES = (0.0,) * HALF
-
 SERIES = 4.0
-"""[rad^2] Of the squared angle, below which series take the place of quotients; they are exact to rounding there."""
+"""Squared angle below which series take the place of quotients [rad^2]; they are exact to rounding there."""
 
 
 @inlined
@@ -124,11 +122,11 @@ def load_six(rows: Any, at: int, stride: int) -> Any:
     """Load eight lanes of a twist, whose rows are `stride` apart."""
     return (
         (
-            simd_load(rows, at, LANES), simd_load(rows, at + stride, LANES), simd_load(rows, at + 2 * stride, LANES),
+            simd_load(rows, at, BLOCK), simd_load(rows, at + stride, BLOCK), simd_load(rows, at + 2 * stride, BLOCK),
         ),
         (
-            simd_load(rows, at + 3 * stride, LANES), simd_load(rows, at + 4 * stride, LANES),
-            simd_load(rows, at + 5 * stride, LANES),
+            simd_load(rows, at + 3 * stride, BLOCK), simd_load(rows, at + 4 * stride, BLOCK),
+            simd_load(rows, at + 5 * stride, BLOCK),
         ),
     )  # fmt: skip
 

@@ -13,11 +13,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import zenoh
 
+from tendond.bus.subscription import LOCKSTEP_POLL_SECONDS
 from tendond.daemon.runtime.realtime import be_prompt, become_punctual
 from tendond.schemas.config.control import LoopSection
-
-POLL_SECONDS = 50e-6
-"""Between two looks for a message; the same as of a controller in lockstep."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def echo(endpoint: str, period: float) -> None:
                 deadline = max(deadline + period, time.monotonic())
                 time.sleep(max(0.0, deadline - time.monotonic()))
             else:
-                time.sleep(POLL_SECONDS)
+                time.sleep(LOCKSTEP_POLL_SECONDS)
             if (sample := poses.try_recv()) is not None:
                 commands.put(sample.payload.to_bytes())
 

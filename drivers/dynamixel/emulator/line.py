@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from tendond.drivers.dynamixel.emulator.protocol import (
-    ALERT,
     BROADCAST,
     Error,
     Instruction,
@@ -13,6 +12,7 @@ from tendond.drivers.dynamixel.emulator.protocol import (
 )
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial import table
+from tendond.drivers.dynamixel.serial.reading import ALERT
 
 RESET_ALL = b"\xff"
 

@@ -41,10 +41,6 @@ class Error(IntEnum):
     ACCESS = 7
 
 
-ALERT = 0x80
-"""Bit of a status packet's error byte for a hardware error."""
-
-
 @dataclass(frozen=True)
 class Packet:
     """An instruction packet; `intact` is false where its CRC does not fit."""

@@ -8,6 +8,10 @@ from pathlib import Path
 SYS = Path("/sys")
 WANTED_MS = 1
 
+DELAYED_SECONDS = 0.012
+"""Reply time above which the adapter delays replies [s]: the default timer takes 16 ms, a register 10 ms on the wire at
+9600 bit/s and 1 ms at 57600."""
+
 
 def latency_timer(port: str, sys: Path = SYS) -> tuple[int, Path] | None:
     """Return the adapter's latency timer [ms] and its file; none for other adapters.

@@ -6,6 +6,8 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.table import Register
 
 ALERT = 0x80
+"""Bit of a status packet's error byte for a hardware error."""
+
 LAST = table.PRESENT_TEMPERATURE
 
 

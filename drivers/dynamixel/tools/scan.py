@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.adapter import latency_timer, latency_warning
+from tendond.drivers.dynamixel.serial.adapter import DELAYED_SECONDS, latency_timer, latency_warning
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, RefusedError, ServoBus
 from tendond.drivers.dynamixel.serial.ping import PING_SLOT_SECONDS, ping_all
 from tendond.schemas.config.servo import BAUD_RATES
@@ -22,9 +22,6 @@ PASSES = 2
 PROOF = (table.PRESENT_POSITION, table.PRESENT_INPUT_VOLTAGE, table.REALTIME_TICK)
 PATIENT_SECONDS = 0.04
 """Timeout for a servo that has replied [s]: longer than an adapter with its default timer delays it."""
-
-LATE_SECONDS = 0.012
-"""Reply time above which the adapter is slow [s]: a register takes 10 ms on the wire at 9600 bit/s, 1 ms at 57600."""
 
 GARBLED = "unintelligible replies"
 """Words of a progress line about replies that are not from a single servo."""
@@ -131,6 +128,6 @@ def _doubt(bus: ServoBus, identifier: int, reply_timeout: float) -> str:
             return ""
     if lost:
         return ", whose replies collide: are there several with this id? Plug in one at a time"
-    if min(took) > LATE_SECONDS:
+    if min(took) > DELAYED_SECONDS:
         return f", which takes {min(took) * 1e3:.0f} ms to reply: set the adapter's latency timer to 1 ms"
     return ""

@@ -12,10 +12,9 @@ from tendond.model.errors import ParameterError
 from tendond.model.strain.discretise.modes import ModeTable, section_at
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.twists import COMMUTATOR
 
 Array = NDArray[np.float64]
-COMMUTATOR = math.sqrt(3.0) / 12.0
-"""Coefficient of the fourth-order Magnus expansion, as in the kernels."""
 
 
 def places(rod: StrainRod, s: Sequence[float] | Array | None, count: int = 101) -> Array:

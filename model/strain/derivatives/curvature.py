@@ -12,7 +12,7 @@ Robotics, 2017, equation 7.86), so that its derivative takes a few brackets.
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import HALF, add_products, padded
+from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate_back, scale
 from tendond.model.strain.derivatives.bends import Bends
@@ -21,7 +21,6 @@ from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
-    LANES,
     Six,
     bracket,
     load_six,
@@ -77,21 +76,21 @@ def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, roo
     for row in range(room.directions.groups[k] * HALF):
         against = base + 6 * DIRECTIONS * (1 - row % 2)
         for at in range(0, room.directions.groups[k] * HALF, HALF):
-            value = change[row] * simd_load(dual, at, LANES)
+            value = change[row] * simd_load(dual, at, BLOCK)
             for c in range(0, 6 * DIRECTIONS, DIRECTIONS):
                 if c > 0:
-                    value = simd_multiply_add(change[c + row], simd_load(dual, c + at, LANES), value)
-                value = simd_multiply_add(dual[c + row], simd_load(change, c + at, LANES), value)
-                value = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, LANES), value)
+                    value = simd_multiply_add(change[c + row], simd_load(dual, c + at, BLOCK), value)
+                value = simd_multiply_add(dual[c + row], simd_load(change, c + at, BLOCK), value)
+                value = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, BLOCK), value)
             simd_store(block, row * DIRECTIONS + at, value * 0.5)
         for b in range(room.directions.begin[k], last, HALF):
             simd_store(spread, row * width + b, by_modes(room.directions, k, block, row, b))
     for d in range(first, last):
         above, below = 2 * room.directions.slot[d] * width, (2 * room.directions.slot[d] + 1) * width
         for b in range(room.directions.begin[k], last, HALF):
-            value = simd_load(total, d * width + b, LANES)
-            value = simd_multiply_add(layout.at1[k, d], simd_load(spread, above + b, LANES), value)
-            value = simd_multiply_add(layout.at2[k, d], simd_load(spread, below + b, LANES), value)
+            value = simd_load(total, d * width + b, BLOCK)
+            value = simd_multiply_add(layout.at1[k, d], simd_load(spread, above + b, BLOCK), value)
+            value = simd_multiply_add(layout.at2[k, d], simd_load(spread, below + b, BLOCK), value)
             simd_store(total, d * width + b, value)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import HALF
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate
 from tendond.model.strain.derivatives.bends import Bends
@@ -25,7 +25,6 @@ from tendond.model.strain.kinematics import Shape, aligned, rotation_of, strain_
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
-    LANES,
     bracket,
     load_six,
     magnus,
@@ -132,8 +131,8 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates:
         for b in range(0, layout.last[k - 1], HALF):
             slope = load_six(rates.slopes, 6 * k * width + b, width)
             arm = (
-                simd_load(shape.jacobians, at + b, LANES), simd_load(shape.jacobians, at + width + b, LANES),
-                simd_load(shape.jacobians, at + 2 * width + b, LANES),
+                simd_load(shape.jacobians, at + b, BLOCK), simd_load(shape.jacobians, at + width + b, BLOCK),
+                simd_load(shape.jacobians, at + 2 * width + b, BLOCK),
             )  # fmt: skip
             value = add(add(cross(slope[0], x), slope[1]), cross(spin, arm))
             simd_store(rates.points, at + b, value[0])

@@ -3,14 +3,14 @@
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import HALF
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Vector, add, cross, dot, rotate, scale
 from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, by_modes
 from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
-from tendond.model.strain.twists import COMMUTATOR, LANES, load_six, polynomial, strain_rate
+from tendond.model.strain.twists import COMMUTATOR, load_six, polynomial, strain_rate
 
 
 @inlined
@@ -63,7 +63,7 @@ def find_spins(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, turn: 
             before = load_six(shape.twists, 6 * k * width + b, width)[0]
             after = load_six(shape.twists, 6 * (k + 1) * width + b, width)[0]
             turned = (
-                simd_load(turn, b, LANES), simd_load(turn, width + b, LANES), simd_load(turn, 2 * width + b, LANES)
+                simd_load(turn, b, BLOCK), simd_load(turn, width + b, BLOCK), simd_load(turn, 2 * width + b, BLOCK)
             )  # fmt: skip
             turned = add(turned, cross(before, part))
             if b >= room.directions.begin[k]:

@@ -9,6 +9,16 @@ import numpy as np
 
 from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
 from tendond.model.strain.batch import RodBatch
+from tendond.schemas.paper_robot import (
+    BENDING_DAMPING,
+    DENSITY,
+    DRAG,
+    GRAVITY,
+    LENGTH,
+    RADIUS,
+    TENDON_POSITIONS,
+    YOUNGS_MODULUS,
+)
 
 TIME_STEP = 0.01
 STEPS = 100
@@ -39,9 +49,10 @@ class BatchRow:
 
 def robot(stiffness: float = 1.0) -> Robot:
     """Return the paper's robot with a factor on Young's modulus, elastic tendons and a marker body."""
-    section = Section.round(0.5, 1e-3, 190e9 * stiffness, 17189.0, bending_damping=(0.008,) * 3, drag=(0.1,) * 3)
-    routes = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))
-    return Robot((section,), tuple(Tendon(0.5, one, 2e4) for one in routes), (Body(0.5, 0.005),), (-9.81, 0.0, 0.0))
+    modulus = YOUNGS_MODULUS * stiffness
+    section = Section.round(LENGTH, RADIUS, modulus, DENSITY, bending_damping=BENDING_DAMPING, drag=DRAG)
+    tendons = tuple(Tendon(LENGTH, one, 2e4) for one in TENDON_POSITIONS)
+    return Robot((section,), tendons, (Body(LENGTH, 0.005),), GRAVITY)
 
 
 def bench_batch(rods: int, threads: int | None = None) -> BatchRow:

@@ -33,7 +33,7 @@ NONE = 1e9
 """Value of a bound that bounds nothing."""
 
 WEIGHT, HUNG_AT, FOUND_SECONDS = 0.05, 1.5, 3.0
-"""[kg], [s], [s]"""
+"""Mass of the weight [kg], time at which it is hung on, and time in which it is found [s]."""
 
 GAINS: dict[str, tuple[float, ...]] = {
     "innovation_limit": (0.03, 0.3, NONE),

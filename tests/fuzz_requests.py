@@ -45,7 +45,7 @@ def value(draw: random.Random) -> float:
 
 
 def vector(draw: random.Random, sizes: tuple[int, ...]) -> list[float]:
-    """So many numbers."""
+    """A vector of one of these sizes."""
     return [value(draw) for _ in range(draw.choice(sizes))]
 
 

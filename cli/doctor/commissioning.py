@@ -16,7 +16,7 @@ from tendond.schemas.messages import Mode, Status
 from tendond.schemas.requests import ControlAction
 
 BLOCK = 25
-"""Poses averaged."""
+"""Number of poses that are averaged."""
 
 PROBE_SECONDS = 60.0
 POLL_SECONDS = 0.1

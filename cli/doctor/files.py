@@ -34,19 +34,19 @@ def log_space(rig: Rig) -> CheckResult:
     folder = existing(rig.log_folder)
     name, section = rig.config.rig.name, rig.config.log
     kept = retention(section, rig.log_folder, name, service=rig.log_folder.resolve().is_relative_to(SYSTEM_LOGS))
-    room = replace(kept, folder=folder).room()
-    finding = f"{room.free / GIGABYTE:.1f} GB free for {rig.log_folder}, {room.used / GIGABYTE:.1f} GB of logs"
-    if room.size is not None:
-        finding += f" of {room.size / GIGABYTE:.1f} GB that may be kept"
-    if room.rate is not None and room.days is not None:
+    space = replace(kept, folder=folder).disk_space()
+    finding = f"{space.free / GIGABYTE:.1f} GB free for {rig.log_folder}, {space.used / GIGABYTE:.1f} GB of logs"
+    if space.size is not None:
+        finding += f" of {space.size / GIGABYTE:.1f} GB that may be kept"
+    if space.rate is not None and space.days is not None:
         then = "the oldest are removed" if kept.size is not None else "the disk is full"
-        finding += f"; at {room.rate / GIGABYTE:.2f} GB a day {then} in {room.days:.1f} days"
+        finding += f"; at {space.rate / GIGABYTE:.2f} GB a day {then} in {space.days:.1f} days"
     size = kept.split_bytes(section.split_size * MEGABYTE)
-    if room.free < size:
+    if space.free < size:
         return failed(f"{finding}; less than one file of log.split_size", "remove old logs, or log to another disk")
-    if room.free < FILES_LEFT * size:
+    if space.free < FILES_LEFT * size:
         return warned(f"{finding}; fewer than {FILES_LEFT} files of log.split_size", "remove old logs soon")
-    if kept.size is None and room.days is not None and room.days < FEW_DAYS:
+    if kept.size is None and space.days is not None and space.days < FEW_DAYS:
         return warned(finding, "set log.keep_size, or remove old logs soon")
     return passed(finding)
 

@@ -1,6 +1,6 @@
 """A rig.toml with every key of the configuration: what it is, its unit and range, and its default.
 
-`make example` writes deploy/rig.toml so. What is left out by default is commented out, and so are whole sections
+`make example` writes deploy/rig.toml so. What is not set by default is commented out, and so are whole sections
 that are: the text parses to the defaults.
 """
 
@@ -15,13 +15,13 @@ from tendond.schemas.errors.keywords import Table, keys_of, tables
 
 HEADING = """\
 # A rig's configuration: every key, what it is, its unit and range, and its default. SI units and radians throughout.
-# Keys may be left out, and so may sections; what is commented out is left out. `tendond config check rig.toml` looks at
+# Keys and sections are optional; what is commented out is not set. `tendond config check rig.toml` looks at
 # it, `tendond doctor -c rig.toml` at the rig as well. An unknown key or a value out of range is refused by name before
 # anything starts.
 """
 WIDTH = 116
 INHERITED = ("simulator.rod",)
-"""Tables whose keys have the values of another one where they are left out."""
+"""Tables whose keys have the values of another one by default."""
 
 
 def annotated() -> str:

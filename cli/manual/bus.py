@@ -71,7 +71,7 @@ def messages_page() -> str:
 # Messages
 
 JSON in UTF-8, with the Zenoh encoding `{ENCODING}`; SI units, radians, double precision. A payload is refused,
-and counted by its reason, if it is larger than {LARGEST_PAYLOAD} bytes, is no JSON, has a field that is not known here,
+and counted by its reason, if it is larger than {LARGEST_PAYLOAD} bytes, is not JSON, has an unknown field,
 lacks one, has a number that is not finite, or another `version` than {SCHEMA_VERSION}. Those that are published
 repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the receiver takes their age on its own clock.
 """

@@ -20,7 +20,7 @@ def config_toml(config: RigConfig, *, changed: bool = False, comments: bool = Tr
     Args:
         config: the rig's configuration.
         changed: only what differs from the defaults.
-        comments: unit, range and meaning behind each key; keys that are left out stand as comments too.
+        comments: unit, range and meaning behind each key; keys that are not set stand as comments too.
     """
     data = config.model_dump(mode="json")
     if data["reference"]["file"]:

@@ -29,7 +29,7 @@ def configuration_page() -> str:
         if one.meaning:
             parts.append(escaped(f"{one.meaning[0].upper()}{one.meaning[1:]}.\n"))
         if RigConfig.model_fields.get(name) is not None and RigConfig.model_fields[name].default is None:
-            parts.append("May be left out; the driver that needs it wants it, and it may be empty.\n")
+            parts.append("Optional, except for the driver that needs it; it may be empty.\n")
         parts.append(_keys(one.keys))
         if name == "control":
             parts += [_law(law) for law in LAWS]

@@ -67,7 +67,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Formulas."""
+    """Write a page's formulas as MathML."""
     try:
         return with_mathml(html)
     except Exception as error:

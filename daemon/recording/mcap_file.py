@@ -50,7 +50,7 @@ class McapFile:
 
     @property
     def age(self) -> float:
-        """[s]"""
+        """Time since the file was opened [s]."""
         return time.monotonic() - self._begun
 
     def write(self, topic: str, time_ns: int, data: bytes) -> None:

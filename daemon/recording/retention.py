@@ -84,8 +84,8 @@ class Retention:
                     found.append((path, status.st_size, status.st_mtime))
         yield from sorted(found, key=lambda one: (one[2], one[0]))
 
-    def room(self) -> "Room":
-        """Return the room there is, and for how long."""
+    def disk_space(self) -> "DiskSpace":
+        """Return the space there is, and for how long."""
         now = time.time()
         files = list(self.files())
         used = float(sum(size for _, size, _ in files))
@@ -95,12 +95,12 @@ class Retention:
         begun = min((_begun(path, self.rig, changed) for path, _, changed in recent), default=now)
         span = min(now - begun, RATE_DAYS * DAY)
         rate = sum(size for _, size, _ in recent) / span * DAY if span > RATE_SECONDS else None
-        return Room(used, free, self.size, rate, left / rate if rate else None)
+        return DiskSpace(used, free, self.size, rate, left / rate if rate else None)
 
 
 @dataclass(frozen=True)
-class Room:
-    """Room for logs.
+class DiskSpace:
+    """Space for logs on the disk.
 
     Attributes:
         used: size of the rig's logs; free: space on the disk; size: bound of the logs [bytes]; None: without a bound.
@@ -122,7 +122,7 @@ def retention(section: LogSection, folder: Path, rig: str, *, service: bool) -> 
         section: [log].
         folder: folder of the logs.
         rig: whose.
-        service: whether it is that of a service, whose logs nobody tidies up: what is left out has a default then.
+        service: whether it is that of a service, whose logs nobody tidies up: both bounds have a default then.
     """
     size = None if section.keep_size is None else section.keep_size * GIGABYTE
     days = section.keep_days

@@ -33,11 +33,11 @@ class RunLog:
         path: path of the MCAP file.
         config: configuration of the rig; attached to the file.
         rod: the controller's model, to draw its states.
-        now: gives the time of an entry [ns]; left out: wall time.
+        now: gives the time of an entry [ns]; default: wall time.
         notes: for the metadata, beside versions.
-        queue: entries that may wait for the disk; left out: the configuration's.
+        queue: entries that may wait for the disk; default: the configuration's.
         calibration: calibration of the servos; attached as well.
-        retention: retention of the logs in the folder; left out: all are kept.
+        retention: retention of the logs in the folder; default: all are kept.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class RunLog:
         self._next_look = 0.0
         self._removed: list[str] = []
         self.days_left: float | None = None
-        """Until there is no room for logs, or the oldest are removed; none while that is not known."""
+        """Days until there is no space for logs, or the oldest are removed; none while that is not known."""
 
         self._before: CycleState | None = None
         self._counts = Counts(0, 0, 0)
@@ -170,11 +170,11 @@ class RunLog:
                 self._removed.append(f"removed {len(removed)} old logs, {removed[0].name} to {removed[-1].name}")
 
     def _look(self) -> None:
-        """See now and then how much room is left."""
+        """See now and then how much space is left."""
         if self._retention is not None and time.monotonic() >= self._next_look:
             self._next_look = time.monotonic() + LOOK_SECONDS
             with suppress(OSError):
-                self.days_left = self._retention.room().days
+                self.days_left = self._retention.disk_space().days
 
     def warning(self, text: str) -> None:
         """A line for people."""

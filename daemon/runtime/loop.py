@@ -81,7 +81,7 @@ class Loop:
             cycles: to run; none: no end.
 
         Raises:
-            DaemonError: a cycle failed as nobody foresaw; the tendons have been released, and the log says why.
+            DaemonError: a cycle failed unexpectedly; the tendons have been released, and the log says why.
         """
         gc.collect()
         gc.freeze()

@@ -75,7 +75,7 @@ class Planner:
         self._begin()
 
     def give_up(self) -> None:
-        """Want no plan any more; what the process is at comes to nothing."""
+        """Want no plan any more; what the process is computing is discarded."""
         self._wanted = None
 
     def poll(self) -> Plan | None:

@@ -73,7 +73,7 @@ class Plant:
 
     @property
     def time(self) -> float:
-        """Simulated [s]."""
+        """Simulated time [s]."""
         return self.seq * self._rod.time_step
 
     def shape(self, points: int) -> Array:

@@ -81,7 +81,7 @@ class PlantRod(Protocol):
 
 
 def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
-    """Return the rod of a simulated plant, by `simulator.solver` or, where that is left out, by what the robot needs.
+    """Return the rod of a simulated plant, by `simulator.solver`, which by default is what the robot needs.
 
     Args:
         section: [simulator].

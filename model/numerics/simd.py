@@ -62,7 +62,7 @@ def _spread(builder: Any, number: Any, width: int) -> Any:
 
 def _define_arithmetic(operation: Any, instruction: str) -> None:
     @infer_global(operation)
-    class Template(AbstractTemplate):
+    class ArithmeticTemplate(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
             vectors = [argument for argument in arguments if isinstance(argument, SimdVector)]
             numbers = all(isinstance(argument, (SimdVector, types.Float)) for argument in arguments)
@@ -83,7 +83,7 @@ def _define_arithmetic(operation: Any, instruction: str) -> None:
 
 def _define_function(function: Any, instruction: str) -> None:
     @infer_global(function)
-    class Template(AbstractTemplate):
+    class FunctionTemplate(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
             return signature(arguments[0], *arguments) if isinstance(arguments[0], SimdVector) else None
 

@@ -105,12 +105,12 @@ class RodParameters:
 
     @property
     def shear_modulus(self) -> float:
-        """[Pa]."""
+        """Shear modulus G [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
     @property
     def mass_per_length(self) -> float:
-        """[kg/m]."""
+        """Mass per length rho A [kg/m]."""
         return self.density * self.area
 
     @property

@@ -228,7 +228,7 @@ class RodBatch:
 
 
 def _alike(one: Layout, other: Layout) -> bool:
-    """Whether two robots have the same structure, so that they can share scratch arrays."""
+    """Return true if two robots have the same structure, so that they can share scratch arrays."""
     sizes = all(np.shape(a) == np.shape(b) for a, b in zip(one, other, strict=True))
     return sizes and all(
         np.array_equal(a, b)

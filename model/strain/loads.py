@@ -20,7 +20,7 @@ Wrench = tuple[float, ArrayLike, ArrayLike]
 """Arc length [m], force [N], moment [N m]; world frame."""
 
 Distributed = tuple[float, float, ArrayLike, ArrayLike]
-"""From arc length to arc length [m], force per length [N/m], moment per length [N]; world frame."""
+"""First and last arc length [m], force per length [N/m], moment per length [N]; world frame."""
 
 Node = Callable[[float], tuple[int, int]]
 """Node and mass point at an arc length."""
@@ -78,8 +78,8 @@ def _numbers(value: Drive, count: int) -> Array:
 def _actuation(layout: Layout, tension: Drive, displacement: Drive) -> tuple[Array, NDArray[np.bool_]]:
     """Return tension [N] or displacement [m] of each tendon, and which of them are displacements, shape (m,)."""
     count = len(layout.straight)
-    pulls, winds = _numbers(tension, count), _numbers(displacement, count)
-    driven = np.isfinite(winds)
+    pulls, displacements = _numbers(tension, count), _numbers(displacement, count)
+    driven = np.isfinite(displacements)
     both, neither = driven & np.isfinite(pulls), ~driven & ~np.isfinite(pulls)
     if both.any() or (neither.any() and not (tension is None and displacement is None)):
         index = int(np.argmax(both | neither))
@@ -88,7 +88,7 @@ def _actuation(layout: Layout, tension: Drive, displacement: Drive) -> tuple[Arr
         raise ParameterError("loads: a tendon cannot push: tension must not be negative")
     if np.any(layout.tendon_stiffness[driven] <= 0.0):
         raise ParameterError("loads: a tendon without stiffness can only be driven by tension")
-    return np.where(driven, winds, np.nan_to_num(pulls)), driven
+    return np.where(driven, displacements, np.nan_to_num(pulls)), driven
 
 
 def _spread(

@@ -85,7 +85,7 @@ class StrainRod:
 
         Args:
             source: a configuration, its [rod], a file's path, or the name of a preset.
-            time_step: of `step` [s]; left out: loop.period of a whole configuration, else 0.01.
+            time_step: of `step` [s]; default: loop.period of a whole configuration, else 0.01.
 
         Raises:
             ConfigError: the file cannot be read or is invalid.
@@ -112,7 +112,7 @@ class StrainRod:
         """Return what acts on the robot.
 
         Args:
-            tension: of each tendon [N], not negative, shape (m,); left out: none.
+            tension: of each tendon [N], not negative, shape (m,); default: none.
             displacement: of each tendon [m], shape (m,), for elastic tendons; a tendon never pushes. Both together:
                 each tendon has a number in one of them, and None in the other.
             tip_force: dead force on the tip, world frame [N], shape (3,).
@@ -134,7 +134,7 @@ class StrainRod:
         return StrainState(np.zeros(self.modes), np.zeros(self.modes))
 
     def solve_static(self, loads: Loads, start: StrainState | None = None) -> StrainState:
-        """Return a stable equilibrium, downhill from `start` (left out: the reference shape).
+        """Return a stable equilibrium, downhill from `start` (default: the reference shape).
 
         Raises:
             ConvergenceError: none was found.

@@ -11,7 +11,7 @@ from tendond.model.numerics.compile import inlined
 from tendond.model.numerics.vectors import Matrix, Vector
 
 SMALL = 4.0
-"""[rad^2] Of the squared angle, below which series take the place of quotients; exact to rounding there."""
+"""Squared angle below which series take the place of quotients [rad^2]; exact to rounding there."""
 
 
 @inlined

@@ -18,14 +18,14 @@ FARTHEST = 0.058
 """Travel of the paper's tendon [m]."""
 
 HALFWAY = 0.02
-"""[m] Where the tip's x goes fastest with it."""
+"""Travel at which the tip's x goes fastest with it [m]."""
 
 STEPS = 600
 """Steps in each direction: a minute, practically at rest."""
 
 PERIOD = 0.1
 SLACK = (-0.1, -0.1, -0.1)
-"""[m] Of the other tendons."""
+"""Displacement of the other tendons [m]."""
 
 HEADING = (
     "| coefficient | law | servo pulls at 58 mm [N] | rod is pulled [N] | lost at the reversal [mm] | x at 20 mm,"

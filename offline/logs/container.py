@@ -62,7 +62,7 @@ def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapR
 
     Args:
         path: the file.
-        topics: whose messages are wanted; left out: all.
+        topics: whose messages are wanted; default: all.
 
     Raises:
         LogError: the file cannot be read, or is not an MCAP file.

@@ -1,1 +1,1 @@
-"""The paper reproduced: its numbers, its simulations run offline, tables, figures and a page that tells how close."""
+"""The paper reproduced: its numbers, its simulations run offline, tables, figures, and a page that compares both."""

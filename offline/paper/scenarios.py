@@ -28,7 +28,7 @@ longer one."""
 
 DISTURBED_AT = 50
 DISTURBANCE = (10.0, 0.0, -10.0)
-"""[N]"""
+"""Force on the tip [N]."""
 
 DISTURBANCE_CYCLES = 1
 """The paper gives no duration."""
@@ -38,15 +38,15 @@ HUNG_AT = 60
 """Iteration at which a weight is hung on in the scenario that shows how it is found."""
 
 STRING = 0.3
-"""[m] On which the weight hangs in the experiment; the paper does not give it."""
+"""Length of the string on which the weight hangs in the experiment [m]; the paper does not give it."""
 
 SEED = 2024
 IMPACTS = 6
 IMPACT_SIZE = (2.0, 8.0)
-"""[N]"""
+"""Range of an impact's force [N]."""
 
 IMPACT_PLACE = (0.4, 1.0)
-"""Along the rod."""
+"""Range of an impact's place, as a part of the rod's length."""
 
 IMPACT_GAP = (18, 36)
 """Iterations between two."""

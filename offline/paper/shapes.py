@@ -21,7 +21,7 @@ EVERY = 5
 
 SHOWN = 60
 SNAPSHOTS = (0, 3, 6, 10, 20, 60)
-"""Iterations."""
+"""Iterations whose shapes are drawn."""
 
 AFTER_IMPACT = 1
 """Iterations after the end of an impact at which its snapshot is taken."""
@@ -30,7 +30,7 @@ FRAME = ((-340.0, 560.0), (-430.0, 560.0))
 """Ranges of z and x [mm]."""
 
 ARROW = 15.0
-"""[mm/N]"""
+"""Length of an arrow by the force [mm/N]."""
 
 
 def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Runs beside each other: all metrics, and their curves in one figure. Import this module only to draw."""
+"""Comparison of runs: all metrics, and their curves in one figure. Import this module only to draw."""
 
 import csv
 from collections.abc import Sequence

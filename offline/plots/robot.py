@@ -26,7 +26,7 @@ def robot_figure(rod: StrainRod, states: StrainState | Sequence[StrainState] | N
 
     Args:
         rod: the robot.
-        states: one, or several; left out: the reference shape.
+        states: one, or several; default: the reference shape.
     """
     chosen = _listed(rod, states)
     with style():

@@ -13,7 +13,7 @@ LAGS = 40
 """Maximum lag of the servos, in cycles."""
 
 RESTING = 1e-3
-"""[m/s] below which a tendon is taken to be at rest."""
+"""Speed below which a tendon is taken to be at rest [m/s]."""
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
 LATER = 6.0
-"""[s] From the fault on, in which a loop that the fault need not have ended comes to rest."""
+"""Time from the fault on in which a loop that the fault need not have ended comes to rest [s]."""
 
 LAST = 1.25
-"""[s] Of them, in which the tip is looked at: half a period of the slowest swing that the faults look for."""
+"""Last part of it, in which the tip is looked at [s]: half a period of the slowest swing that the faults look for."""
 
 REST = 0.25
 """Part of what the watches call a swing, below which a loop is at rest: one that rings at 16 Hz with half of it after

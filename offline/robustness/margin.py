@@ -23,7 +23,7 @@ from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
 RATES = (100.0, 250.0)
-"""[Hz]"""
+"""Rates of the loop [Hz]."""
 
 DELAYS = ((0, 0), (1, 0), (2, 0), (3, 0), (0, 1))
 """Delay of the poses that is configured, and the delay on top of it that is not [cycles]."""
@@ -33,7 +33,7 @@ ARMING_SECONDS = 20.0
 """Maximum time of the rest and the probe before tracking begins [s]."""
 
 RIPPLE_MAX = 0.2e-3
-"""[m] Of any coordinate of the true tip, peak to peak, in the last seconds of a run."""
+"""Largest ripple of any coordinate of the true tip, peak to peak, in the last seconds of a run [m]."""
 
 
 @dataclass(frozen=True)

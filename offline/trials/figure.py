@@ -12,7 +12,7 @@ VIEWS = (("x", "y", 0, 1), ("x", "z", 0, 2), ("y", "z", 1, 2))
 
 
 def draw(trial: Trial, outcome: TrialOutcome, path: Path, plant: str = "") -> Path:
-    """Draw it into a PNG file; `plant`: in words, left out: the trial's."""
+    """Draw it into a PNG file; `plant`: in words, by default the trial's."""
     with style():
         figure = Figure((12.0, 6.4), layout="constrained")
         grid = figure.add_gridspec(2, 6, height_ratios=(1.3, 1.0))

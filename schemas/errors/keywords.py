@@ -55,7 +55,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a model: its name with dots, what it is, its keys in their order, and whether it may be left out."""
+    """A table of a model: its name with dots, what it is, its keys in their order, and whether it is optional."""
 
     name: str
     meaning: str

@@ -14,7 +14,7 @@ from tests.golden.scripts import FOLDER, RUNS, record
 
 
 def main() -> None:
-    """With --all: the ones that still replay, too."""
+    """Record again the logs that no longer replay; with --all, every one."""
     for name in RUNS:
         old = FOLDER / f"{name}.mcap"
         with tempfile.TemporaryDirectory() as folder:

@@ -25,7 +25,7 @@ def path_of(name: str) -> Path:
 
 
 def replay(path: Path, first: int = 0) -> ReplayOutcome:
-    """To the last bit where the log is of this processor and these libraries."""
+    """Replay a log, to the last bit where it is of this processor and these libraries."""
     run = open_run(path)
     here = run_metadata(run.config)
     same = all(run.metadata.get(key) == here[key] for key in ("cpu", "llvmlite", "numba", "numpy"))

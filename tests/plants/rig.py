@@ -1,6 +1,6 @@
 """Camera and tendon drive about a plant: poses are delayed and noisy, commands are held.
 
-Units, signs and frames are those of docs/messages; no line of tendond is in it.
+Units, signs and frames are those of schemas/messages.py; no line of tendond is in it.
 """
 
 from collections import deque

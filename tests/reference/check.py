@@ -133,7 +133,7 @@ def with_tip_at(model: ReferenceModel, x: float, low: Solution, high: Solution) 
 
 
 def tension_step() -> Iterator[Figure]:
-    """From rest under gravity, T1 = 43 N from i = 0 on; i = 0 is the first solved step."""
+    """Step of tension from rest under gravity: T1 = 43 N from i = 0 on, the first solved step."""
     model, tensions = ReferenceModel(ReferenceRod(), euler(NODES)), vector(43.0, 0.0, 0.0, 0.0)
     solution = model.solve_static(np.zeros(4))
     yield Figure("static, gravity, T = 0: tip x [mm]", "-27.94", 1e3 * solution.tip.position[0])

@@ -28,7 +28,7 @@ class ConvergedShape:
     """A static shape with no discretisation error to speak of; n tendons."""
 
     tip_position: Array
-    """[m], world frame, shape (3,)."""
+    """Position [m], world frame, shape (3,)."""
     tip_rotation: Array
     """Body to world, shape (3, 3)."""
     tendon_displacements: Array

@@ -28,9 +28,9 @@ class Loads:
     gravity: Array
     """g [m/s^2]."""
     tip_force_world: Array = field(default_factory=lambda: np.zeros(3))
-    """[N]."""
+    """Force on the tip [N]."""
     tip_moment_world: Array = field(default_factory=lambda: np.zeros(3))
-    """[N m]."""
+    """Moment on the tip [N m]."""
     distributed_force_world: Array = field(default_factory=lambda: np.zeros(3))
     """f_ext [N/m], the same all along the rod."""
     distributed_moment_world: Array = field(default_factory=lambda: np.zeros(3))

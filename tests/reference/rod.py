@@ -65,7 +65,7 @@ class ReferenceRod:
     tip_inertia: Array = field(default_factory=lambda: np.zeros(3))
     """Diagonal of its inertia about its centre of mass [kg m^2], body frame, shape (3,)."""
     tip_offset: Array = field(default_factory=lambda: np.zeros(3))
-    """From the tip to its centre of mass [m], body frame, shape (3,)."""
+    """Vector from the tip to its centre of mass [m], body frame, shape (3,)."""
     dt: float = 0.01
     """Time step [s]."""
     alpha: float = -0.2

@@ -55,7 +55,7 @@ class Scheme:
     tableau: Tableau
     steps: int
     orthonormalise: bool
-    """After each step R <- R (3 I - R'R) / 2, twice (Newton-Schulz)."""
+    """Correction of R after each step, twice: R <- R (3 I - R'R) / 2 (Newton-Schulz)."""
     trapezoidal_path: bool
     """The path length of a tendon is a trapezoidal sum over the nodes, not the tableau's quadrature of the stages."""
 

@@ -18,7 +18,7 @@ class Tip:
     """The tip, world frame, n tendons."""
 
     position: Array
-    """[m], shape (3,)."""
+    """Position [m], shape (3,)."""
     R: Array
     """Body to world, shape (3, 3)."""
     velocity: Array
@@ -51,7 +51,7 @@ class Solution:
 
     @property
     def tensions(self) -> Array:
-        """[N], shape (n,)."""
+        """T_i [N], shape (n,)."""
         return self.loads.tensions
 
     @property
@@ -61,7 +61,7 @@ class Solution:
 
     @property
     def tendon_path_lengths(self) -> Array:
-        """[m], shape (n,)."""
+        """Path length of each tendon [m], shape (n,)."""
         return self.sweep.path_lengths
 
     @property

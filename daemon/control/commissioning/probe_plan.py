@@ -21,7 +21,7 @@ BLOCK_SECONDS = 0.1
 """Duration of the mean of the settled tip's position: half of the default ramp. Chosen; the study passes with it."""
 
 REST_SECONDS = 0.5
-"""Shortest rest of tip and model before the first pull: longer than `LET_OUT_SECONDS`, the first release, which is part
+"""Shortest rest of tip and model before the first pull: longer than `RELEASE_SECONDS`, the first release, which is part
 of it. Chosen; the study passes with it."""
 
 DOWN_SECONDS, START_SECONDS = 0.12, 0.16
@@ -40,7 +40,7 @@ SLACK_FACTOR = 2.0
 """Slack of the tendons that are not pulled, in displacements that the motion asks for: 2 r motion / L each.
 Chosen; the study passes with it."""
 
-LET_OUT_SECONDS = 0.4
+RELEASE_SECONDS = 0.4
 """Duration of the first release: slow, for a tendon that is reversed is pulled by it. Chosen; in the study
 such a tendon pulls up to 17.6 % of `limits.tension_max`, where it may pull 20 %."""
 
@@ -106,7 +106,7 @@ class ProbePlan:
             length=parameters.length,
             stop_at=STOP_AT * motion,
             load_max=LOAD_PART * largest,
-            rate=slack / LET_OUT_SECONDS,
+            rate=slack / RELEASE_SECONDS,
             slack=slack,
             down=max(1, round(DOWN_SECONDS / period)),
             start=max(1, round(START_SECONDS / period)),

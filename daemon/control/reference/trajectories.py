@@ -85,7 +85,7 @@ class DirectPath:
 
 
 class CurvePath:
-    """Along the curve of resting tips, from the arc length `start` [m] by `length` [m]."""
+    """Path along the curve of resting tips, from the arc length `start` [m] by `length` [m]."""
 
     def __init__(self, progress: Progress, curve: StaticCurve, start: float, length: float) -> None:
         self._made_of = (progress, curve, start, length)

@@ -48,7 +48,7 @@ class Equilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether a disturbance comes back to it."""
+        """True if it comes back after a disturbance."""
         return self.stability > 0.0
 
 

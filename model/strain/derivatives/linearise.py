@@ -28,7 +28,7 @@ from tendond.model.strain.tendons import find_paths
 Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-5
-"""[rad] Of strains in steps that are differenced, in the measure of energy."""
+"""Difference of strains in steps that are differenced, in the measure of energy [rad]."""
 
 DIFFERENCE_TOLERANCE = 1e-13
 """Tolerance of solutions that are differenced: their error over the difference, 1e-8, is below the difference's own."""
@@ -39,7 +39,7 @@ class Linearisation:
 
     Args:
         rod: the general rod.
-        at: arc length at which loads are differentiated, a node's [m]; left out: the tip.
+        at: arc length at which loads are differentiated, a node's [m]; default: the tip.
 
     Raises:
         ParameterError: there is no node at this place.

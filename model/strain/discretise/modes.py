@@ -14,7 +14,7 @@ BENDING_X, BENDING_Y, TORSION, SHEAR_X, SHEAR_Y, STRETCH = 0, 1, 2, 3, 4, 5
 
 
 class ModeTable:
-    """Which modes a robot has: component, order and section of each."""
+    """Modes of a robot: component, order and section of each."""
 
     def __init__(self, robot: Robot) -> None:
         rows: list[tuple[int, int, int]] = []

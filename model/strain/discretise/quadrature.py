@@ -11,7 +11,7 @@ from tendond.model.strain.describe.section import Section
 Array = NDArray[np.float64]
 
 INTERVALS = 8
-"""Per section, for up to four bending modes; more modes take two each."""
+"""Intervals of a section with up to four bending modes; more modes take two each."""
 
 TABLE_POINTS = 10
 """Gauss points per piece of a table: exact for a linear table and two polynomials of the eighth order."""

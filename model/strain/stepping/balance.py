@@ -28,7 +28,7 @@ damping D = e h K: a damping ratio of e h w / 2 for a mode of frequency w. Chose
 tests/unit/strain/test_dynamics.py` has motions that are right at 10 ms with it, and no step that fails."""
 
 STILL = 1e-6
-"""[rad] A change below it, in the measure of energy, has no balance to keep: what it lacks is lost in rounding."""
+"""Change in the measure of energy below which there is no balance to keep [rad]: what it lacks is lost in rounding."""
 
 
 @lean

@@ -52,7 +52,7 @@ def helix() -> float:
 
 BEND_ARC = 100.0 * math.pi / 4.0
 BEND_TIP = (15.558, 46.892, 53.606)
-"""[in] A shooting solver's, of the equations of `bend_tip`."""
+"""Tip of a shooting solver, of the equations of `bend_tip` [in]."""
 
 
 def bend_tip() -> tuple[float, float, float]:

@@ -199,7 +199,7 @@ def test_an_unplugged_port_is_a_fault_the_servos_stop_and_a_reset_opens_it_and_r
     assert max(bench.driver.displacement) < 0.002
 
 
-def test_an_error_that_nobody_foresaw_still_ends_with_the_torque_off(
+def test_an_unexpected_error_still_ends_with_the_torque_off(
     bench: DriverBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.pull()

@@ -1,4 +1,4 @@
-"""A cycle that fails as nobody foresaw: the last thing that leaves the process is a ramp to slack."""
+"""A cycle that fails unexpectedly: the last thing that leaves the process is a ramp to slack."""
 
 import itertools
 import threading

@@ -105,7 +105,7 @@ def test_every_program_in_the_documents_runs(page: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_lead_somewhere(path: Path) -> None:
-    """Within the site mkdocs checks them, anchors too; a reader of the files follows them as well."""
+    """Links within the site are checked by mkdocs, anchors too; a reader of the files follows them as well."""
     prose = BLOCK.sub("", path.read_text(encoding="utf-8"))
     generated = ("reference/", *ROOT_PAGES.values())
     for target in re.findall(r"\]\(([^)#\s]+)", prose):

@@ -93,7 +93,7 @@ def interrupted(command: list[str], folder: Path, moment: float) -> "subprocess.
     ids=lambda command: " ".join(word for word in command.split() if word.isalpha()),
 )
 def test_ctrl_c_ends_every_command_quietly_with_130_at_any_moment(command: str, moment: float, tmp_path: Path) -> None:
-    """Also while it imports, compiles, or waits; what has ended by itself before that has its own status."""
+    """Commands end while they import, compile, or wait; what has ended by itself before that has its own status."""
     port = free_port(socket.SOCK_STREAM)
     text = f'[bus]\nendpoint = "tcp/127.0.0.1:{port}"\n[vicon]\nport = {free_port(socket.SOCK_DGRAM)}\n'
     (tmp_path / "rig.toml").write_text(text)

@@ -1,4 +1,4 @@
-"""Direct feedback, the paper's: what the law is fed are the poses themselves, and without one nothing is decided."""
+"""Direct feedback, the paper's: the law's inputs are the poses themselves, and without one nothing is decided."""
 
 import numpy as np
 

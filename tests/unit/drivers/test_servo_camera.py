@@ -30,7 +30,7 @@ def test_the_bend_of_a_tip_is_its_lean_and_where_to(angle: float, direction: flo
 
 
 def test_the_rods_own_statics_shorten_a_tendon_by_its_distance_times_the_bend() -> None:
-    """Against the Cosserat rod, which is stiff but not inextensible: pulled by one tendon, under no gravity."""
+    """The Cosserat rod, stiff but not inextensible, pulled by one tendon without gravity, is the reference."""
     rod = rod_from_section(RodSection(gravity=(0.0, 0.0, 0.0)), 0.01)
     tensions = np.zeros(len(rod.parameters.tendon_positions))
     rest = rod.solve_static(tensions)

@@ -28,7 +28,7 @@ NAMES = ("E", "rho", "Bbt", "C", "tendon_stiffness", "delay", "lag")
 
 PERIOD, RATE = 0.01, 0.08
 STEP = 0.00125
-"""[s] A quarter of the fit's own."""
+"""Time step, a quarter of the fit's own [s]."""
 
 
 def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:

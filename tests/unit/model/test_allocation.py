@@ -35,7 +35,7 @@ parts = st.floats(0.0, 2.0)
 
 
 def moment_at(one: Allocation, direction: float, part: float) -> Array:
-    """A moment in a direction from the middle of what can be had; from 1 on it may be outside."""
+    """A moment in a direction from the middle of the feasible ones; from 1 on it may be infeasible."""
     middle = one.corners.mean(axis=0)
     reach = np.max(np.hypot(*(one.corners - middle).T))
     return np.asarray(middle + part * reach * np.array([math.cos(direction), math.sin(direction)]))
@@ -84,7 +84,7 @@ def test_the_tensions_are_minimal(one: Allocation, direction: float, part: float
 def test_a_small_change_of_the_moment_is_a_small_change_of_the_tensions(
     one: Allocation, direction: float, part: float, step: float
 ) -> None:
-    """Also where a tendon takes over, and at the edge of what can be had."""
+    """Continuity holds where a tendon takes over, and at the edge of the feasible moments, too."""
     wanted = moment_at(one, direction, part)
     small = 1e-6 * scale(one)
     near = one.tensions(wanted + small * np.array([math.cos(step), math.sin(step)]))

@@ -8,7 +8,7 @@ from tendond.model.solver.schemes import SCHEMES
 from tests.unit.rod.rods import WEIGHTLESS
 
 SMALL = 1e-3
-"""[N] Small deflections."""
+"""Force of small deflections [N]."""
 
 
 @pytest.mark.parametrize("space", list(SCHEMES))
@@ -25,7 +25,7 @@ def test_the_tip_moves_as_a_cantilevers_does_under_a_load_at_that_place(space: s
 
 @pytest.mark.parametrize("space", list(SCHEMES))
 def test_the_whole_force_arrives_at_the_clamped_base(space: str) -> None:
-    """Within half a percent: six nodes see a stretch of a tenth of the rod at a few places only."""
+    """Agreement within half a percent: six nodes see a stretch of a tenth of the rod at a few places only."""
     rod = Rod(WEIGHTLESS, space)
     rod.spread_push(0.7)
     state = rod.solve_static(np.zeros(4), push=(0.0, 0.2, 0.0))

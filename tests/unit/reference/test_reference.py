@@ -105,7 +105,7 @@ def test_the_papers_reference_is_its_formula() -> None:
         assert point.acceleration == pytest.approx((-0.34 * 400.0 * decay, 0.0, 0.0))
 
 
-COURSES = {
+TRAJECTORIES = {
     "exponential": 'across = 0.34\nkind = "exponential"\nrate = 7.0',
     "minimum jerk": 'across = 0.34\nkind = "minimum_jerk"\nduration = 0.7',
     "direct minimum jerk": 'across = 0.34\nkind = "minimum_jerk"\nduration = 0.7\npath = "direct"',
@@ -114,9 +114,9 @@ COURSES = {
 }
 
 
-@pytest.mark.parametrize("name", list(COURSES))
+@pytest.mark.parametrize("name", list(TRAJECTORIES))
 def test_velocity_and_acceleration_are_the_derivatives_of_the_position(name: str) -> None:
-    reference, h = build(COURSES[name]), 1e-5
+    reference, h = build(TRAJECTORIES[name]), 1e-5
     for time in (0.11, 0.32, 0.55):
         before, now, after = (np.array(reference.at(t).position) for t in (time - h, time, time + h))
         point = reference.at(time)

@@ -1,4 +1,4 @@
-"""References in space: where the tip can rest, courses there, their time; and the law that follows them."""
+"""References in space: where the tip can rest, trajectories there, their time; and the law that follows them."""
 
 import math
 from collections.abc import Iterator

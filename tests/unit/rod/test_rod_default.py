@@ -26,7 +26,7 @@ def test_statics_is_within_a_tenth_of_a_millimetre(case: str) -> None:
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.6, 0.8)])
 def test_half_a_turn_in_any_plane_is_within_a_tenth_of_a_millimetre(direction: tuple[float, float]) -> None:
-    """Without gravity T r L / (E I) = pi bends the tip to point at where the base points from."""
+    """T r L / (E I) = pi without gravity bends the tip to point at where the base points from."""
     parameters = RodParameters(
         gravity=(0.0, 0.0, 0.0),
         tendon_positions=((0.02 * direction[0], 0.02 * direction[1]), (0.0, 0.0), (0.01, 0.0), (0.0, 0.01)),

@@ -63,7 +63,7 @@ def test_a_rod_in_another_unit_of_force_moves_the_same_to_the_last_bit(force: fl
 @each_drive
 @pytest.mark.parametrize(("force", "length"), [(1.0, 2.0**-5), (2.0**-6, 2.0**3)])
 def test_a_rod_of_another_size_moves_likewise(force: float, length: float, displacement_driven: bool) -> None:
-    """Not to the last bit: elimination takes the largest pivot, of forces and moments together."""
+    """Agreement, but not to the last bit: elimination takes the largest pivot, of forces and moments together."""
     expected, _ = tips(PAPER, 1.0, 1.0, displacement_driven)
     found, _ = tips(scaled(force, length), force, length, displacement_driven)
     assert found == pytest.approx(expected, abs=1e-7 * PAPER.length)

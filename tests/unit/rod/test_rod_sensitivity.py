@@ -48,7 +48,7 @@ def off(found: Array, expected: Array) -> float:
 @pytest.mark.parametrize("name", list(RODS))
 @pytest.mark.parametrize("drive", ["tensions", "displacements"])
 class TestSensitivity:
-    """Against differences, of a bent rod under loads in three dimensions, at rest and in motion."""
+    """Sensitivity beside differences, of a bent rod under loads in three dimensions, at rest and in motion."""
 
     def setup(self, space: str, name: str, drive: str) -> tuple[Rod, Array, float, float]:
         """A rod, its tendon commands, a step to vary them by, and the agreement to expect."""

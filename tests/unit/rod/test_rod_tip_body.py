@@ -11,7 +11,7 @@ from tendond.model.errors import ParameterError
 from tests.unit.rod.rods import PAPER, WEIGHTLESS, Array
 
 DAMPING = 1.5e-3
-"""[N m^2 s] Light, and enough for single shooting at 2 ms."""
+"""Light damping [N m^2 s], and enough for single shooting at 2 ms."""
 
 
 def frequency(parameters: RodParameters) -> float:

@@ -162,7 +162,7 @@ def largest_rise(omega: float, zeta: float, dt: float, alpha: float) -> float:
 @pytest.mark.parametrize("damping", [0.008, 0.0005])
 @pytest.mark.parametrize("drag", [0.1, 0.0])
 def test_energy_never_grows_when_the_bent_rod_is_let_go_of(dt: float, damping: float, drag: float) -> None:
-    """Above that of rest, beyond the rise of the first mode; higher modes are gone before their first turn."""
+    """Energy above that of rest, beyond the rise of the first mode; higher modes are gone before their first turn."""
     rod = Rod(
         replace(PAPER, bending_damping=(damping,) * 3, drag=(drag,) * 3),
         "rk6", nodes=21, time_step=dt, tolerance=1e-10,

@@ -70,10 +70,10 @@ def test_the_days_left_are_those_at_the_growth_of_the_last_days(tmp_path: Path) 
     begun = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(time.time() - 2 * DAY))
     log(tmp_path, f"arm-{begun}.mcap", 2 * MB, 1.0)
     log(tmp_path, f"arm-{begun}-001.mcap", 2 * MB, 0.0)
-    room = Retention(tmp_path, "arm", 10 * MB, None).room()
-    assert room.rate == pytest.approx(2 * MB, rel=0.01)
-    assert room.days == pytest.approx(3.0, rel=0.01)
-    assert Retention(tmp_path / "..", "nobody", None, None).room().days is None
+    space = Retention(tmp_path, "arm", 10 * MB, None).disk_space()
+    assert space.rate == pytest.approx(2 * MB, rel=0.01)
+    assert space.days == pytest.approx(3.0, rel=0.01)
+    assert Retention(tmp_path / "..", "nobody", None, None).disk_space().days is None
 
 
 def test_a_run_that_goes_on_and_on_stays_within_its_bound_and_never_removes_the_file_that_it_writes(

@@ -79,7 +79,7 @@ def test_a_rod_at_rest_has_no_error_in_time_and_one_of_a_single_mode_no_estimate
 @pytest.mark.parametrize("tolerance", [5e-3, 1e-3])
 @pytest.mark.parametrize("robot", [paper(damping=1e-4), nitinol()], ids=["paper's wire", "nitinol"])
 def test_refined_modes_and_steps_keep_their_tolerance(robot: Robot, tolerance: float) -> None:
-    """Under the load that a lab would begin with: one tendon, half a turn in one period of the first mode."""
+    """The load that a lab would begin with: one tendon, half a turn in one period of the first mode."""
     found = refine(robot, 0.01, tolerance)
     assert found.reached
     plain = StrainRod(robot)

@@ -111,7 +111,7 @@ def test_a_light_wire_under_a_steady_load_stays_at_rest(time_step: float) -> Non
 
 @pytest.mark.parametrize(("length", "time_step"), [(0.3, 0.001), (0.3, 0.005), (0.1, 0.001), (0.1, 0.01)])
 def test_a_soft_rod_follows_a_smooth_pull_at_any_step(length: float, time_step: float) -> None:
-    """To 90 degrees and back in a second, within 0.5 % L of a converged motion, under the steps' mean loads."""
+    """A pull to 90 degrees and back in a second, within 0.5 % L of a converged motion, under the steps' mean loads."""
     tips = []
     for modes, step in ((4, time_step), (8, 0.00025)):
         rod = StrainRod(silicone(modes, 0.0536, length), step)

@@ -43,8 +43,8 @@ def test_a_station_takes_a_wrench_between_the_nodes() -> None:
 def test_some_tendons_pull_by_tension_and_others_by_displacement_in_one_call() -> None:
     rod = StrainRod(paper())
     by_tension = rod.solve_static(rod.loads([10.0, 0.0, 0.0, 2.0]))
-    wound = rod.displacements(by_tension)[0] + 10.0 / 2e4
-    mixed = rod.loads([None, 0.0, 0.0, 2.0], [wound, None, None, None])
+    pulled = rod.displacements(by_tension)[0] + 10.0 / 2e4
+    mixed = rod.loads([None, 0.0, 0.0, 2.0], [pulled, None, None, None])
     assert mixed.driven.tolist() == [True, False, False, False]
     assert rod.tip(rod.solve_static(mixed))[0] == pytest.approx(rod.tip(by_tension)[0], abs=1e-7)
     for tension, displacement in (([1.0, 0.0, 0.0, None], [0.01, None, None, None]), ([None, 0.0, 0.0, 0.0], None)):

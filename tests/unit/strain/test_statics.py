@@ -30,7 +30,7 @@ def test_parallel_tendons_bend_to_constant_curvature_exactly(bias: float, tip_mm
 
 
 def test_the_curved_cantilever_of_bathe_and_bolourchi_bends_out_of_its_plane() -> None:
-    """Within the published spread, see `bend_tip`."""
+    """Agreement within the published spread, see `bend_tip`."""
     assert textbooks.bend_tip() == pytest.approx((15.6, 47.0, 53.5), rel=7e-3)
 
 
@@ -83,9 +83,9 @@ def test_natural_frequencies_are_those_of_the_cantilever_with_and_without_a_mass
 def test_a_tendon_driven_by_displacement_pulls_as_its_stretch_says_and_never_pushes() -> None:
     rod = StrainRod(paper())
     by_tension = rod.solve_static(rod.loads([10.0, 0.0, 0.0, 0.0]))
-    wound = rod.displacements(by_tension) + np.array([10.0 / 2e4, 0.0, 0.0, 0.0])
-    wound[1:] -= 1e-3
-    by_displacement = rod.solve_static(rod.loads(displacement=wound))
+    displacement = rod.displacements(by_tension) + np.array([10.0 / 2e4, 0.0, 0.0, 0.0])
+    displacement[1:] -= 1e-3
+    by_displacement = rod.solve_static(rod.loads(displacement=displacement))
     assert rod.tip(by_displacement)[0] == pytest.approx(rod.tip(by_tension)[0], abs=1e-7)
 
 

@@ -52,7 +52,7 @@ def test_a_rest_may_fit_within_twice_what_is_tolerated() -> None:
 
 
 def test_the_misfit_is_that_of_the_likeliest_tilt_markers_and_offset() -> None:
-    """Along the rod an offset only; about it a turn of base or markers; across it all three: in closed form."""
+    """Offset only along the rod; a turn of base or markers about it; across it all three: in closed form."""
     one = family()
     exact = one.fit(UP, np.eye(3))
     assert exact.misfit == pytest.approx(0.0)

@@ -47,7 +47,7 @@ def test_poses_that_were_held_up_are_no_jump_when_they_come_at_once() -> None:
 
 
 def test_a_pose_after_missed_deadlines_is_no_jump() -> None:
-    """While the controller stood still the arm went on, and the model did not."""
+    """The arm went on while the controller stood still, and the model did not."""
     setup = CycleSetup.from_config(parse_config("[commissioning]\nrest = false\nprobe = false\n", "test"))
     state = initial_state(setup)
     for tick, missed in enumerate((0, 0, 6, 0)):

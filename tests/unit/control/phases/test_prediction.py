@@ -24,7 +24,7 @@ WANTED = "[pretension]\ntension = 2.0\nduration = 0.01\n"
 FAST = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n"
 SLOW = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 0.1\n"  # a millimetre a cycle
 LAG = "[observer]\nlag = 0.02\n"
-LACKING = math.exp(-0.5)  # of a step after a cycle of 10 ms
+LAG_FACTOR = math.exp(-0.5)  # of a step after a cycle of 10 ms
 
 
 def tendons(*values: float) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -61,21 +61,21 @@ def test_a_lagging_actuator_is_led_so_that_it_is_a_cycle_later_where_it_should_b
         displacement_estimate=tendons(0.001),
     )  # fmt: skip
     after = one.go(state).state
-    assert after.tension_command[0] == pytest.approx((2.0 - LACKING * 0.5) / (1.0 - LACKING))
+    assert after.tension_command[0] == pytest.approx((2.0 - LAG_FACTOR * 0.5) / (1.0 - LAG_FACTOR))
     assert after.tension_estimate[0] == pytest.approx(2.0)
-    assert after.displacement_command[0] == pytest.approx((0.002 - LACKING * 0.001) / (1.0 - LACKING))
+    assert after.displacement_command[0] == pytest.approx((0.002 - LAG_FACTOR * 0.001) / (1.0 - LAG_FACTOR))
     assert after.displacement_estimate[0] == pytest.approx(0.002)
 
 
 def test_a_lagging_tendon_that_is_commanded_slack_is_slack_below_a_millinewton(bench: MakeBench) -> None:
     one = bench(WANTED + FAST + LAG)
-    above, below = 1.01e-3 / LACKING, 0.99e-3 / LACKING
+    above, below = 1.01e-3 / LAG_FACTOR, 0.99e-3 / LAG_FACTOR
     after = one.go(one.state(Mode.RELEASING, tension_estimate=tendons(above, below))).state
     assert after.tension_estimate == pytest.approx([1.01e-3, 0.0, 0.0, 0.0])
     pulled = one.state(Mode.RELEASING, tension_estimate=tendons(0.0), tension_command=tendons(0.601))
     small = one.go(pulled).state
     assert small.tension_command[0] == pytest.approx(1e-3)
-    assert small.tension_estimate[0] == pytest.approx((1.0 - LACKING) * 1e-3)  # it is commanded
+    assert small.tension_estimate[0] == pytest.approx((1.0 - LAG_FACTOR) * 1e-3)  # it is commanded
 
 
 @pytest.mark.parametrize(("changes", "factor"), [({}, 1.0), ({"radius": 2e-3}, 16.0), ({"length": 1.0}, 0.5)])

@@ -13,7 +13,7 @@ from tests.unit.control.phases.scripted_rod import Bench, MakeBench
 
 FAST = "[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n"
 LAG = "[observer]\nlag = 0.02\n"
-LACKING = math.exp(-0.5)  # of a step after a cycle of 10 ms
+LAG_FACTOR = math.exp(-0.5)  # of a step after a cycle of 10 ms
 
 
 def tendons(*values: float) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -27,13 +27,13 @@ def probing(one: Bench, probe: Probe, **changes: Any) -> Any:
 @pytest.mark.parametrize("lag", ["", LAG])
 def test_a_probe_begins_at_the_reported_displacement_and_only_releases(bench: MakeBench, lag: str) -> None:
     one = bench(f"[limits]\ntension_rate = 1e5\ndisplacement_rate = 1e3\n{lag}", probe=True)
-    slow, lacking = one.setup.probe.rate * one.period, LACKING if lag else 0.0
+    slow, lag_factor = one.setup.probe.rate * one.period, LAG_FACTOR if lag else 0.0
     one.rod.base = tendons(0.004, -0.004)
     held = (0.003, 0.003, -0.01, 0.0)
     first = probing(one, Probe(Phase.REST, held=held))
     expected = np.array(held) - slow
     assert first.displacement_command == pytest.approx(expected)
-    assert first.displacement_estimate == pytest.approx(expected + lacking * (np.array(held) - expected))
+    assert first.displacement_estimate == pytest.approx(expected + lag_factor * (np.array(held) - expected))
     last = tendons(0.001, 0.001)
     second = probing(one, Probe(Phase.REST, since=1, held=held), displacement_command=last)
     assert second.displacement_command == pytest.approx(last + np.array([slow, -slow, -slow, -slow]))

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
+from tendond.model.strain.describe.configured import described
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
@@ -91,8 +92,6 @@ class StrainRod:
             ConfigError: the file cannot be read or is invalid.
             ParameterError: a robot that cannot be.
         """
-        from tendond.model.strain.describe.configured import described
-
         robot, period = described(source)
         return StrainRod(robot, period if time_step is None else time_step)
 

@@ -13,12 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from tendond.model.strain.describe.profile import Profile, combined
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.discretise.modes import BENDING_X, BENDING_Y
+from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.layout import lay_out
 from tendond.model.strain.robot import Robot
+from tendond.model.strain.stepping.mass import mass_matrix
+from tendond.model.strain.stepping.scratch import scratch_for
 
 Array = NDArray[np.float64]
 
@@ -42,18 +46,17 @@ def with_damping_ratios(robot: Robot, ratios: Sequence[float | None]) -> Robot:
 
 def first_bending_frequency(robot: Robot) -> float:
     """Return the first natural frequency of bending in the reference shape, without gravity and tendons [Hz]."""
-    from tendond.model.strain.analysis.modes import natural_modes
-    from tendond.model.strain.rod import StrainRod
-
-    rod = StrainRod(replace(robot, gravity=(0.0, 0.0, 0.0), tendons=()))
-    modes = natural_modes(rod, rod.rest(), rod.loads())
-    layout = lay_out(rod.robot)
+    layout = lay_out(replace(robot, gravity=(0.0, 0.0, 0.0), tendons=()))
+    shape = empty_shape(layout)
+    find_shape(layout, np.zeros(len(layout.component)), shape)
+    squares, vectors = eigh(layout.stiffness, mass_matrix(layout, shape, scratch_for(layout)))
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
     bending = np.isin(layout.component, (BENDING_X, BENDING_Y))
-    for frequency, shape in zip(modes.frequency, modes.strain, strict=True):
-        energy = shape @ layout.stiffness @ shape
-        if shape[bending] @ layout.stiffness[np.ix_(bending, bending)] @ shape[bending] > 0.5 * energy:
+    for frequency, mode in zip(frequencies, vectors.T, strict=True):
+        energy = mode @ layout.stiffness @ mode
+        if mode[bending] @ layout.stiffness[np.ix_(bending, bending)] @ mode[bending] > 0.5 * energy:
             return float(frequency)
-    return float(modes.frequency[0])
+    return float(frequencies[0])
 
 
 def _damped(section: Section, time: float) -> Section:

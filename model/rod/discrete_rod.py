@@ -7,7 +7,7 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.discretisation import bdf_alpha, discretise, gravity_loads
 from tendond.model.rod.loads import ZERO, pack_loads, push_shape
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.prediction import Scratch
+from tendond.model.rod.prediction import PredictionScratch
 from tendond.model.rod.state import RodState
 from tendond.model.rod.tip_body import TipBody
 from tendond.model.solver.problem import HISTORY, Profile
@@ -41,7 +41,7 @@ class DiscreteRod:
         self._loads = np.zeros(n + 15)
         self._weight = gravity_loads(parameters)
         self._predicted_loads = self._weight.copy()
-        self._scratch = Scratch(np.empty((self._stages, HISTORY)), self._new_profile(), np.zeros((6, LANES)))
+        self._scratch = PredictionScratch(np.empty((self._stages, HISTORY)), self._new_profile(), np.zeros((6, LANES)))
 
     def loads(
         self,

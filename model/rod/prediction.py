@@ -42,7 +42,7 @@ class TipPrediction:
     direction_jacobian: Array
 
 
-class Scratch(NamedTuple):
+class PredictionScratch(NamedTuple):
     """Memory of a prediction that is not the rod's own."""
 
     history: Any  # shape (stages, 18)
@@ -52,7 +52,8 @@ class Scratch(NamedTuple):
 
 @kernel
 def predict_tip(
-    rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any, inputs: Any, scratch: Scratch, tip: Any,
+    rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any, inputs: Any, scratch: PredictionScratch,
+    tip: Any,
     tip_jacobian: Any,
 ) -> bool:  # fmt: skip
     """Fill `tip`, shape (9,), with position, velocity, direction after the next step; and its jacobian, shape (9, 2).

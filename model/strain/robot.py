@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.describe.profile import Profile, Rows, Values, tabulated
+from tendond.model.strain.describe.profile import PropertyProfile, Rows, Values, tabulated
 from tendond.model.strain.describe.section import Section
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ Route = Callable[[float], tuple[float, float]]
 """Position (x, y) of a tendon in the cross-section [m] at the arc length s [m] of the whole backbone."""
 
 
-def _pair(profile: Profile, s: float) -> tuple[float, float]:
+def _pair(profile: PropertyProfile, s: float) -> tuple[float, float]:
     x, y = profile(s)
     return x, y
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tendond.model.strain.describe.damping import with_damping_ratios
-from tendond.model.strain.describe.profile import Profile, Rows, combined
+from tendond.model.strain.describe.profile import PropertyProfile, Rows, combined
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
 from tendond.schemas.config.control import LoopSection
@@ -112,7 +112,7 @@ def _uniform(rod: RodSection) -> Section:
 
 def _section(section: BackboneSection) -> Section:
     constants: dict[str, float | tuple[float, ...]] = {"axial_damping": section.shear_damping[2]}
-    tables: dict[str, Profile | Rows] = {}
+    tables: dict[str, PropertyProfile | Rows] = {}
     for key, (name, width) in OWN.items():
         value: Along | None = getattr(section, key)
         if value is None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from tendond.model.strain.describe.profile import Profile, combined
+from tendond.model.strain.describe.profile import PropertyProfile, combined
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.discretise.modes import BENDING_X, BENDING_Y
 from tendond.model.strain.kinematics import empty_shape, find_shape
@@ -62,7 +62,7 @@ def first_bending_frequency(robot: Robot) -> float:
 def _damped(section: Section, time: float) -> Section:
     """The section with Bbt = time (EI, EI, GJ)."""
     parts = [section.profile(name) for name in ("bending_stiffness", "torsion_stiffness")]
-    damping: Profile = combined(_Times(time), *parts)
+    damping: PropertyProfile = combined(_Times(time), *parts)
     if damping.knots:
         return replace(section, tables={**section.tables, "bending_damping": damping})
     tables = {name: table for name, table in section.tables.items() if name != "bending_damping"}

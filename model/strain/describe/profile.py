@@ -14,7 +14,7 @@ Rows = Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
-class Profile:
+class PropertyProfile:
     """A property along an arc length.
 
     Attributes:
@@ -30,7 +30,7 @@ class Profile:
         return self.function(s)
 
 
-def tabulated(rows: Rows, width: int, name: str) -> Profile:
+def tabulated(rows: Rows, width: int, name: str) -> PropertyProfile:
     """Return the property that rows (s [m], values...) give: linear between them, constant beyond them.
 
     Args:
@@ -52,25 +52,25 @@ def tabulated(rows: Rows, width: int, name: str) -> Profile:
     at = tuple(row[0] for row in table)
     if any(left >= right for left, right in pairwise(at)):
         raise ParameterError(f"{name}: s must ascend from row to row")
-    return Profile(at, partial(_linear, at, tuple(row[1:] for row in table)))
+    return PropertyProfile(at, partial(_linear, at, tuple(row[1:] for row in table)))
 
 
-def combined(function: Callable[..., Values], *parts: Profile) -> Profile:
+def combined(function: Callable[..., Values], *parts: PropertyProfile) -> PropertyProfile:
     """Return the property that `function` makes of the values of others at the same place, in their order."""
     knots = tuple(sorted({one for part in parts for one in part.knots}))
-    return Profile(knots, partial(_joined, function, parts))
+    return PropertyProfile(knots, partial(_joined, function, parts))
 
 
-def constant(*values: float) -> Profile:
+def constant(*values: float) -> PropertyProfile:
     """Return the property that is the same everywhere."""
-    return Profile((), partial(_same, values))
+    return PropertyProfile((), partial(_same, values))
 
 
 def _same(values: Values, s: float) -> Values:
     return values
 
 
-def _joined(function: Callable[..., Values], parts: tuple[Profile, ...], s: float) -> Values:
+def _joined(function: Callable[..., Values], parts: tuple[PropertyProfile, ...], s: float) -> Values:
     return function(*(one for part in parts for one in part(s)))
 
 

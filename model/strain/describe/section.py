@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain.describe.profile import Profile, Rows, Values, combined, constant, tabulated
+from tendond.model.strain.describe.profile import PropertyProfile, Rows, Values, combined, constant, tabulated
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -43,7 +43,8 @@ class Section:
         shear_stiffness: GA with its shear factor [N]; shear_damping: Bse across [N s]; shear_modes: as the others.
         outer_radius: of the outermost fibre, for strain and stress [m]; 0: that of a round wire of this stiffness.
         tables: properties that change along the section, by name: rows (s from the section's base [m], values...), or
-            a `Profile`; linear between the rows, constant beyond them. The property itself is then its middle value.
+            a `PropertyProfile`; linear between the rows, constant beyond them. The property itself is then its middle
+            value.
     """
 
     length: float
@@ -63,7 +64,7 @@ class Section:
     shear_damping: float = 0.0
     shear_modes: int = 0
     outer_radius: float = 0.0
-    tables: Mapping[str, Profile | Rows] = field(default_factory=dict)
+    tables: Mapping[str, PropertyProfile | Rows] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.length) and self.length > 0.0):
@@ -73,7 +74,7 @@ class Section:
             if name not in WIDTHS:
                 raise ParameterError(f"section: {name} cannot be a table; these can: {', '.join(WIDTHS)}")
             width = WIDTHS[name]
-            profile = table if isinstance(table, Profile) else tabulated(table, width, f"section: {name}")
+            profile = table if isinstance(table, PropertyProfile) else tabulated(table, width, f"section: {name}")
             middle = profile(0.5 * self.length)
             profiles[name] = profile
             object.__setattr__(self, name, middle[0] if width == 1 else middle)
@@ -98,11 +99,11 @@ class Section:
                 if value < 0.0 and name != "curvature":
                     raise ParameterError(f"section: {name} = {value!r} must be finite and not negative")
 
-    def profile(self, name: str) -> Profile:
+    def profile(self, name: str) -> PropertyProfile:
         """Return a property along the section; s counts from the section's base [m]."""
         if name in self.tables:
             profile = self.tables[name]
-            assert isinstance(profile, Profile)
+            assert isinstance(profile, PropertyProfile)
             return profile
         value = getattr(self, name)
         return constant(*value) if isinstance(value, tuple) else constant(value)
@@ -174,7 +175,7 @@ class Section:
         return Section(length, tables=tables, **more)
 
 
-def _profile(value: float | Rows, name: str) -> Profile:
+def _profile(value: float | Rows, name: str) -> PropertyProfile:
     return constant(float(value)) if isinstance(value, int | float) else tabulated(value, 1, f"section: {name}")
 
 

@@ -124,7 +124,7 @@ class Clock:
             self._deadline += missed * self._period
         arrivals, speculation, self._pose_at = Arrivals(), 0.0, None
         locked = self._phase is not None and self._phase.locked
-        opens = self._deadline - 2.0 * self._phase.margin if self._phase is not None and locked else self._deadline
+        opens = self._deadline if self._phase is None else self._phase.opens(self._deadline)
         if self._phase is not None and (not locked or self._late):
             self._search(arrivals, self._begin(opens))
         if self._speculate is None:

@@ -22,14 +22,24 @@ AGREEMENT = 0.08
 """Largest median deviation of the arrivals, of their spacing: beyond it there is no phase to lock to. Of arrivals at
 random it is 0.25, with a standard deviation of 0.05 for so many."""
 
-MARGIN_MIN, MARGIN_MAX = 0.03, 0.2
-"""Bounds of the time between the expected pose and the deadline, of the period."""
+EARLY_MIN, EARLY_MAX = 0.03, 0.2
+"""Bounds of the time before the expected pose at which the loop begins to look for it, of the period."""
 
-MARGIN_SECONDS = 150e-6
+EARLY_SECONDS = 150e-6
 """Smallest of these [s]: a few looks for the pose."""
 
 SPREADS = 4.0
-"""Median deviations in the margin: 99.3 % of normally distributed arrivals are in time."""
+"""Median deviations in it: 99.3 % of normally distributed arrivals come later."""
+
+MARGIN_MAX = 0.4
+"""Largest time between the expected pose and the deadline, of the arrivals' spacing: half of it without a phase."""
+
+LATE_FACTOR = 1.25
+"""Margin to the latest pose remembered. A margin costs nothing but that the cycle of a lost pose is as much later, so
+it follows the latest poses of a loaded machine, not the median ones."""
+
+LATE_KEPT = 0.998
+"""Part of the latest pose's lateness that is kept from cycle to cycle: half of it is forgotten in 350 cycles."""
 
 GAIN = 0.1
 """Part of the error that is corrected in a cycle: 0.9^24, 8 %, is left after a window, so that it does not hunt."""
@@ -62,6 +72,7 @@ class PhaseLock:
     Attributes:
         locked: the poses keep a phase, and the deadlines are where it wants them.
         margin: time between the expected pose and the deadline [s].
+        early: time before the expected pose at which to begin to look for it [s].
     """
 
     def __init__(self, period: float) -> None:
@@ -72,7 +83,8 @@ class PhaseLock:
         self._last_arrival: float | None = None
         self._pose_period = period
         self.locked = False
-        self.margin = MARGIN_MAX * period
+        self._latest = 0.0
+        self.early = self.margin = EARLY_MAX * period
 
     @property
     def once(self) -> bool:
@@ -109,19 +121,25 @@ class PhaseLock:
         if deviation > AGREEMENT * self._spacing:
             self.locked = False
             return 0.0
-        margin_min = max(MARGIN_MIN * self._period, MARGIN_SECONDS)
-        self.margin = max(min(SPREADS * deviation, MARGIN_MAX * self._period), margin_min)
+        early_min = max(EARLY_MIN * self._period, EARLY_SECONDS)
+        self.early = max(min(SPREADS * deviation, EARLY_MAX * self._period), early_min)
+        self._latest = max(max(self._errors) - middle, LATE_KEPT * self._latest)
+        self.margin = max(self.early, min(LATE_FACTOR * self._latest, MARGIN_MAX * self._spacing))
         wanted = middle + self.margin
         wanted -= self._spacing * round(wanted / self._spacing)
-        self.locked = abs(wanted) < (2.0 if self.locked else 0.5) * self.margin
+        self.locked = abs(wanted) < (0.8 if self.locked else 0.5) * self.margin
         slew = SLEW_LOCKED if self.locked and active else SLEW_ACTIVE if active else SLEW_IDLE
         moved = min(max(GAIN * wanted, -slew * self._period), slew * self._period)
         self._errors = deque((one - moved for one in self._errors), maxlen=WINDOW)
         return moved
 
+    def opens(self, deadline: float) -> float:
+        """Time from which the pose of a cycle is looked for [s]; without the lock its `deadline` [s]."""
+        return deadline - self.margin - self.early if self.locked else deadline
+
     def forget(self) -> None:
         """Run free, until poses keep a phase again."""
-        self.locked, self._first, self._last_arrival = False, None, None
+        self.locked, self._first, self._last_arrival, self._latest = False, None, None, 0.0
         self._errors.clear()
 
     def _measure_rate(self, pose: TipPose) -> None:

@@ -55,13 +55,14 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
 
     announce_compilation(say)
     control = config.control.model_copy(update={"law": next(iter(LAWS)), "laws": {}})
+    law = LAWS.get(config.control.law)
     try:
-        initial_state(CycleSetup.from_config(config.model_copy(update={"control": control})))
+        setup = CycleSetup.from_config(config.model_copy(update={"control": control}))
+        initial_state(setup)
+        if law is not None and (objection := tip_objection(config, setup.rod.parameters, law)):
+            yield objection
     except (DaemonError, ModelError) as error:
         yield from str(error).splitlines()
-    law = LAWS.get(config.control.law)
-    if law is not None and (objection := tip_objection(config, law)):
-        yield objection
     try:
         Plant(config, plant_rod(config.simulator, config.simulator.period))
     except ModelError as error:
@@ -80,8 +81,8 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
     """Compare the rod's tip at limits.tension_max with that of a finer rod; a message where its nodes are too few."""
     import numpy as np
 
-    from tendond.daemon.control.setup import rod_from_section
     from tendond.model import ModelError
+    from tendond.model.rods.choice import rod_from_section
 
     tensions = [0.0] * len(config.rod.tendon_positions)
     tensions[config.control.agonist] = config.limits.tension_max
@@ -103,10 +104,10 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
 def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     """Yield what is valid, but keeps a process from running as the machine is now, or makes it run badly."""
     from tendond.daemon.control.gains import lowered
-    from tendond.daemon.control.setup import rod_from_section
     from tendond.daemon.runtime.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed
+    from tendond.model.rods.choice import rod_from_section
 
     try:
         hub_settings(config)

@@ -163,10 +163,10 @@ def _geometry(robot: Robot, config: RigConfig) -> Iterator[str]:
     for number, given in enumerate(config.rod.section):
         if any(given.shear_damping[:2]) and given.shear_stiffness is None:
             yield f"rod.section[{number}].shear_damping: has no effect across the section without shear_stiffness"
-    if config.rod.refusal:
+    if config.rod.not_uniform:
         for name in ("space", "nodes", "alpha"):
             if getattr(config.rod, name) != RodSection.model_fields[name].default:
-                yield f"rod.{name}: is of the rod that controller and simulator run, which is not this robot's"
+                yield f"rod.{name}: is of the shooting rod, which is not this robot's"
     thinnest = min(section.fibre(0.0) for section in robot.sections)
     for index, tendon in enumerate(robot.tendons):
         arm = math.hypot(*tendon.at(0.0))

@@ -17,10 +17,11 @@ from contextlib import suppress
 from pathlib import Path
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
+from tendond.model.rods.choice import rod_from_section
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import Mode

@@ -10,8 +10,8 @@ from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
-from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ModelError
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.messages import Mode, Status
 from tendond.schemas.requests import ControlAction
 

@@ -12,8 +12,9 @@ from tendond.daemon.control.tasks.space import tendon_allocation
 from tendond.daemon.control.tasks.task import Task
 from tendond.daemon.errors import LawError
 from tendond.model.errors import ParameterError
-from tendond.model.rod.rod import Rod
+from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.static_curve import StaticCurve
+from tendond.model.rods.interface import ModelRod
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 
@@ -26,7 +27,7 @@ class SelectionSetup(Protocol):
         """Configuration of the rig."""
 
     @property
-    def rod(self) -> Rod:
+    def rod(self) -> ModelRod:
         """Model of the rod."""
 
     @property
@@ -74,7 +75,7 @@ class Selection:
         return self.task.reference
 
     @staticmethod
-    def from_config(config: RigConfig, rod: Rod) -> "Selection":
+    def from_config(config: RigConfig, rod: ModelRod) -> "Selection":
         """Make the selection of a configuration.
 
         Raises:
@@ -103,7 +104,7 @@ class Selection:
         reference = self.reference.in_plane
         return None if reference is None else reference.curve
 
-    def with_law(self, config: RigConfig, rod: Rod, name: str) -> "Selection":
+    def with_law(self, config: RigConfig, rod: ModelRod, name: str) -> "Selection":
         """Select another law, with the configuration's parameters, for the same reference.
 
         Raises:
@@ -113,11 +114,11 @@ class Selection:
             raise LawError(objection)
         law, parameters = select_law(name, config.control.laws)
         _check(law, self.section)
-        task = _task(config, law, self.reference)
+        task = _task(config, rod, law, self.reference)
         return replace(self, law_name=name, law=law, parameters=parameters, task=task)
 
     def with_reference(
-        self, config: RigConfig, rod: Rod, section: ReferenceSection, plans: PlanCache | None = None
+        self, config: RigConfig, rod: ModelRod, section: ReferenceSection, plans: PlanCache | None = None
     ) -> "Selection":
         """Select another reference, planned here unless `plans` has it.
 
@@ -129,11 +130,11 @@ class Selection:
         planned = None if plans is None else plans.find(self.law_name, section)
         if planned is None:
             planned = _plan(config, rod, self.law, section, self.curve)
-        return replace(self, section=section, task=_task(config, self.law, planned))
+        return replace(self, section=section, task=_task(config, rod, self.law, planned))
 
 
 def select(
-    config: RigConfig, rod: Rod, name: str, section: ReferenceSection, curve: StaticCurve | None = None
+    config: RigConfig, rod: ModelRod, name: str, section: ReferenceSection, curve: StaticCurve | None = None
 ) -> Selection:
     """Select a law and plan a reference for it.
 
@@ -151,26 +152,28 @@ def select(
     """
     law, parameters = select_law(name, config.control.laws)
     _check(law, section)
-    return Selection(name, section, law, parameters, _task(config, law, _plan(config, rod, law, section, curve)))
+    return Selection(name, section, law, parameters, _task(config, rod, law, _plan(config, rod, law, section, curve)))
 
 
-def _plan(config: RigConfig, rod: Rod, law: Law, section: ReferenceSection, curve: StaticCurve | None) -> Reference:
+def _plan(
+    config: RigConfig, rod: ModelRod, law: Law, section: ReferenceSection, curve: StaticCurve | None
+) -> Reference:
     config = config.model_copy(update={"reference": section})
     if not section.in_space:
         return plan_in_plane(config, rod, curve)
     try:
-        allocation = tendon_allocation(config)
+        allocation = tendon_allocation(config, rod.parameters)
     except ParameterError as error:
         raise _unsuitable(law, error) from error
     return plan_in_space(config, rod, allocation)
 
 
-def tip_objection(config: RigConfig, law: Law) -> str:
+def tip_objection(config: RigConfig, rod: RodParameters, law: Law) -> str:
     """Say that the body on the model's tip makes a law unstable; empty if it does not."""
-    mass, mass_max = config.rod.tip_mass, law.task_space.tip_mass_max(config)
+    mass, mass_max = rod.tip_mass, law.task_space.tip_mass_max(config, rod)
     if mass <= mass_max:
         return ""
-    able = " or ".join(name for name, one in LAWS.items() if mass <= one.task_space.tip_mass_max(config))
+    able = " or ".join(name for name, one in LAWS.items() if mass <= one.task_space.tip_mass_max(config, rod))
     return (
         f"control.law: {law.name} swings the arm with rod.tip_mass = {mass:g} kg in its model, of which it bears 0 to "
         f"{mass_max:.2g} kg at {1.0 / config.loop.period:g} Hz: set rod.tip_mass = 0.0, so that the observer carries "
@@ -178,11 +181,11 @@ def tip_objection(config: RigConfig, law: Law) -> str:
     )
 
 
-def _task(config: RigConfig, law: Law, reference: Reference) -> Task:
-    if objection := tip_objection(config, law):
+def _task(config: RigConfig, rod: ModelRod, law: Law, reference: Reference) -> Task:
+    if objection := tip_objection(config, rod.parameters, law):
         raise LawError(objection)
     try:
-        return law.task_space.task(config, reference)
+        return law.task_space.task(config, rod.parameters, reference)
     except ParameterError as error:
         raise _unsuitable(law, error) from error
 

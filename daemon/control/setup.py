@@ -13,30 +13,14 @@ from tendond.daemon.control.selection import PlanCache, Selection
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.model.errors import ParameterError
 from tendond.model.estimation.observer_gains import ObserverGains
-from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.rod import Rod
+from tendond.model.rods.choice import model_rod
+from tendond.model.rods.interface import ModelRod
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.robot import RodSection
 
 SLACK = 1e-3
 """Tension below which a lagging tendon that is commanded slack counts as slack, on the paper's robot [N], on others in
 proportion to EI/(L r): it bends the rod by T r L/EI = 7e-5 rad, and moves the tip by a sixth of a camera's noise."""
-
-
-def rod_from_section(section: RodSection, time_step: float) -> Rod:
-    """Make the rod that a configuration describes.
-
-    Args:
-        section: [rod] or [simulator.rod].
-        time_step: [s].
-
-    Raises:
-        ParameterError: a robot that this rod does not describe.
-    """
-    if section.refusal:
-        raise ParameterError(section.refusal)
-    return Rod(RodParameters(**section.parameters()), section.space, section.nodes, time_step, section.alpha)
 
 
 @dataclass(frozen=True)
@@ -58,7 +42,7 @@ class CycleSetup:
     """
 
     config: RigConfig
-    rod: Rod
+    rod: ModelRod
     selection: Selection
     observer: ObserverGains
     lag_factor: float
@@ -81,7 +65,9 @@ class CycleSetup:
             ConvergenceError: the rod has no equilibrium.
         """
         config = config.with_own_rates()
-        rod = rod_from_section(config.rod, config.loop.period)
+        if config.rod.refusal:
+            raise ParameterError(config.rod.refusal)
+        rod = model_rod(config)
         section, period = config.observer, config.loop.period
         rests, scale = configured_rests(config, rod.parameters), rod.parameters.tension_scale
         return CycleSetup(

@@ -116,8 +116,8 @@ def from_plain(kind: Any, value: Any, setup: Any) -> Any:
     if origin in (Union, types.UnionType):
         if value is None:
             return None
-        (only,) = (option for option in get_args(kind) if option is not type(None))
-        return from_plain(only, value, setup)
+        classes = [option for option in get_args(kind) if option is not type(None)]
+        return from_plain(_described(classes, value), value, setup)
     if origin is np.ndarray or kind is np.ndarray:
         data = np.frombuffer(base64.b64decode(value["data"]), np.dtype(value["dtype"]))
         return data.reshape(value["shape"]).copy()
@@ -139,6 +139,11 @@ def from_plain(kind: Any, value: Any, setup: Any) -> Any:
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind(value)
     return value
+
+
+def _described(classes: list[Any], value: Any) -> Any:
+    """The class of several whose fields a text has; the first one where none has them all."""
+    return next((one for one in classes[1:] if _hints(one).keys() == value.keys()), classes[0])
 
 
 def _dataclass(kind: Any, value: dict[str, Any], setup: Any) -> Any:

@@ -15,8 +15,8 @@ from tendond.daemon.control.selection import Selection
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.sources import Sources
 from tendond.model.estimation.observer import ObserverState, start_observer
-from tendond.model.rod.state import RodState
 from tendond.model.rod.tip import Tip
+from tendond.model.rods.interface import ModelState
 from tendond.schemas.messages import Mode, TendonState, TipPose
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ class CycleState:
     mode: Mode
     reason: str
     mode_since: int
-    rod: RodState
+    rod: ModelState
     tip: Tip
     observer: ObserverState
     selection: Selection

@@ -20,8 +20,7 @@ from tendond.daemon.recording.channels import (
     TRUTH,
 )
 from tendond.daemon.recording.thinning import Kept, Thinning
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import SimulatorTruth
@@ -47,7 +46,7 @@ class Cycle(NamedTuple):
     record: CycleRecord
     before: CycleState | None
     timing: LoopTiming | None
-    rod: RodState
+    rod: ModelState
     truth: SimulatorTruth | None
 
 
@@ -61,7 +60,7 @@ class CycleEntries:
         rod: the controller's model, to draw its states.
     """
 
-    def __init__(self, config: RigConfig, rod: Rod) -> None:
+    def __init__(self, config: RigConfig, rod: ModelRod) -> None:
         self._rod = rod
         self._shape_period = config.log.shape_period
         self._snapshot_period = max(1, round(SNAPSHOT_SECONDS / config.loop.period))
@@ -121,9 +120,8 @@ class CycleEntries:
             yield (ROD_SHAPE, partial(self._shape, now, record, state), now)
             yield (TRANSFORMS, partial(_frames, now, record), now)
 
-    def _shape(self, now: int, record: CycleRecord, state: RodState) -> foxglove.SceneUpdate:
-        points = self._rod.curve(state)
-        tendons = scene.tendon_paths(state.rotations, points, self._rod.parameters.tendon_positions)
+    def _shape(self, now: int, record: CycleRecord, state: ModelState) -> foxglove.SceneUpdate:
+        points, tendons = self._rod.curve(state), self._rod.tendon_paths(state)
         self._trail.append(record.measured or record.model.position)
         return scene.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail)
 

@@ -15,8 +15,7 @@ from tendond.daemon.recording.recorder import Counts, Recorder
 from tendond.daemon.recording.retention import Retention
 from tendond.daemon.recording.run_files import CALIBRATION, CONFIG
 from tendond.daemon.recording.run_metadata import run_metadata
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
@@ -44,7 +43,7 @@ class RunLog:
         self,
         path: Path,
         config: RigConfig,
-        rod: Rod,
+        rod: ModelRod,
         *,
         now: Callable[[], int] | None = None,
         notes: dict[str, str] | None = None,
@@ -118,7 +117,7 @@ class RunLog:
         return f"{written} of {put} log entries in {self.path}{lost}" + (f" ({self.error})" if self.error else "")
 
     def cycle(
-        self, record: CycleRecord, timing: LoopTiming | None, state: RodState, truth: SimulatorTruth | None
+        self, record: CycleRecord, timing: LoopTiming | None, state: ModelState, truth: SimulatorTruth | None
     ) -> None:
         """A cycle, with the state of the model's rod; no timing where no clock ran.
 

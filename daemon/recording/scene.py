@@ -38,27 +38,6 @@ _TRAIL_THICKNESS = 0.0015  # [m]
 _TRAIL_DECIMALS = 4
 _SHAPE_DECIMALS = 6
 _SHAPE_POINTS = 50  # to the micrometre, a smooth curve in 2 kB, built in 0.1 ms; 200 points take 0.5 ms
-_TENDON_POINTS = 10
-
-
-def tendon_paths(
-    rotations: NDArray[np.float64], points: NDArray[np.float64], holes: Sequence[tuple[float, float]]
-) -> list[NDArray[np.float64]]:
-    """The tendons beside the backbone, for the eye: a few points each [m], shape (k, 3).
-
-    Args:
-        rotations: rotations of the rod's nodes, equally spaced, body to world, shape (nodes, 3, 3).
-        points: points of the backbone, equally spaced [m], shape (p, 3).
-        holes: (x, y) of each tendon in the cross-section [m].
-    """
-    kept = np.linspace(0, len(points) - 1, min(len(points), _TENDON_POINTS)).round().astype(np.intp)
-    at = kept / (len(points) - 1) * (len(rotations) - 1)
-    nodes = np.arange(len(rotations))
-    paths = []
-    for x, y in holes:
-        arms = rotations[:, :, 0] * x + rotations[:, :, 1] * y
-        paths.append(points[kept] + np.stack([np.interp(at, nodes, arms[:, i]) for i in range(3)], axis=1))
-    return paths
 
 
 def rod_shape(
@@ -76,7 +55,7 @@ def rod_shape(
         tick: index of the cycle.
         points: points of the backbone, base to tip [m], shape (nodes, 3); at most 50 are kept, the ends among them.
         target: where the tip should be [m].
-        tendons: see `tendon_paths`.
+        tendons: points of each one [m], shapes (k, 3).
         trail: where the tip has been, at most `TRAIL_POINTS` [m].
     """
     kept = np.linspace(0, len(points) - 1, min(len(points), _SHAPE_POINTS)).round().astype(np.intp)

@@ -102,7 +102,7 @@ class Plant:
                 ends = self._rod.displacements(self._state, elastic=True)
                 self._servos.stand(ends)
                 if self._section.servo.friction > 0.0:
-                    stiffness, shortening = self._rod.parameters.tendon_stiffness, self._rod.displacements(self._state)
+                    stiffness, shortening = self._rod.tendon_stiffness, self._rod.displacements(self._state)
                     self._middles = TendonMiddles(stiffness, ends, shortening)
             elif self._by_displacement and not by_displacement:
                 self._servos.stand(np.zeros(self.tendon_count))

@@ -1,21 +1,19 @@
 """Rods of the simulated plant: the shooting rod, or the general one for robots that shooting does not solve."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
+from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
-from tendond.model.strain.rod import StrainRod, StrainState
 from tendond.model.strain.stepping.scratch import Loads
 from tendond.schemas.config.simulator import SimulatorSection
 
@@ -28,27 +26,18 @@ CHECK_EVERY = 5
 """Steps between two estimates of the error: one takes a third of a step."""
 
 
-class RodSizes(NamedTuple):
-    """Parameters of a rod that the plant needs.
-
-    Attributes:
-        tendon_count: number of tendons, n. length: length of the backbone [m].
-        tendon_stiffness: force per stretch [N/m], of all tendons or one each, shape (n,).
-    """
-
-    tendon_count: int
-    length: float
-    tendon_stiffness: float | Array
-
-
 class PlantRod(Protocol):
     """A rod as the plant runs it, with states of its own; `model.rod.rod.Rod` is one."""
 
     time_step: float
 
     @property
-    def parameters(self) -> RodSizes | RodParameters:
-        """Tendons and length."""
+    def parameters(self) -> RodParameters:
+        """Parameters, or those of the uniform rod that stands for it."""
+
+    @property
+    def tendon_stiffness(self) -> float | Array:
+        """Force per stretch [N/m], of all tendons or one each, shape (n,)."""
 
     def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO) -> Any:
         """Find the equilibrium at rest."""
@@ -90,26 +79,13 @@ def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
     Raises:
         ParameterError: a robot that cannot be, or that the named solver does not solve.
     """
-    general = section.solver == "general" or (section.solver is None and bool(section.rod.refusal))
-    if general:
+    if section.solver == "general" or (section.solver is None and section.rod.not_uniform):
         return GeneralPlantRod(robot_from_section(section.rod), time_step)
     return rod_from_section(section.rod, time_step)
 
 
-@dataclass(frozen=True)
-class GeneralPlantState:
-    """State of the general rod in a plant.
-
-    Attributes:
-        strain: strains and rates. tensions: of the tendons [N], shape (n,).
-    """
-
-    strain: StrainState
-    tensions: Array
-
-
-class GeneralPlantRod:
-    """The general rod as a plant's: any robot, any damping.
+class GeneralPlantRod(GeneralRod):
+    """The general rod as a plant's: also driven by displacement, pushed anywhere, with a weight on the tip.
 
     Args:
         robot: to simulate.
@@ -123,42 +99,23 @@ class GeneralPlantRod:
     """
 
     def __init__(self, robot: Robot, time_step: float) -> None:
-        self.time_step = time_step
+        super().__init__(robot, time_step)
         self.error_max = 0.0
         self._steps = 0
-        self._rod = StrainRod(robot, time_step)
         layout = self._rod.layout
-        # The shooting rod's tendon, for those that are given none.
-        self._stiffness = np.where(
-            layout.tendon_stiffness > 0.0, layout.tendon_stiffness, RodParameters.tendon_stiffness
-        )
-        layout.tendon_stiffness[:] = self._stiffness
+        layout.tendon_stiffness[:] = self.tendon_stiffness  # the shooting rod's, for those that are given none
         self._own_mass = layout.mass.copy()
-        self._tip_point = _last_point(layout.place, layout.arm)
         self._push = np.zeros(len(layout.mass))
-        self.parameters = RodSizes(len(robot.tendons), robot.length, self._stiffness)
-
-    def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO) -> GeneralPlantState:
-        """Find the equilibrium at rest.
-
-        Args:
-            tensions: [N], shape (n,). tip_force: world frame [N], shape (3,).
-
-        Raises:
-            ConvergenceError: none was found.
-        """
-        loads = self._rod.loads(tension=tensions, tip_force=tip_force)
-        return GeneralPlantState(self._rod.solve_static(loads), loads.tension.copy())
 
     def step(
         self,
-        state: GeneralPlantState,
+        state: GeneralState,
         tensions: ArrayLike | None = None,
         *,
         displacements: ArrayLike | None = None,
         tip_force: ArrayLike = ZERO,
         push: ArrayLike = ZERO,
-    ) -> GeneralPlantState:
+    ) -> GeneralState:
         """Compute the state one time step later, under loads that are held over it.
 
         Args:
@@ -176,26 +133,14 @@ class GeneralPlantRod:
             self.error_max = max(self.error_max, *tip_error(self._rod, new))
         taut = loads.tension
         if displacements is not None:
-            taut = np.maximum(0.0, self._stiffness * (loads.tension - self._rod.displacements(new)))
-        return GeneralPlantState(new, taut.copy())
+            taut = np.maximum(0.0, self.tendon_stiffness * (loads.tension - self._rod.displacements(new)))
+        return self._after(state, new, taut.copy(), tip_force)
 
-    def tip(self, state: GeneralPlantState) -> Tip:
+    def tip(self, state: GeneralState) -> Tip:
         """Return the tip; without acceleration and input gain, which no plant asks for."""
         position, rotation = self._rod.tip(state.strain)
         nothing = np.zeros(3)
         return Tip(position, rotation, self._rod.tip_velocity(state.strain), nothing, np.zeros((3, 0)), state.tensions)
-
-    def displacements(self, state: GeneralPlantState, *, elastic: bool = False) -> Array:
-        """Return the tendons' displacements [m], shape (n,); `elastic`: with the tendons' own stretch."""
-        shortening = self._rod.displacements(state.strain)
-        return shortening + state.tensions / self._stiffness if elastic else shortening
-
-    def curve(self, state: GeneralPlantState, points: int = 50) -> Array:
-        """Return points of the backbone, evenly spaced between its nodes' chords [m], shape (points, 3)."""
-        nodes = self._rod.backbone(state.strain)
-        at = np.concatenate(([0.0], np.cumsum(self._rod.layout.step)))
-        even = np.linspace(0.0, at[-1], points)
-        return np.column_stack([np.interp(even, at, nodes[:, axis]) for axis in range(3)])
 
     def spread_push(self, place: float, half_width: float = 0.05) -> None:
         """Spread the push of later steps over the mass points of a stretch, as a parabola; see `Rod.spread_push`.
@@ -224,11 +169,3 @@ class GeneralPlantRod:
             raise ParameterError(f"tip: mass = {mass!r} must be finite and not negative")
         self._rod.layout.mass[:] = self._own_mass
         self._rod.layout.mass[self._tip_point] += mass
-
-
-def _last_point(place: NDArray[np.int64], arm: Array) -> int:
-    """Return the index of the mass point on the tip itself."""
-    found: Sequence[int] = [
-        index for index in range(len(place)) if place[index] == place.max() and not arm[index].any()
-    ]
-    return found[-1]

@@ -18,8 +18,7 @@ from tendond.model.numerics.vectors import (
     scale,
     sub,
 )
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.model.solver.lanes import vector
 
 Array = NDArray[np.float64]
@@ -28,16 +27,16 @@ Array = NDArray[np.float64]
 class Arm(NamedTuple):
     """The bent rod's nodes, stiffness and gravity, from which the compliance follows."""
 
-    positions: Any  # of the nodes [m], shape (nodes, 3)
+    positions: Any  # of the nodes, with equal parts of the compliance between them [m], shape (nodes, 3)
     length: float  # [m]
-    stiffness: float  # EI [N m^2]
+    stiffness: float  # L / int ds/EI [N m^2]
     gravity: Vector  # [m/s^2]
 
 
-def bent_arm(rod: Rod, state: RodState) -> Arm:
+def bent_arm(rod: ModelRod, state: ModelState) -> Arm:
     """The rod, bent as `state` is."""
     (x, y, z), own = rod.parameters.gravity, rod.parameters
-    return Arm(rod.node_positions(state), own.length, own.bending_stiffness, (float(x), float(y), float(z)))
+    return Arm(rod.node_positions(state), own.length, rod.arm_stiffness, (float(x), float(y), float(z)))
 
 
 @inlined
@@ -84,7 +83,7 @@ def _fill_compliance(arm: Arm, out: Any) -> None:
         out[j] = filled[j]
 
 
-def tip_compliance(rod: Rod, state: RodState) -> Array:
+def tip_compliance(rod: ModelRod, state: ModelState) -> Array:
     """Compliance of the tip [m/N], shape (3, 3), of a slender rod bent as `state` is.
 
     Unit-load method (Timoshenko, Strength of Materials): C = integral of hat(r)' hat(r) / EI ds with r from s to the

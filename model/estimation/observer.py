@@ -29,8 +29,7 @@ from tendond.model.estimation.compliance import Arm, bent_arm, compliance, likel
 from tendond.model.estimation.observer_gains import CycleGains, ObserverGains
 from tendond.model.numerics.compile import Bound, inlined, kernel
 from tendond.model.numerics.vectors import Vector, add, dot, rotate, scale, sub
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.model.solver.lanes import vector
 
 Array = NDArray[np.float64]
@@ -78,7 +77,12 @@ class _Last(NamedTuple):
 
 
 def observe(
-    gains: ObserverGains, state: ObserverState, rod: Rod, model: RodState, model_tip: Array, measured: Array | None
+    gains: ObserverGains,
+    state: ObserverState,
+    rod: ModelRod,
+    model: ModelState,
+    model_tip: Array,
+    measured: Array | None,
 ) -> ObserverState:
     """Compute one cycle of the observer.
 

@@ -53,6 +53,16 @@ class Rod(StaticRod):
     _sensitivity = cached_property(lambda self: Bound(tip_sensitivity))
     _velocity_jacobian = cached_property(lambda self: Bound(velocity_jacobian))
 
+    @property
+    def arm_stiffness(self) -> float:
+        """EI [N m^2]: nodes are evenly spaced, so equal parts of the compliance lie between them."""
+        return self.parameters.bending_stiffness
+
+    @property
+    def tendon_stiffness(self) -> float:
+        """Stiffness of each tendon [N/m]."""
+        return self.parameters.tendon_stiffness
+
     def step(
         self,
         state: RodState,
@@ -146,6 +156,16 @@ class Rod(StaticRod):
     def node_positions(self, state: RodState) -> Array:
         """Nodes of the backbone from base to tip, world frame [m], shape (nodes, 3); not a copy."""
         return np.asarray(state.geometries[state.count % 2][:, :3])
+
+    def tendon_paths(self, state: RodState, points: int = 10) -> list[Array]:
+        """Points of each tendon, for display, world frame [m], shape (points, 3) each."""
+        curve, rotations, nodes = self.curve(state, points), state.rotations, np.linspace(0.0, 1.0, self.nodes)
+        at = np.linspace(0.0, 1.0, points)
+        paths = []
+        for x, y in self.parameters.tendon_positions:
+            arms = rotations[:, :, 0] * x + rotations[:, :, 1] * y
+            paths.append(curve + np.stack([np.interp(at, nodes, arms[:, axis]) for axis in range(3)], axis=1))
+        return paths
 
     def displacements(self, state: RodState, *, elastic: bool = False) -> Array:
         """Displacement of each tendon out of the base [m], shape (n,): rod length minus path length.

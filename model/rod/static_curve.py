@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tendond.model.errors import ConvergenceError
-from tendond.model.rod.rod import Rod
+from tendond.model.rods.interface import ModelRod
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -98,7 +98,7 @@ def _roots(arc: Array, values: Array, wanted: float) -> Array:
     return np.sort(found[np.isfinite(found)])
 
 
-def static_curve(rod: Rod, tendon: int, tension_max: float, axes: tuple[int, int]) -> StaticCurve:
+def static_curve(rod: ModelRod, tendon: int, tension_max: float, axes: tuple[int, int]) -> StaticCurve:
     """Compute the curve of a rod under its own weight.
 
     Args:

@@ -146,8 +146,8 @@ def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParamet
     Raises:
         ParameterError: invalid values.
     """
-    if config.rod.refusal:
-        raise ParameterError(config.rod.refusal)
+    if config.rod.not_uniform:
+        raise ParameterError(f"{config.rod.not_uniform}: only one straight, uniform section is identified so far")
     fields = config.rod.parameters()
     fields["tendon_stiffness"] = values["tendon_stiffness"]
     fields["youngs_modulus"], fields["density"] = values["E"], values["rho"]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.model.rod.static_curve import static_curve
+from tendond.model.rods.choice import model_rod
 from tendond.offline.files import as_text
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking, metrics, tracking
@@ -37,7 +37,7 @@ def compared(logs: Sequence[LogFile]) -> list[Compared]:
     found = []
     for name, log in zip(_names(logs), logs, strict=True):
         run = tracking(log)
-        rod = rod_from_section(log.config.rod, log.config.loop.period)
+        rod = model_rod(log.config)
         curve = static_curve(rod, log.config.control.agonist, log.config.limits.tension_max, run.axes)
         values = asdict(metrics(run, curve))
         x, y, z = values.pop("final_tip_m")

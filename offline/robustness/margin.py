@@ -11,12 +11,12 @@ import numpy as np
 from tendond.daemon.control.gains import law_rates, observer_gains, unknown_tip_mass
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.reference.planar import PLANES
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
+from tendond.model.rods.choice import rod_from_section
 from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode

@@ -7,7 +7,6 @@ from typing import Any
 
 from tendond.bus.client import open_client
 from tendond.bus.subscription import Subscription
-from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import (
     ROD_SHAPE,
@@ -20,6 +19,7 @@ from tendond.daemon.recording.channels import (
 )
 from tendond.model import ModelError
 from tendond.model.numerics.rotation import quaternion
+from tendond.model.rods.choice import model_rod
 from tendond.offline.viewer.server import Server
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
@@ -77,8 +77,9 @@ class _Scene:
 
     def __init__(self, config: RigConfig, server: Server) -> None:
         self._server = server
-        self._rod = rod_from_section(config.rod, config.loop.period)
+        self._rod = model_rod(config)
         self._state = self._rod.solve_static([0.0] * self._rod.parameters.tendon_count)
+        self._steps = 0
         self._target: Vector3 = (0.0, 0.0, 0.0)
         self._tip: TipPose | None = None
         self._trail: deque[Vector3] = deque(maxlen=scene.TRAIL_POINTS)
@@ -95,6 +96,7 @@ class _Scene:
                 put(COMMAND.topic, encode(message), now_ns)
                 with suppress(ModelError):  # the rod is then drawn in its last shape
                     self._state = self._rod.step(self._state, [max(0.0, pull) for pull in message.tension])
+                    self._steps += 1
             case TendonState():
                 put(TENDONS.topic, encode(message), now_ns)
             case Status():
@@ -109,9 +111,10 @@ class _Scene:
         points, end = self._rod.curve(self._state), self._rod.tip(self._state)
         x, y, z = end.position.tolist()
         place = ((x, y, z), quaternion(end.rotation))
-        tendons = scene.tendon_paths(self._state.rotations, points, self._rod.parameters.tendon_positions)
         self._trail.append(place[0] if tip is None else tip.position)
-        shape = scene.rod_shape(now_ns, self._state.count, points, self._target, tendons, self._trail)
+        shape = scene.rod_shape(
+            now_ns, self._steps, points, self._target, self._rod.tendon_paths(self._state), self._trail
+        )
         put(ROD_SHAPE.topic, encode(shape), now_ns)
         put(TIP_MODEL.topic, encode(foxglove.pose_in_frame(now_ns, *place)), now_ns)
         frames = {"tip_model": place}

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.rotations import rotation_matrix, turn_by
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import Wires
 from tendond.model.numerics.rotation import quaternion
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import TendonCommand, TendonState, TipPose
 

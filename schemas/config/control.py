@@ -33,6 +33,11 @@ class ControlSection(Schema):
     """[control]: the control law, its inputs, and the parameters of each law."""
 
     law: str = Field("backstepping", description="name of a registered law")
+    solver: Literal["shooting", "general"] | None = Field(
+        None,
+        description="rod of the model; shooting: the paper's; general: sections, any routing, light damping; default:"
+        " shooting where it describes the robot and its damping ratio is 5 % or more",
+    )
     feedback: Literal["observer", "direct"] = Field(
         "observer",
         description="inputs of the law; observer: velocity and acceleration of the model; direct: differences of"

@@ -20,6 +20,10 @@ from tendond.schemas.config.rod.tendon import RodTendon
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 
 
+CANTILEVER_MASS = 3.0 / 1.875104**4
+"""Part of a cantilever's mass that counts at its tip in the first mode, 0.243: 3 EI/L^3 over its frequency's square
+(R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1)."""
+
 HEADINGS = {"section": "[[rod.section]]", "tendon": "[[rod.tendon]]", "tip": "[rod.tip]"}
 
 
@@ -207,16 +211,37 @@ class RodSection(Schema):
         return self.gravity if found is None else found
 
     @property
-    def refusal(self) -> str:
-        """Key and reason for which paper's rod and controller do not run this robot; empty where they do."""
+    def not_uniform(self) -> str:
+        """Key and reason for which the shooting rod does not describe this robot; empty where it does."""
         try:
             self._short_form()
         except NotShortError as error:
-            return (
-                f"{error}: the controller runs one straight, uniform section with tendons parallel to it so far;"
-                " simulator and tendond.model.strain compute this robot"
-            )
+            return str(error)
         return ""
+
+    @property
+    def uniform_damping_ratio(self) -> float:
+        """Damping ratio of the first bending mode [-] of a uniform rod: a cantilever's, its tip's mass by Rayleigh."""
+        stiffness = self.youngs_modulus * math.pi * self.radius**4 / 4.0
+        rod_mass = self.density * math.pi * self.radius**2 * self.length
+        omega = math.sqrt(3.0 * stiffness / self.length**3 / (self.tip_mass + CANTILEVER_MASS * rod_mass))
+        return 0.5 * self.bending_damping[0] / stiffness * omega
+
+    @property
+    def has_elastic_tendons(self) -> bool:
+        """True if a tendon is given a stiffness."""
+        return self.tendon_stiffness is not None or any(one.stiffness is not None for one in self.tendon)
+
+    @property
+    def refusal(self) -> str:
+        """Key and reason for which the controller does not run this robot; empty where it does."""
+        base = self.base
+        if base is None or not (any(base.position) or any(base.orientation[1:])):
+            return ""
+        return (
+            f"rod.base.{'position' if any(base.position) else 'orientation'}: its base is at the world's origin, and"
+            " the straight robot along +z, to the controller: give poses in this frame, gravity by rod.base.down"
+        )
 
     def parameters(self) -> dict[str, Any]:
         """Return the keys of the short form that are parameters of `model.rod.RodParameters`."""

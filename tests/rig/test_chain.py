@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import zenoh
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.faults import Faults, request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.faults import cause
 from tendond.drivers.wired.rig import WiredError, WiredRig
+from tendond.model.rods.choice import rod_from_section
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest

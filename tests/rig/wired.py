@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.drivers.dynamixel.calibration import Calibration, save_calibration
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.model.rod.rod import Rod
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import SimulatorTruth, TendonCommand

@@ -1,6 +1,5 @@
 """The grid of equilibria under every weight and stiffness that a right rig may have, computed once for each rod."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,7 +8,8 @@ from numpy.typing import NDArray
 from tendond.daemon.control.commissioning.rests import RestFamily, Tolerances
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rod.rod import Rod
+from tendond.model.rods.choice import RodSource, source_of
+from tendond.model.rods.interface import ModelRod
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]
@@ -42,14 +42,12 @@ def configured_rests(config: RigConfig, parameters: RodParameters) -> RestFamily
         return None
     tolerances = Tolerances(section.tilt, section.offset * parameters.length, section.orientation)
     weight = largest_weight(parameters) if section.weight_max is None else section.weight_max
-    return rest_family(parameters, config.rod.space, config.rod.nodes, section.stiffness, weight, tolerances)
+    return rest_family(source_of(config), section.stiffness, weight, tolerances)
 
 
 @lru_cache(maxsize=64)
 def rest_family(
-    parameters: RodParameters,
-    space: str,
-    nodes: int | None,
+    source: RodSource,
     stiffness: float,
     weight_max: float,
     tolerances: Tolerances,
@@ -57,7 +55,7 @@ def rest_family(
     """Compute the family of a rod.
 
     Args:
-        parameters: parameters of the model. space, nodes: of its discretisation.
+        source: what the model is made from.
         stiffness: by which Young's modulus may differ [-].
         weight_max: the largest weight on the tip [kg].
         tolerances: tolerances of the rest.
@@ -65,6 +63,7 @@ def rest_family(
     Raises:
         ConvergenceError: the rod has no rest without a weight.
     """
+    parameters = source.rod().parameters
     gravity = np.array(parameters.gravity)
     loaded = bool(gravity.any())
     factors = np.linspace(1.0 / (1.0 + stiffness), 1.0 / (1.0 - min(stiffness, 0.75)), STIFFNESSES + 1)
@@ -72,8 +71,7 @@ def rest_family(
     weights = np.linspace(0.0, weight_max, WEIGHTS + 1) if loaded else np.zeros(1)
     rows: list[tuple[Array, Array]] = []
     for compliance in compliances:
-        rod = Rod(replace(parameters, youngs_modulus=parameters.youngs_modulus / float(compliance)), space, nodes)
-        rows.append(_hung(rod, weights, gravity))
+        rows.append(_hung(source.rod(float(compliance)), weights, gravity))
     reached = min(len(positions) for positions, _ in rows)  # a rod buckles beyond
     positions = np.stack([one[:reached] for one, _ in rows])
     rotations = np.stack([one[:reached] for _, one in rows])
@@ -88,7 +86,7 @@ def rest_family(
     )  # fmt: skip
 
 
-def _hung(rod: Rod, weights: Array, gravity: Array) -> tuple[Array, Array]:
+def _hung(rod: ModelRod, weights: Array, gravity: Array) -> tuple[Array, Array]:
     """Tips and rotations of one rod under rising weights, up to buckling."""
     slack = np.zeros(rod.parameters.tendon_count)
     state, tips = None, []

@@ -13,7 +13,7 @@ from tendond.daemon.control.phases.modes import ACTIVE, enter
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.model.errors import ConvergenceError
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelState
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.messages import Mode
 
@@ -123,7 +123,7 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
         estimate = state.displacement_estimate
         wanted = np.where(estimate > 0.0, left * estimate, estimate)
     else:
-        wanted = setup.rod.displacements(rod, elastic=config.rod.tendon_stiffness is not None)
+        wanted = setup.rod.displacements(rod, elastic=config.rod.has_elastic_tendons)
     release = max(config.limits.slack, setup.probe.slack) if state.mode is Mode.PROBE else config.limits.slack
     slack = np.where(tension > 0.0, 0.0, 0.0 if error else release)
     asked = lead(wanted - slack, state.displacement_estimate, setup.lag_factor)
@@ -150,7 +150,7 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
     return _Step(after, asked, displacement, met, error)
 
 
-def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tuple[RodState, BadCycles, str]:
+def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tuple[ModelState, BadCycles, str]:
     """Advance the model by a step; where that has no solution, without the observer's pull; else leave it as it is.
 
     Returns:

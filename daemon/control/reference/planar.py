@@ -11,8 +11,8 @@ from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
-from tendond.model.rod.rod import Rod
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
+from tendond.model.rods.interface import ModelRod
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -137,7 +137,7 @@ def in_world(pair: Pair, axes: tuple[int, int]) -> Vector3:
     return vector[0], vector[1], vector[2]
 
 
-def plan_in_plane(config: RigConfig, rod: Rod, curve: StaticCurve | None = None) -> PlanarReference:
+def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = None) -> PlanarReference:
     """Plan the reference that a configuration asks for.
 
     Args:

@@ -21,7 +21,7 @@ from tendond.daemon.control.reference.time_scaling import (
 from tendond.daemon.control.reference.workspace import Surface, WorkspaceRest
 from tendond.daemon.errors import TargetError
 from tendond.model.errors import ConvergenceError
-from tendond.model.rod.rod import Rod
+from tendond.model.rods.interface import ModelRod
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.reference import ReferenceSection
@@ -103,7 +103,7 @@ class SpatialReference:
         return path, timing.progress(time)
 
 
-def plan_in_space(config: RigConfig, rod: Rod, allocation: Allocation) -> SpatialReference:
+def plan_in_space(config: RigConfig, rod: ModelRod, allocation: Allocation) -> SpatialReference:
     """Plan the trajectory that a configuration's [reference] asks for.
 
     Args:
@@ -124,7 +124,7 @@ def plan_in_space(config: RigConfig, rod: Rod, allocation: Allocation) -> Spatia
             approach.append(surface.rest(start.moment + part * (rests[0].moment - start.moment), approach[-1]))
     except ConvergenceError as error:
         raise TargetError(f"reference.kind = '{section.kind}': the rod cannot rest where it leads: {error}") from error
-    elastic = config.rod.tendon_stiffness is not None
+    elastic = config.rod.has_elastic_tendons
     asked = [(RestPath(surface, [*approach, rests[0]], 1.0, elastic=elastic), minimum_jerk(1.0, section.duration))]
     if timing is not None:
         asked.append((RestPath(surface, rests, length, elastic=elastic), timing))

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.errors import ConvergenceError
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.model.tendons.allocation import Allocation
 
 Array = NDArray[np.float64]
@@ -44,7 +43,7 @@ class WorkspaceRest:
     """
 
     moment: Array
-    state: RodState
+    state: ModelState
     place: Array
     jacobian: Array
 
@@ -78,7 +77,7 @@ class Surface:
         allocation: map from moments to tensions of its tendons.
     """
 
-    def __init__(self, rod: Rod, allocation: Allocation) -> None:
+    def __init__(self, rod: ModelRod, allocation: Allocation) -> None:
         self.rod = rod
         self.allocation = allocation
 
@@ -136,7 +135,7 @@ class Surface:
                 ridge = max(10.0 * ridge, 1e-2)
         return rest, missing
 
-    def _solve(self, moment: Array, start: RodState | None) -> tuple[Array, RodState]:
+    def _solve(self, moment: Array, start: ModelState | None) -> tuple[Array, ModelState]:
         state = self.rod.solve_static(self.allocation.tensions(moment), start=start)
         tip = self.rod.tip(state)
         return np.concatenate([tip.position, tip.rotation[:, 2]]), state

@@ -12,6 +12,7 @@ from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.observation import PlanarObservation
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation
 from tendond.model.errors import ParameterError
+from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -91,11 +92,11 @@ class BendingPlane:
         """True if the reference lies in the bending plane."""
         return not section.in_space
 
-    def tip_mass_max(self, config: RigConfig) -> float:
+    def tip_mass_max(self, config: RigConfig, rod: RodParameters) -> float:
         """Infinite: the loop bears any."""
         return math.inf
 
-    def task(self, config: RigConfig, reference: Reference) -> PlanarTask:
+    def task(self, config: RigConfig, rod: RodParameters, reference: Reference) -> PlanarTask:
         """Make the task.
 
         Raises:
@@ -106,7 +107,7 @@ class BendingPlane:
         return PlanarTask(
             reference=reference.in_plane,
             control=config.control,
-            tendon_count=len(config.rod.tendon_positions),
+            tendon_count=rod.tendon_count,
             tension=config.pretension.tension,
             pair_tension=config.pretension.antagonist,
             input_gain_min=config.limits.input_gain_min,

@@ -85,29 +85,28 @@ class Space:
         """True if the reference can be followed: any."""
         return True
 
-    def tip_mass_max(self, config: RigConfig) -> float:
+    def tip_mass_max(self, config: RigConfig, rod: RodParameters) -> float:
         """Largest rod.tip_mass that the loop of such a law bears [kg]."""
-        rod = RodParameters(**config.rod.parameters())
         mass = TIP_LOAD_MAX * rod.bending_stiffness / (EARTH * rod.length**2)
         rod_time = math.sqrt(rod.mass_per_length * rod.length**4 / rod.bending_stiffness)
         return mass * min(1.0, (rod_time / (PERIODS_MIN * config.loop.period)) ** 3)
 
-    def task(self, config: RigConfig, reference: Reference) -> SpatialTask:
+    def task(self, config: RigConfig, rod: RodParameters, reference: Reference) -> SpatialTask:
         """Make the task.
 
         Raises:
             ParameterError: the tendons do not surround the rod.
         """
-        return SpatialTask(reference, tendon_allocation(config), config.loop.period, config.pretension.tension_min)
+        return SpatialTask(reference, tendon_allocation(config, rod), config.loop.period, config.pretension.tension_min)
 
 
-def tendon_allocation(config: RigConfig) -> Allocation:
-    """Return the allocation of a configuration's tendons, within pretension and largest tension.
+def tendon_allocation(config: RigConfig, rod: RodParameters) -> Allocation:
+    """Return the allocation of a rod's tendons, within pretension and largest tension.
 
     Raises:
         ParameterError: the tendons do not surround the rod, or the bounds leave no room.
     """
-    return Allocation(config.rod.tendon_positions, config.pretension.tension_min, config.limits.tension_max)
+    return Allocation(rod.tendon_positions, config.pretension.tension_min, config.limits.tension_max)
 
 
 SPACE = Space()

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.decision import Decision
 from tendond.model.estimation.observer import ObserverState
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.state import RodState
+from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
+from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.record import ReferencePoint
@@ -32,8 +32,8 @@ class Situation(NamedTuple):
         offset: shift of the reference along the straight rod [m].
     """
 
-    rod: Rod
-    model: RodState
+    rod: ModelRod
+    model: ModelState
     tip: Tip
     tension: Array
     observer: ObserverState
@@ -75,10 +75,10 @@ class TaskSpace(Protocol):
     def follows(self, section: ReferenceSection) -> bool:
         """True if references of that kind can be followed in it."""
 
-    def tip_mass_max(self, config: RigConfig) -> float:
+    def tip_mass_max(self, config: RigConfig, rod: RodParameters) -> float:
         """Largest rod.tip_mass that the loop of such a law bears [kg]."""
 
-    def task(self, config: RigConfig, reference: Reference) -> Task:
+    def task(self, config: RigConfig, rod: RodParameters, reference: Reference) -> Task:
         """Make the task of following a reference.
 
         Raises:

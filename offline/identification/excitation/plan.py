@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.planar import PLANES
-from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
+from tendond.model.rods.choice import model_rod
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.requests import ControlAction
@@ -108,11 +108,11 @@ def path_of(config: RigConfig) -> EquilibriumPath:
     Raises:
         PlanError: the limits leave no room to move.
     """
-    rod = rod_from_section(config.rod, config.loop.period)
+    rod = model_rod(config)
     control, limits = config.control, config.limits
     curve = static_curve(rod, control.agonist, limits.tension_max, PLANES[control.plane])
     pull = np.zeros(rod.parameters.tendon_count)
-    elastic = config.rod.tendon_stiffness is not None
+    elastic = config.rod.has_elastic_tendons
     state, found = None, []
     for tension in curve.tension:
         pull[control.agonist] = tension

@@ -18,6 +18,7 @@ from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Wake
 from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.simulator.rods import plant_rod
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.record import CycleInputs
 from tests.sil.rig import Rig
@@ -82,5 +83,5 @@ def in_process(
         loop = Loop(setup, hub, run_log, arm_at=5)
         state = loop.warm()
         patch.setattr(loop_module, "respond", fail_or_respond)
-        pacer = PlantPacer(hub, Plant(config, setup.rod))
+        pacer = PlantPacer(hub, Plant(config, plant_rod(config.simulator, config.loop.period)))
         yield InProcess(one, config, session, lambda stopped: loop.run(state, pacer, stopped))

@@ -11,6 +11,7 @@ from tendond.daemon.runtime.bus import Arrivals, Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Wake
 from tendond.drivers.simulator.plant import Plant
+from tendond.drivers.simulator.rods import plant_rod
 from tendond.offline.logs.log import LogFile, load
 from tendond.schemas.config.rig import RigConfig, check_config
 from tests.sil.rig import Rig
@@ -57,7 +58,7 @@ class Speculating:
 def run(path: Path, config: RigConfig, *, speculate: bool) -> LogFile:
     setup = CycleSetup.from_config(config)
     with Hub(config) as hub, RunLog(path, config, setup.rod) as run_log:
-        pacer = Speculating(hub, Plant(config, setup.rod), speculate=speculate)
+        pacer = Speculating(hub, Plant(config, plant_rod(config.simulator, config.loop.period)), speculate=speculate)
         pacer.loop = Loop(setup, hub, run_log, arm_at=ARM_AT)
         pacer.loop.run(pacer.loop.warm(), pacer, lambda: False, CYCLES)
     return load(path)

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model import Rod, RodParameters
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.simulator import SimulatedMocap, SimulatedServos
 from tendond.schemas.faults import Fault, FaultRequest

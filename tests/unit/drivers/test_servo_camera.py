@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.dynamixel.tools.calibrate import camera_objection
 from tendond.drivers.dynamixel.tools.camera import bend_of, shortened
 from tendond.model.numerics.rotation import quaternion
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.robot import RodSection
 
 POSITIONS = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))

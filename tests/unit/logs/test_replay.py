@@ -12,6 +12,7 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import StateSnapshot, decode_state, encode_state
 from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.recording.channels import CYCLE, STATE
+from tendond.model.rod.state import RodState
 from tendond.offline.bench.replay import bench_replay
 from tendond.offline.logs import load
 from tendond.offline.logs.container import LogError
@@ -37,6 +38,8 @@ def test_a_state_comes_back_from_its_text_to_the_last_bit_and_goes_on_alike() ->
         state, _, _ = step(setup, state, CycleInputs(request=ControlAction.ARM if tick == 3 else None))
     again = decode_state(CycleState, encode_state(state), setup)
     assert encode_state(again) == encode_state(state)
+    assert isinstance(again.rod, RodState)
+    assert isinstance(state.rod, RodState)
     np.testing.assert_array_equal(again.rod.levels, state.rod.levels)
     assert again.rod.levels.flags.writeable
     after, other = (step(setup, one, CycleInputs())[2].model_dump_json() for one in (state, again))

@@ -8,7 +8,6 @@ import pytest
 
 from tendond.daemon.control import gains as feedback
 from tendond.daemon.control.gains import lowered, observer_gains
-from tendond.daemon.control.setup import rod_from_section
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.estimation.margin import (
     GAIN_MARGIN,
@@ -19,6 +18,7 @@ from tendond.model.estimation.margin import (
 )
 from tendond.model.estimation.poles import FeedbackGains, LawRates, UnknownPlant, loop_poles
 from tendond.model.rod.parameters import RodParameters
+from tendond.model.rods.choice import rod_from_section
 from tendond.offline.robustness.evaluate import evaluate
 from tendond.offline.robustness.margin import LoopRow, run_loop, stiffness_rows
 from tendond.offline.robustness.points import Point

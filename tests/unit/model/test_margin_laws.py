@@ -10,9 +10,9 @@ from tendond.daemon.control import gains as feedback
 from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.gains import law_rates
 from tendond.daemon.control.laws import BENDING_PLANE, LAWS, Convergence, StatelessLaw, backstepping
-from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.errors import LawError
 from tendond.model.estimation.poles import LawRates
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 
 

@@ -11,6 +11,7 @@ from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.laws import SPACE
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
@@ -39,7 +40,8 @@ def end_of(config: RigConfig, seconds: float = 8.0) -> tuple[Mode, float]:
 @pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
 @pytest.mark.parametrize("delay", [0, 2])
 def test_the_law_in_space_settles_with_the_heaviest_tip_that_it_is_allowed(rate: float, delay: int) -> None:
-    bound = SPACE.tip_mass_max(with_configured_tip("sensitivity", 0.0, rate))
+    config = with_configured_tip("sensitivity", 0.0, rate)
+    bound = SPACE.tip_mass_max(config, rod_from_section(config.rod, config.loop.period).parameters)
     mode, ripple = end_of(with_configured_tip("sensitivity", bound, rate, delay))
     assert mode is Mode.TRACKING
     assert ripple < 0.2e-3
@@ -54,7 +56,7 @@ def test_the_law_in_space_is_refused_where_it_would_swing(
         LawError, match=r"swings the arm with rod\.tip_mass = .* bears 0 to .* set rod\.tip_mass = 0\.0"
     ):
         end_of(config)
-    monkeypatch.setattr(selection_module, "tip_objection", lambda config, law: "")
+    monkeypatch.setattr(selection_module, "tip_objection", lambda config, rod, law: "")
     mode, _ = end_of(config)
     assert mode is Mode.FAULT
 

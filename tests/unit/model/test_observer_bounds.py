@@ -9,7 +9,7 @@ import pytest
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import sensitivity
 from tendond.daemon.control.laws.law import SpatialObservation
-from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.model.estimation.compliance import tip_compliance
@@ -21,6 +21,7 @@ from tendond.model.estimation.observer_gains import (
     UNOBSERVABLE,
     ObserverGains,
 )
+from tendond.model.rods.choice import rod_from_section
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.robot import RodSection

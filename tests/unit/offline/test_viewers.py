@@ -66,13 +66,6 @@ def test_the_scene_has_a_target_and_a_trail_of_the_tip_that_does_not_grow_for_ev
     assert TipPath.of(load(path)).view == (22.0, -55.0)
 
 
-def test_tendons_run_at_their_distance_from_the_backbone() -> None:
-    points = np.linspace((0.0, 0.0, 0.0), (0.0, 0.0, 0.5), 50)
-    (path,) = scene.tendon_paths(np.tile(np.eye(3), (6, 1, 1)), points, [(0.02, 0.0)])
-    np.testing.assert_allclose(path[:, 0], 0.02)
-    np.testing.assert_allclose(path[[0, -1], 2], [0.0, 0.5])
-
-
 @pytest.mark.skipif(RERUN is None, reason="needs rerun-sdk")
 def test_rerun_finds_nothing_wrong_with_a_log_and_loads_it(tmp_path: Path) -> None:
     assert RERUN is not None

@@ -8,8 +8,8 @@ import pytest
 
 from tendond.cli.common import load_config
 from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
-from tendond.daemon.control.setup import rod_from_section
 from tendond.daemon.errors import TargetError
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
 
 DEFAULT = RigConfig()

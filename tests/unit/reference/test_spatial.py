@@ -11,11 +11,12 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import sensitivity
 from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.reference.workspace import Surface
-from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.errors import LawError, TargetError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.drivers.simulator.plant import Plant
+from tendond.model.rods.choice import rod_from_section
 from tendond.model.tendons.allocation import Allocation
 from tendond.offline.trials.measure import run_trial
 from tendond.offline.trials.paths import Trial

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from tendond.daemon.control.cycle import step
-from tendond.daemon.control.setup import CycleSetup, rod_from_section
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import LOG
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.recording.thinning import HELD_SECONDS, IDLE_SECONDS
 from tendond.drivers.simulator.plant import Plant
+from tendond.model.rods.choice import rod_from_section
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import load
 from tendond.offline.logs.recover import recover

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.rest_grid import configured_rests, largest_weight, rest_family
 from tendond.daemon.control.commissioning.rests import Tolerances
-from tendond.daemon.control.setup import rod_from_section
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.rod import Rod
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tests.unit.commissioning.rest.rests import rest
 

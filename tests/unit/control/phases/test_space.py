@@ -15,6 +15,7 @@ from tendond.daemon.control.tasks.space import PERIODS_MIN, SPACE, TIP_LOAD_MAX,
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.rod import Rod
+from tendond.model.rods.choice import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.record import ReferencePoint
 
@@ -66,7 +67,9 @@ def situation(rod: ScriptedRod, position: Any = POSITION) -> Situation:
 
 
 def task(aim: str = "position") -> SpatialTask:
-    return SpatialTask(cast(Reference, ScriptedReference(aim)), tendon_allocation(CONFIG), PERIOD, 1.5)
+    return SpatialTask(
+        cast(Reference, ScriptedReference(aim)), tendon_allocation(CONFIG, SETUP.rod.parameters), PERIOD, 1.5
+    )
 
 
 def test_the_pretension_is_the_minimum_of_every_tendon() -> None:
@@ -80,7 +83,7 @@ def test_a_position_is_predicted_as_far_beside_the_model_as_the_tip_is_now() -> 
     model, tension, shares, force = rod.asked
     assert model is START.rod
     assert tension is TENSION
-    assert np.array_equal(shares, tendon_allocation(CONFIG).shares)
+    assert np.array_equal(shares, tendon_allocation(CONFIG, SETUP.rod.parameters).shares)
     assert np.array_equal(force, START.observer.tip_force)
     assert observation.position == pytest.approx(START.tip.position + beside)
     assert observation.velocity is VELOCITY
@@ -132,7 +135,7 @@ def test_the_laws_decision_is_taken_as_it_is() -> None:
 
 
 def test_a_task_in_space_follows_any_reference_with_all_tendons_between_pretension_and_maximum() -> None:
-    made = SPACE.task(CONFIG, SETUP.selection.task.reference)
+    made = SPACE.task(CONFIG, SETUP.rod.parameters, SETUP.selection.task.reference)
     assert isinstance(made, SpatialTask)
     assert made.reference is SETUP.selection.task.reference
     assert (made.period, made.tension_min) == (0.01, 1.5)
@@ -148,7 +151,7 @@ def test_a_task_in_space_follows_any_reference_with_all_tendons_between_pretensi
         "test",
     )
     with pytest.raises(ParameterError):
-        tendon_allocation(two)
+        tendon_allocation(two, rod_from_section(two.rod, PERIOD).parameters)
 
 
 def test_the_heaviest_tip_is_a_part_of_the_rods_stiffness_and_less_where_a_cycle_is_long() -> None:
@@ -157,7 +160,8 @@ def test_the_heaviest_tip_is_a_part_of_the_rods_stiffness_and_less_where_a_cycle
     def bound(period: float, **rod: float) -> float:
         lines = "".join(f"{name} = {value}\n" for name, value in rod.items())
         text = f"[loop]\nperiod = {period}\n[rod]\ntendon_stiffness = 2e4\n{lines}[reference]\nacross = 0.1\n"
-        return SPACE.tip_mass_max(parse_config(text, "test"))
+        config = parse_config(text, "test")
+        return SPACE.tip_mass_max(config, rod_from_section(config.rod, period).parameters)
 
     stiffness = 190e9 * math.pi * 1e-3**4 / 4.0
     rho_a = SETUP.rod.parameters.mass_per_length

@@ -59,14 +59,26 @@ def load_config(path: Path | None) -> RigConfig:
 
 
 def load_runnable(path: Path | None) -> RigConfig:
-    """Load a configuration whose robot controller and simulator can run.
+    """Load a configuration whose robot the controller can run.
 
     Raises:
-        ConfigError: see `load_config`; or they cannot run it yet.
+        ConfigError: see `load_config`; or it cannot.
     """
     config = load_config(path)
     if config.rod.refusal:
         raise ConfigError(f"{path}: {config.rod.refusal}")
+    return config
+
+
+def load_uniform(path: Path | None) -> RigConfig:
+    """Load a configuration whose robot is one straight, uniform section, for studies of the shooting rod.
+
+    Raises:
+        ConfigError: see `load_config`; or it is not.
+    """
+    config = load_config(path)
+    if config.rod.not_uniform:
+        raise ConfigError(f"{path}: {config.rod.not_uniform}: this study is of one straight, uniform section")
     return config
 
 

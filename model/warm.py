@@ -9,6 +9,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.trajectory import simulate_trajectory
+from tendond.model.rods.general import GeneralRod
 from tendond.model.strain import Robot, Section, StrainRod, Tendon
 from tendond.model.strain.analysis.summary import summarise
 from tendond.model.tendons.allocation import Allocation
@@ -45,10 +46,12 @@ def warm_up() -> None:
 
 
 def warm_up_general() -> None:
-    """Run the kernels of the general rod once, which `tendond config check` looks at the robot with."""
-    rod = StrainRod(Robot((Section.round(0.5, 1e-3, 200e9, 7850.0),), (Tendon(0.5, (0.02, 0.0)),)))
+    """Run the kernels of the general rod once: as `tendond config check` looks at a robot, and as it is controlled."""
+    robot = Robot((Section.round(0.5, 1e-3, 200e9, 7850.0),), (Tendon(0.5, (0.02, 0.0)),))
+    rod, model = StrainRod(robot), GeneralRod(robot, 0.01)
     summarise(rod, 1.0, modes=1)
     rod.energy(rod.step(rod.rest(), rod.loads()))
+    model.tip(model.step(model.solve_static()))
 
 
 if __name__ == "__main__":

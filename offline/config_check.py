@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -82,8 +83,10 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
     import numpy as np
 
     from tendond.model import ModelError
-    from tendond.model.rods.choice import rod_from_section
+    from tendond.model.rods.choice import rod_from_section, source_of
 
+    if source_of(config).solver == "general":
+        return  # it has no nodes to choose, and estimates its own error
     tensions = [0.0] * len(config.rod.tendon_positions)
     tensions[config.control.agonist] = config.limits.tension_max
     tips = []
@@ -107,16 +110,17 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     from tendond.daemon.runtime.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed
-    from tendond.model.rods.choice import rod_from_section
+    from tendond.model import ModelError
+    from tendond.model.rods.choice import model_rod
 
     try:
         hub_settings(config)
     except ConfigError as error:
         yield str(error)
     if not config.rod.refusal and not law_objections(config.control):  # the gains depend on the laws
-        rod = rod_from_section(config.rod, config.loop.period).parameters
-        if gains := lowered(config, rod):
-            yield gains
+        with suppress(ModelError):  # reported as an error already
+            if gains := lowered(config, model_rod(config).parameters):
+                yield gains
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (

@@ -11,7 +11,7 @@ from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.model.errors import ModelError
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.choice import model_rod
 from tendond.schemas.messages import Mode, Status
 from tendond.schemas.requests import ControlAction
 
@@ -29,7 +29,7 @@ def rest(rig: Rig) -> CheckResult | None:
     if not valid or (status is not None and status.mode not in (Mode.STARTING, Mode.IDLE)):
         return None
     try:
-        rests = configured_rests(rig.config, rod_from_section(rig.config.rod, rig.config.loop.period).parameters)
+        rests = configured_rests(rig.config, model_rod(rig.config).parameters)
     except ModelError as error:
         return failed(f"the model has no rest: {error}", "see [rod]")
     if rests is None:

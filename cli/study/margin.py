@@ -4,13 +4,13 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from tendond.cli.common import load_runnable
+from tendond.cli.common import load_uniform
 from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, loop_rows, stiffness_rows
 
 
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
     """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
-    config = load_runnable(config_file)
+    config = load_uniform(config_file)
     gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
     if not as_json:
         print("gains that the margin admits\n")

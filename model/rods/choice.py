@@ -9,6 +9,7 @@ from tendond.model.rod.rod import Rod
 from tendond.model.rods.general import GeneralRod
 from tendond.model.rods.interface import ModelRod
 from tendond.model.strain.describe.configured import robot_from_section
+from tendond.schemas.config.rates import damping_ratio
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
 
@@ -63,7 +64,7 @@ def solver_of(section: RodSection, wanted: Solver | None) -> Solver:
     """Return the solver: the one wanted, else the shooting rod where it describes the robot and its steps converge."""
     if wanted is not None:
         return wanted
-    return "general" if section.not_uniform or section.uniform_damping_ratio < DAMPING_MIN else "shooting"
+    return "general" if section.not_uniform or damping_ratio(section) < DAMPING_MIN else "shooting"
 
 
 def source_of(config: RigConfig) -> RodSource:

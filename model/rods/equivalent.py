@@ -21,7 +21,7 @@ from tendond.model.strain.rod import StrainRod
 from tendond.model.strain.stepping.mass import mass_matrix
 from tendond.model.strain.stepping.scratch import scratch_for
 from tendond.model.strain.tendons import empty_paths, find_paths
-from tendond.schemas.config.robot import CANTILEVER_MASS
+from tendond.schemas.config.rates import CANTILEVER_MASS
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,9 @@ DERIVED = frozenset({"limits.tension_max", "limits.displacement_min", "limits.di
 FIRST_MODE = 1.8751**2
 """First mode of a cantilever: omega = 1.8751^2 sqrt(EI/(rho A L^4)) (Timoshenko, Vibration Problems in Engineering)."""
 
+CANTILEVER_MASS = 3.0 / FIRST_MODE**2
+"""Part of a cantilever's mass that counts at its tip in the first mode, 0.243: 3 EI/L^3 over its frequency's square."""
+
 REACH = 2.0
 """Factor on the rate that the rod can follow, as reserve of the laws against an overshoot."""
 
@@ -19,6 +22,13 @@ REACH = 2.0
 def natural_frequency(rod: RodSection) -> float:
     """Return the first natural frequency of bending, without tendons, weights and damping [rad/s]."""
     return FIRST_MODE * math.sqrt(_stiffness(rod) / (rod.density * math.pi * rod.radius**2 * rod.length**4))
+
+
+def damping_ratio(rod: RodSection) -> float:
+    """Return the damping ratio of the first bending mode of a uniform rod [-]: a cantilever's, with its tip's mass."""
+    rod_mass = rod.density * math.pi * rod.radius**2 * rod.length
+    omega = math.sqrt(3.0 * _stiffness(rod) / rod.length**3 / (rod.tip_mass + CANTILEVER_MASS * rod_mass))
+    return 0.5 * rod.bending_damping[0] / _stiffness(rod) * omega
 
 
 def own_tension_rate(rod: RodSection) -> float:

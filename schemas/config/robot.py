@@ -11,6 +11,7 @@ from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import NotNegative, Positive
 from tendond.schemas.config.rod.bodies import RodBase, RodTip
 from tendond.schemas.config.rod.inherit import SHORT_FORM, over
+from tendond.schemas.config.rod.mean_wire import mean_keys
 from tendond.schemas.config.rod.presets import PRESETS, PresetName
 from tendond.schemas.config.rod.section import BackboneSection
 from tendond.schemas.config.rod.short_form import NotShortError, backbone_keys, damping_of, tendon_keys
@@ -19,10 +20,6 @@ from tendond.schemas.config.rod.tendon import RodTendon
 
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
 
-
-CANTILEVER_MASS = 3.0 / 1.875104**4
-"""Part of a cantilever's mass that counts at its tip in the first mode, 0.243: 3 EI/L^3 over its frequency's square
-(R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1)."""
 
 HEADINGS = {"section": "[[rod.section]]", "tendon": "[[rod.tendon]]", "tip": "[rod.tip]"}
 
@@ -182,8 +179,12 @@ class RodSection(Schema):
         return found
 
     def _outline(self) -> dict[str, Any]:
-        """Length, tendons at the base and gravity, for checks of other tables."""
+        """Length, mean wire, tendons at the base and gravity, for checks and limits of other tables."""
         found: dict[str, Any] = {"length": self.backbone_length, "gravity": self.world_gravity}
+        if self.section:
+            found |= mean_keys(self.section)
+        if self.tip is not None:
+            found["tip_mass"] = self.tip.mass
         if self.tendon:
             found["tendon_positions"] = tuple(tendon.at_base for tendon in self.tendon)
         return found
@@ -218,14 +219,6 @@ class RodSection(Schema):
         except NotShortError as error:
             return str(error)
         return ""
-
-    @property
-    def uniform_damping_ratio(self) -> float:
-        """Damping ratio of the first bending mode [-] of a uniform rod: a cantilever's, its tip's mass by Rayleigh."""
-        stiffness = self.youngs_modulus * math.pi * self.radius**4 / 4.0
-        rod_mass = self.density * math.pi * self.radius**2 * self.length
-        omega = math.sqrt(3.0 * stiffness / self.length**3 / (self.tip_mass + CANTILEVER_MASS * rod_mass))
-        return 0.5 * self.bending_damping[0] / stiffness * omega
 
     @property
     def has_elastic_tendons(self) -> bool:

@@ -194,14 +194,31 @@ def test_check_notes_a_bend_that_the_nodes_do_not_resolve(
 ARM = '[rod]\npreset = "rao-2021"\n'
 
 
-@pytest.mark.parametrize("command", [("config", "check"), ("rig", "run"), ("study", "margin")])
-def test_what_only_the_general_rod_computes_is_refused_by_its_key(
+@pytest.mark.parametrize("command", [("config", "check"), ("rig", "run")])
+def test_a_base_away_from_the_world_is_refused_by_its_key(
     command: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ended = tendond(capsys, *command, "--config", written(tmp_path, ARM))
+    moved = f"{ARM}[rod.base]\nposition = [0.1, 0.0, 0.0]\n"
+    ended = tendond(capsys, *command, "--config", written(tmp_path, moved))
     assert ended.status == 2
-    assert "rod.section: 2 sections: the controller runs one straight, uniform section" in ended.said
-    assert ended.said.count("rod.section") == 1
+    assert "rod.base.position: its base is at the world's origin" in ended.said
+
+
+def test_a_study_of_the_shooting_rod_refuses_sections_by_their_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ended = tendond(capsys, "study", "margin", "--config", written(tmp_path, ARM))
+    assert (ended.status, ended.said.count("rod.section")) == (2, 1)
+    assert "rod.section: 2 sections: this study is of one straight, uniform section" in ended.said
+
+
+def test_an_arm_of_two_sections_is_checked_as_the_controller_runs_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    task = "[reference]\nacross = 0.12\n[limits]\ntension_max = 8.0\n[control]\nlaw = 'sensitivity'\n"
+    ended = tendond(capsys, "config", "check", written(tmp_path, ARM + task))
+    assert ended.status == 0, ended.said
+    assert "OK; rig 'demo', law sensitivity, 100 Hz, 6 tendons" in ended.out
 
 
 def test_check_prints_the_robot_and_as_json_its_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,12 +1,12 @@
 """Linear systems whose matrices are padded rows, as those of `products`: eight columns at a time.
 
-`room` of the functions is an array of three rows.
+`room` of the functions is an array of three rows. Many right-hand sides at once: `columns`.
 """
 
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import BLOCK, HALF, LANES
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store, simd_sum
 
 _ONE = (0.0,)
@@ -122,58 +122,3 @@ def solve_symmetric(a: Any, b: Any, size: int, width: int, room: Any) -> None:
         value = b[row] - _product(a, row * width, room, width, row // HALF * HALF, size)
         b[row] = value / a[row * width + row]
         room[width + row] = b[row]
-
-
-@inlined
-def _add_rows(
-    a: Any, at: int, stride: int, scale: float, b: Any, columns: int, j: int, first: int, last: int, one: Any, two: Any
-) -> Any:
-    """Add rows of b from `first` to `last` to one, each times a number of a and `scale`, in sixteen columns from j."""
-    for k in range(first, last):
-        factor, other = scale * a[at + k * stride], k * columns + j
-        one = simd_multiply_add(factor, simd_load(b, other, BLOCK), one)
-        two = simd_multiply_add(factor, simd_load(b, other + HALF, BLOCK), two)
-    return one, two
-
-
-@lean
-def solve_lu_columns(a: Any, rows: Any, b: Any, size: int, width: int, columns: int) -> None:
-    """Solve a x = b with the factors of `factor_lu` for all columns of b, in place; its rows are `columns` wide."""
-    for column in range(size):
-        pivot = rows[column]
-        if pivot != column:
-            for j in range(columns):
-                b[column * columns + j], b[pivot * columns + j] = b[pivot * columns + j], b[column * columns + j]
-    for j in range(0, columns, LANES):
-        for row in range(size):
-            at = row * columns + j
-            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
-            one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, 0, row, one, two)
-            simd_store(b, at, one)
-            simd_store(b, at + HALF, two)
-        for row in range(size - 1, -1, -1):
-            at = row * columns + j
-            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
-            one, two = _add_rows(a, row * width, 1, -1.0, b, columns, j, row + 1, size, one, two)
-            inverse = 1.0 / a[row * width + row]
-            simd_store(b, at, one * inverse)
-            simd_store(b, at + HALF, two * inverse)
-
-
-@lean
-def solve_symmetric_columns(a: Any, b: Any, size: int, width: int, columns: int) -> None:
-    """Solve a x = b with the factors of `factor_symmetric` for all columns of b, in place."""
-    for j in range(0, columns, LANES):
-        for row in range(size):
-            at = row * columns + j
-            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
-            one, two = _add_rows(a, row, width, -1.0, b, columns, j, 0, row, one, two)
-            inverse = 1.0 / a[row * width + row]
-            simd_store(b, at, one * inverse)
-            simd_store(b, at + HALF, two * inverse)
-        for row in range(size - 1, -1, -1):
-            at, inverse = row * columns + j, -1.0 / a[row * width + row]
-            one, two = simd_load(b, at, BLOCK), simd_load(b, at + HALF, BLOCK)
-            one, two = _add_rows(a, row * width, 1, inverse, b, columns, j, row + 1, size, one, two)
-            simd_store(b, at, one)
-            simd_store(b, at + HALF, two)

@@ -25,20 +25,21 @@ def padded(columns: int) -> int:
 
 @lean
 def add_products(
-    left: Any, right: Any, width: int, first: int, last: int, begin: int, end: int, columns: int, out: Any
+    left: Any, right: Any, width: int, rows: tuple[int, int], of: tuple[int, int], by: tuple[int, int], out: Any
 ) -> None:
-    """Add to out[a, b] the sum of left[r, a] right[r, b] over the rows r in first..last.
+    """Add to out[a, b] the sum of left[r, a] right[r, b] over rows r.
 
     Args:
         left: matrix. right: matrix.
         width: of all three.
-        first: row. last: row after the last one.
-        begin: first a. end: a after the last one; up to three more on either side are added where left is not zero.
-        columns: b after the last one.
+        rows: first row, and the row after the last one.
+        of: first a, and the one after the last; up to three more on either side are added where left is not zero.
+        by: first b, and the one after the last; up to fifteen more on either side are added where right is not zero.
         out: matrix.
     """
+    (first, last), (begin, end), (start, columns) = rows, of, by
     for a in range(begin // 4 * 4, end, 4):
-        for b in range(0, columns, LANES):
+        for b in range(start // LANES * LANES, columns, LANES):
             top, second = a * width + b, a * width + b + HALF
             third, fourth = top + 2 * width, second + 2 * width
             s00, s01 = simd_load(out, top, BLOCK), simd_load(out, second, BLOCK)
@@ -60,18 +61,3 @@ def add_products(
             simd_store(out, fourth, s21)
             simd_store(out, third + width, s30)
             simd_store(out, fourth + width, s31)
-
-
-@lean
-def add_transformed(a: Any, b: Any, size: int, width: int, columns: int, out: Any) -> None:
-    """Add a b to out: a is square, of that size, its rows `width` wide; those of b and out are `columns` wide."""
-    for j in range(0, columns, LANES):
-        for row in range(size):
-            at = row * columns + j
-            one, two = simd_load(out, at, BLOCK), simd_load(out, at + HALF, BLOCK)
-            for k in range(size):
-                factor, other = a[row * width + k], k * columns + j
-                one = simd_multiply_add(factor, simd_load(b, other, BLOCK), one)
-                two = simd_multiply_add(factor, simd_load(b, other + HALF, BLOCK), two)
-            simd_store(out, at, one)
-            simd_store(out, at + HALF, two)

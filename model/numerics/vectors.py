@@ -105,6 +105,16 @@ def outer(a: Vector, b: Vector) -> Matrix:
 
 
 @inlined
+def plus_outer(m: Matrix, a: Vector, b: Vector) -> Matrix:
+    """M + a b'."""
+    return (
+        m[0] + a[0] * b[0], m[1] + a[0] * b[1], m[2] + a[0] * b[2],
+        m[3] + a[1] * b[0], m[4] + a[1] * b[1], m[5] + a[1] * b[2],
+        m[6] + a[2] * b[0], m[7] + a[2] * b[1], m[8] + a[2] * b[2],
+    )  # fmt: skip
+
+
+@inlined
 def product(a: Matrix, b: Matrix) -> Matrix:
     """A B."""
     return (

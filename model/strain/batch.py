@@ -32,12 +32,19 @@ def take_measures(work: Scratch, row: Any) -> None:
         work.scale[a] = row[a]
     work.unit[0] = row[at]
     at += 1
-    weights, routes = len(work.before.directions.weights), len(work.paths_before.routes)
+    weights, routes, modes = (
+        len(work.before.directions.weights),
+        len(work.paths_before.routes),
+        len(work.paths_before.modes),
+    )
     for a in range(weights):
         work.before.directions.weights[a] = work.after.directions.weights[a] = row[at + a]
     at += weights
     for a in range(routes):
         work.paths_before.routes[a] = work.paths_after.routes[a] = row[at + a]
+    at += routes
+    for a in range(modes):
+        work.paths_before.modes[a] = work.paths_after.modes[a] = row[at + a]
 
 
 @kernel
@@ -242,4 +249,5 @@ def _alike(one: Layout, other: Layout) -> bool:
 def _measures(layout: Layout) -> Array:
     """Parameters that scratch arrays hold, in a row: measures of strains and of energy, modes and routes at points."""
     work = scratch_for(layout)
-    return np.concatenate((work.scale, work.unit[:1], work.before.directions.weights, work.paths_before.routes))
+    paths = work.paths_before
+    return np.concatenate((work.scale, work.unit[:1], work.before.directions.weights, paths.routes, paths.modes))

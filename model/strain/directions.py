@@ -31,6 +31,7 @@ class Directions(NamedTuple):
         lanes: six rows of DIRECTIONS, room for a twist in every direction.
         begin: first mode of the first block of eight of an interval, shape (K,). start: of its weights, shape (K,).
         weights: values of the modes in each lane, rows of eight for each lane in use and each block of modes.
+        low, high: lanes that a block of eight modes has weights in, as a range, shape (K, N / 8).
     """
 
     groups: Index
@@ -41,6 +42,8 @@ class Directions(NamedTuple):
     begin: Index
     start: Index
     weights: Array
+    low: Index
+    high: Index
 
 
 def directions_of(layout: Layout) -> Directions:
@@ -67,24 +70,55 @@ def directions_of(layout: Layout) -> Directions:
     sizes = groups * HALF * -(-(layout.last - begin) // HALF) * HALF
     start = np.concatenate(([0], np.cumsum(sizes)))
     weights = np.zeros(start[-1])
+    low = np.zeros((intervals, -(-n // HALF)), dtype=np.int64)
+    high = low.copy()
     for k in range(intervals):
         rows = weights[start[k] : start[k + 1]].reshape(-1, groups[k] * HALF, HALF)
         for mode in range(layout.first[k], layout.last[k]):
             block, column = divmod(mode - begin[k], HALF)
+            lane, place = 2 * slot[mode], mode // HALF
+            low[k, place] = min(low[k, place], lane) if high[k, place] else lane
+            high[k, place] = max(high[k, place], lane + 2)
             for point, values in enumerate((layout.at1, layout.at2)):
                 rows[block, 2 * slot[mode] + point, column] = values[k, mode]
     directions = Directions(
-        groups, slot, base, np.array(units).reshape(-1), np.zeros(6 * DIRECTIONS), begin, start[:-1].copy(), weights
-    )
+        groups, slot, base, np.array(units).reshape(-1), np.zeros(6 * DIRECTIONS), begin, start[:-1].copy(), weights,
+        low, high,
+    )  # fmt: skip
     return park(directions)
 
 
 @inlined
 def by_modes(directions: Directions, k: int, rows: Any, row: int, block: int) -> Any:
     """Return a number that is known in each lane by eight modes of an interval, of which `block` is the first."""
-    used = directions.groups[k] * HALF
-    at, here = directions.start[k] + (block - directions.begin[k]) * used, row * DIRECTIONS
-    value = rows[here] * simd_load(directions.weights, at, BLOCK)
-    for lane in range(1, used):
-        value = simd_multiply_add(rows[here + lane], simd_load(directions.weights, at + lane * HALF, BLOCK), value)
-    return value
+    weights, low = directions.weights, directions.low[k, block // HALF]
+    here, at = row * DIRECTIONS, _weights_at(directions, k, block)
+    value = rows[here + low] * simd_load(weights, at + low * HALF, BLOCK)
+    other = rows[here + low + 1] * simd_load(weights, at + (low + 1) * HALF, BLOCK)
+    for lane in range(low + 2, directions.high[k, block // HALF], 2):
+        value = simd_multiply_add(rows[here + lane], simd_load(weights, at + lane * HALF, BLOCK), value)
+        other = simd_multiply_add(rows[here + lane + 1], simd_load(weights, at + (lane + 1) * HALF, BLOCK), other)
+    return value + other
+
+
+@inlined
+def vector_by_modes(directions: Directions, k: int, rows: Any, row: int, block: int) -> Any:
+    """Return three numbers that are known in each lane, rows from `row` on, by eight modes of an interval."""
+    weights, low = directions.weights, directions.low[k, block // HALF]
+    here, at = row * DIRECTIONS, _weights_at(directions, k, block)
+    weight = simd_load(weights, at + low * HALF, BLOCK)
+    x, y = rows[here + low] * weight, rows[here + DIRECTIONS + low] * weight
+    z = rows[here + 2 * DIRECTIONS + low] * weight
+    for lane in range(low + 1, directions.high[k, block // HALF]):
+        weight = simd_load(weights, at + lane * HALF, BLOCK)
+        x = simd_multiply_add(rows[here + lane], weight, x)
+        y = simd_multiply_add(rows[here + DIRECTIONS + lane], weight, y)
+        z = simd_multiply_add(rows[here + 2 * DIRECTIONS + lane], weight, z)
+    return x, y, z
+
+
+@inlined
+def _weights_at(directions: Directions, k: int, block: int) -> int:
+    """Return where the weights of a block of eight modes begin."""
+    begin: int = directions.start[k] + (block - directions.begin[k]) * directions.groups[k] * HALF
+    return begin

@@ -6,7 +6,7 @@ methods", Acta Numerica 9, 2000, section 5). Jacobians are kept as spatial twist
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,11 @@ from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_store
-from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate
-from tendond.model.strain.directions import DIRECTIONS, Directions, by_modes, directions_of
+from tendond.model.numerics.vectors import Matrix, Vector, add, cross, plus_outer, rotate, scale
+from tendond.model.strain.directions import DIRECTIONS, Directions, directions_of, vector_by_modes
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
-from tendond.model.strain.twists import load_six, magnus, magnus_change, store_six
+from tendond.model.strain.twists import load_six, load_three, magnus, magnus_change, plus, store_six, store_three
 
 Array = NDArray[np.float64]
 
@@ -138,15 +138,14 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             near, far = (6 * k + i) * width, (6 * (k + 1) + i) * width
             for b in range(0, begin, HALF):
                 simd_store(twists, far + b, simd_load(twists, near + b, BLOCK))
-            for b in range(begin, last, HALF):
-                own = by_modes(directions, k, lanes, i, b)
-                simd_store(shape.parts, near + b, own)
-                simd_store(twists, far + b, simd_load(twists, near + b, BLOCK) + own)
-        far = 6 * (k + 1) * width
+        near, far = 6 * k * width, 6 * (k + 1) * width
+        for b in range(begin, last, HALF):
+            own = vector_by_modes(directions, k, lanes, 0, b), vector_by_modes(directions, k, lanes, 3, b)
+            store_six(shape.parts, near + b, width, own)
+            store_six(twists, far + b, width, plus(load_six(twists, near + b, width), own))
         for b in range(0, last, HALF):
-            x, y = simd_load(twists, far + b, BLOCK), simd_load(twists, far + width + b, BLOCK)
-            z = simd_load(twists, far + 2 * width + b, BLOCK)
-            simd_store(shape.spins, (k + 1) * width + b, x * after[2] + y * after[5] + z * after[8])
+            u = load_three(twists, far + b, width)
+            simd_store(shape.spins, (k + 1) * width + b, u[0] * after[2] + u[1] * after[5] + u[2] * after[8])
     for j in range(len(layout.mass)):
         k = layout.place[j]
         arm = (layout.arm[j, 0], layout.arm[j, 1], layout.arm[j, 2])
@@ -155,13 +154,35 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
             shape.point[j, i] = x[i]
         at, to = 6 * k * width, 3 * j * width
         for b in range(0, layout.last[k - 1], HALF):
-            u0, u1 = simd_load(twists, at + b, BLOCK), simd_load(twists, at + width + b, BLOCK)
-            u2 = simd_load(twists, at + 2 * width + b, BLOCK)
-            v0, v1 = simd_load(twists, at + 3 * width + b, BLOCK), simd_load(twists, at + 4 * width + b, BLOCK)
-            v2 = simd_load(twists, at + 5 * width + b, BLOCK)
-            simd_store(shape.jacobians, to + b, u1 * x[2] - u2 * x[1] + v0)
-            simd_store(shape.jacobians, to + width + b, u2 * x[0] - u0 * x[2] + v1)
-            simd_store(shape.jacobians, to + 2 * width + b, u0 * x[1] - u1 * x[0] + v2)
+            u, v = load_six(twists, at + b, width)
+            store_three(shape.jacobians, to + b, width, add(cross(u, x), v))
+
+
+@inlined
+def turned_push(moments: Matrix, force: Vector, part: Any) -> Any:
+    """Return the wrench by which forces beyond, turned with their points, push a further turn, for a twist `part`.
+
+    `moments` is the sum of x force' over the points, row by row, `force` that of the forces.
+    """
+    (t0, t1, t2), v = part
+    q = moments
+    x, y, z = cross(v, force)
+    return (
+        x + q[1] * t1 + q[2] * t2 - (q[4] + q[8]) * t0,
+        y + q[3] * t0 + q[5] * t2 - (q[0] + q[8]) * t1,
+        z + q[6] * t0 + q[7] * t1 - (q[0] + q[4]) * t2,
+    )
+
+
+@inlined
+def store_turns(shape: Shape, k: int, begin: int, last: int, right: Any, at: int, stride: int) -> None:
+    """Write how every mode turns the middle of an interval, three rows; the interval's own modes are beyond `begin`."""
+    width = shape.spin.shape[1]
+    for b in range(0, last, HALF):
+        turn = load_three(shape.twists, 6 * k * width + b, width)
+        if b >= begin:
+            turn = add(turn, scale(0.5, load_three(shape.parts, 6 * k * width + b, width)))
+        store_three(right, at + b, stride, turn)
 
 
 @lean
@@ -174,40 +195,27 @@ def curvature_of_points(
     interval both count by half, which is exact as the interval goes to 0. `left`, `right` and `total` are room for
     `add_products`.
     """
-    n, width = len(layout.component), padded(len(layout.component))
+    n, width, own = len(layout.component), padded(len(layout.component)), shape.spin.shape[1]
     left[:], right[:], total[:] = 0.0, 0.0, 0.0
-    fx = fy = fz = 0.0
-    q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x F' over the points beyond, row by row
+    f = (0.0, 0.0, 0.0)
+    moments = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # sum of x force' over the points beyond
     j = len(layout.mass) - 1
-    part, twist = shape.part, shape.twist
-    row = begin = 0
+    row = start = 0
     for k in range(len(layout.step) - 1, -1, -1):
         while j >= 0 and layout.place[j] == k + 1:
-            x, y, z = shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]
-            a, b, c = force[j, 0], force[j, 1], force[j, 2]
-            q0, q1, q2 = q0 + x * a, q1 + x * b, q2 + x * c
-            q3, q4, q5 = q3 + y * a, q4 + y * b, q5 + y * c
-            q6, q7, q8 = q6 + z * a, q7 + z * b, q8 + z * c
-            fx, fy, fz = fx + a, fy + b, fz + c
+            pull = force[j, 0], force[j, 1], force[j, 2]
+            moments = plus_outer(moments, (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]), pull)
+            f = add(f, pull)
             j -= 1
-        s0, s1, s2 = q4 + q8, q0 + q8, q0 + q4
-        first, last = layout.first[k], layout.last[k]
-        p0, p1, p2 = row * width, (row + 1) * width, (row + 2) * width
-        for d in range(first, last):
-            t0, t1, t2 = part[k, 0, d], part[k, 1, d], part[k, 2, d]
-            t3, t4, t5 = part[k, 3, d], part[k, 4, d], part[k, 5, d]
-            left[p0 + d] = q1 * t1 + q2 * t2 - s0 * t0 + t4 * fz - t5 * fy
-            left[p1 + d] = q3 * t0 + q5 * t2 - s1 * t1 + t5 * fx - t3 * fz
-            left[p2 + d] = q6 * t0 + q7 * t1 - s2 * t2 + t3 * fy - t4 * fx
-            right[p0 + d] = twist[k, 0, d] + 0.5 * t0
-            right[p1 + d] = twist[k, 1, d] + 0.5 * t1
-            right[p2 + d] = twist[k, 2, d] + 0.5 * t2
-        for d in range(first):
-            right[p0 + d], right[p1 + d], right[p2 + d] = twist[k, 0, d], twist[k, 1, d], twist[k, 2, d]
+        first, last, begin = layout.first[k], layout.last[k], shape.directions.begin[k]
+        for b in range(begin, last, HALF):
+            x = turned_push(moments, f, load_six(shape.parts, 6 * k * own + b, own))
+            store_three(left, row * width + b, width, x)
+        store_turns(shape, k, begin, last, right, row * width, width)
         row += 3
         if k == 0 or layout.first[k - 1] != first:
-            add_products(left, right, width, begin, row, first, last, last, total)
-            begin = row
+            add_products(left, right, width, (start, row), (first, last), (0, last), total)
+            start = row
     for a in range(n):
         for b in range(a + 1):
             value = total[a * width + b] + total[b * width + a]

@@ -1,4 +1,4 @@
-"""Path lengths of the tendons for given strains, with first and second derivatives: kinematics and actuation in one.
+"""Path lengths of the tendons for given strains, with their derivatives: kinematics and actuation in one.
 
 A tendon's displacement is the shortening of its path; by virtual work its gradient is the tendon's generalised force.
 """
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import BLOCK, HALF
+from tendond.model.numerics.products import BLOCK, HALF, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.strain.layout import Layout
 
@@ -31,11 +31,14 @@ class Paths(NamedTuple):
     Attributes:
         displacement: [m], shape (m,). gradient: by the modes, shape (m, n).
         first, last: modes that the strain at a tendon point has, as a range, shape (Q,).
-        strain: at a point, shape (6,). block: stiffness by strains, shape (6, 6). spread: a row of it by modes,
-            shape (n,).
+        strain: at a point, shape (6,).
         routes: x, y, their slopes and the weight of the tendons at each point, side by side: five rows of L tendons, L
             a multiple of eight. tangent: unit tangent, and weight by length, four rows each.
-        shortening: of all tendons, L of them. pull: on a point's strain, six rows. turned: gradients, a row each mode.
+        shortening, tension: of all tendons, L of them. pull: on a point's strain, six rows. turned: gradients, a row
+            each mode.
+        used: components that any mode has. modes: values of the modes at each point, a padded row for each of these
+            components. spread: the same times the stiffness by strains, which is `block`, shape (6, 6). total: sum of
+            products of both, padded rows.
     """
 
     displacement: Array
@@ -43,13 +46,17 @@ class Paths(NamedTuple):
     first: Index
     last: Index
     strain: Array
-    block: Array
-    spread: Array
     routes: Array
     tangent: Array
     shortening: Array
+    tension: Array
     pull: Array
     turned: Array
+    used: Index
+    modes: Array
+    spread: Array
+    block: Array
+    total: Array
 
 
 def empty_paths(layout: Layout) -> Paths:
@@ -58,13 +65,19 @@ def empty_paths(layout: Layout) -> Paths:
     used = layout.tendon_at != 0.0
     first = np.argmax(used, axis=1).astype(np.int64)
     last = (n - np.argmax(used[:, ::-1], axis=1)).astype(np.int64)
-    points, width = len(used), -(-m // HALF) * HALF
+    points, width, columns = len(used), -(-m // HALF) * HALF, padded.py_func(n)
     routes = np.zeros((points, 5, width))
     routes[:, :2, :m], routes[:, 2:4, :m] = np.swapaxes(layout.route, 1, 2), np.swapaxes(layout.slope, 1, 2)
     routes[:, 4, :m] = layout.weight
+    components = np.unique(layout.component)
+    modes = np.zeros((points, len(components), columns))
+    for row, component in enumerate(components):
+        modes[:, row, :n] = layout.tendon_at * (layout.component == component)
     paths = Paths(
-        np.zeros(m), np.zeros((m, n)), first, last, np.zeros(6), np.zeros((6, 6)), np.zeros(n), routes.reshape(-1),
-        np.zeros(points * 4 * width), np.zeros(width), np.zeros(6 * width), np.zeros(n * width),
+        displacement=np.zeros(m), gradient=np.zeros((m, n)), first=first, last=last, strain=np.zeros(6),
+        routes=routes.reshape(-1), tangent=np.zeros(points * 4 * width), shortening=np.zeros(width),
+        tension=np.zeros(width), pull=np.zeros(6 * width), turned=np.zeros(n * width), used=components,
+        modes=modes.reshape(-1), spread=np.zeros(modes.size), block=np.zeros((6, 6)), total=np.zeros(columns**2),
     )  # fmt: skip
     return park(paths)
 
@@ -111,71 +124,3 @@ def find_paths(layout: Layout, q: Array, paths: Paths) -> None:
         paths.displacement[i] = layout.straight[i] + paths.shortening[i]
         for d in range(n):
             paths.gradient[i, d] = turned[d * width + i]
-
-
-@lean
-def add_tendon_stiffness(layout: Layout, q: Array, tension: Array, factor: float, paths: Paths, out: Array) -> None:
-    """Subtract `factor` times the sum of tension . d2(displacement)/dq dq from `out`, shape (n, n).
-
-    After `find_paths` at the same strains q, whose tangents it takes.
-    """
-    block, spread, tangent, width = paths.block, paths.spread, paths.tangent, len(paths.shortening)
-    for j in range(len(paths.first)):
-        any_tension = False
-        for i in range(len(tension)):
-            any_tension |= layout.weight[j, i] * tension[i] != 0.0
-        if not any_tension:
-            continue
-        first, last = paths.first[j], paths.last[j]
-        sheared = False
-        for d in range(first, last):
-            sheared |= layout.component[d] == 3 or layout.component[d] == 4
-        b00 = b10 = b11 = b20 = b21 = b22 = b50 = b51 = b52 = b55 = 0.0
-        b30 = b31 = b32 = b33 = b40 = b41 = b42 = b43 = b44 = b53 = b54 = 0.0
-        for i in range(len(tension)):
-            at = 4 * j * width + i
-            w = tangent[at + 3 * width] * tension[i] * factor
-            if w == 0.0:
-                continue
-            x, y = layout.route[j, i, 0], layout.route[j, i, 1]
-            tx, ty, tz = tangent[at], tangent[at + width], tangent[at + 2 * width]
-            # P = 1 - t t' on the tangent's derivatives (0, 0, y), (0, 0, -x), (-y, x, 0) by u, and the axes by v
-            pz, spun = w * (1.0 - tz * tz), x * ty - y * tx
-            uz = -w * spun * tz
-            b00 += y * y * pz
-            b10 -= x * y * pz
-            b11 += x * x * pz
-            b20 += y * uz
-            b21 -= x * uz
-            b22 += w * (x * x + y * y - spun * spun)
-            b50 += y * pz
-            b51 -= x * pz
-            b52 += uz
-            b55 += pz
-            if sheared:
-                b30 -= w * y * tx * tz
-                b31 += w * x * tx * tz
-                b32 -= w * (y + spun * tx)
-                b33 += w * (1.0 - tx * tx)
-                b40 -= w * y * ty * tz
-                b41 += w * x * ty * tz
-                b42 += w * (x - spun * ty)
-                b43 -= w * tx * ty
-                b44 += w * (1.0 - ty * ty)
-                b53 -= w * tx * tz
-                b54 -= w * ty * tz
-        block[0, 0], block[0, 1], block[0, 2], block[0, 3], block[0, 4], block[0, 5] = b00, b10, b20, b30, b40, b50
-        block[1, 0], block[1, 1], block[1, 2], block[1, 3], block[1, 4], block[1, 5] = b10, b11, b21, b31, b41, b51
-        block[2, 0], block[2, 1], block[2, 2], block[2, 3], block[2, 4], block[2, 5] = b20, b21, b22, b32, b42, b52
-        block[3, 0], block[3, 1], block[3, 2], block[3, 3], block[3, 4], block[3, 5] = b30, b31, b32, b33, b43, b53
-        block[4, 0], block[4, 1], block[4, 2], block[4, 3], block[4, 4], block[4, 5] = b40, b41, b42, b43, b44, b54
-        block[5, 0], block[5, 1], block[5, 2], block[5, 3], block[5, 4], block[5, 5] = b50, b51, b52, b53, b54, b55
-        seen = -1
-        for a in range(first, last):
-            ca, value = layout.component[a], layout.tendon_at[j, a]
-            if ca != seen:  # modes of a component follow each other
-                seen = ca
-                for b in range(first, last):
-                    spread[b] = layout.tendon_at[j, b] * block[ca, layout.component[b]]
-            for b in range(first, last):
-                out[a, b] += value * spread[b]

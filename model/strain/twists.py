@@ -118,26 +118,27 @@ def magnus_change(h: float, e1: Any, e2: Any, one: Any, two: Any) -> Any:
 
 
 @inlined
+def load_three(rows: Any, at: int, stride: int) -> Any:
+    """Load eight lanes of a vector, whose rows are `stride` apart."""
+    return simd_load(rows, at, BLOCK), simd_load(rows, at + stride, BLOCK), simd_load(rows, at + 2 * stride, BLOCK)
+
+
+@inlined
+def store_three(rows: Any, at: int, stride: int, vector: Any) -> None:
+    """Store eight lanes of a vector."""
+    simd_store(rows, at, vector[0])
+    simd_store(rows, at + stride, vector[1])
+    simd_store(rows, at + 2 * stride, vector[2])
+
+
+@inlined
 def load_six(rows: Any, at: int, stride: int) -> Any:
     """Load eight lanes of a twist, whose rows are `stride` apart."""
-    return (
-        (
-            simd_load(rows, at, BLOCK), simd_load(rows, at + stride, BLOCK), simd_load(rows, at + 2 * stride, BLOCK),
-        ),
-        (
-            simd_load(rows, at + 3 * stride, BLOCK), simd_load(rows, at + 4 * stride, BLOCK),
-            simd_load(rows, at + 5 * stride, BLOCK),
-        ),
-    )  # fmt: skip
+    return load_three(rows, at, stride), load_three(rows, at + 3 * stride, stride)
 
 
 @inlined
 def store_six(rows: Any, at: int, stride: int, six: Any) -> None:
     """Store eight lanes of a twist."""
-    (u0, u1, u2), (v0, v1, v2) = six
-    simd_store(rows, at, u0)
-    simd_store(rows, at + stride, u1)
-    simd_store(rows, at + 2 * stride, u2)
-    simd_store(rows, at + 3 * stride, v0)
-    simd_store(rows, at + 4 * stride, v1)
-    simd_store(rows, at + 5 * stride, v2)
+    store_three(rows, at, stride, six[0])
+    store_three(rows, at + 3 * stride, stride, six[1])

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.numerics.columns import solve_symmetric_columns
 from tendond.model.numerics.compile import lean
-from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric_columns
+from tendond.model.numerics.elimination import factor_symmetric
 from tendond.model.numerics.products import padded
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import find_rates
@@ -19,7 +20,8 @@ from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.mass import find_mass
 from tendond.model.strain.stepping.scratch import Loads, Scratch
-from tendond.model.strain.tendons import add_tendon_stiffness, find_paths
+from tendond.model.strain.tendon_stiffness import add_tendon_stiffness
+from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]
 
@@ -37,7 +39,7 @@ def accelerate(layout: Layout, loads: Loads, q: Any, w: Any, work: Scratch, room
     columns = len(out) // n
     shape, rates, force = work.after, room.rates1, room.force
     find_shape(layout, q, shape)
-    find_rates(layout, q, w, shape, room.bends, rates)
+    find_rates(layout, w, shape, room.bends, rates)
     if len(work.taut) > 0:
         find_paths(layout, q, work.paths_after)
     for a in range(n):
@@ -106,7 +108,7 @@ def tangent_stiffness(layout: Layout, loads: Loads, q: Any, work: Scratch, room:
         room.torque[k] = 0.0
         for i in range(3):
             room.moment[k, i] = -loads.moment[k, i]
-    add_curvature(layout, q, work.after, room.force, room.moment, room.torque, room.bends, out)
+    add_curvature(layout, work.after, room.force, room.moment, room.torque, room.bends, out)
     for i in range(len(work.taut)):
         work.taut[i] = loads.tension[i]
         if loads.driven[i]:
@@ -118,4 +120,4 @@ def tangent_stiffness(layout: Layout, loads: Loads, q: Any, work: Scratch, room:
                     for b in range(n):
                         out[a, b] += k * work.paths_after.gradient[i, a] * work.paths_after.gradient[i, b]
     if len(work.taut) > 0:
-        add_tendon_stiffness(layout, q, work.taut, 1.0, work.paths_after, out)
+        add_tendon_stiffness(work.taut, work.paths_after, out)

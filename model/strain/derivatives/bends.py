@@ -20,7 +20,7 @@ class Bends(NamedTuple):
         directions: of the strain.
         change, dual, pull: of the Magnus twist, and of wrenches, in every lane: six rows of DIRECTIONS each.
         block: second derivatives, DIRECTIONS rows of DIRECTIONS. spread: the same by the modes, padded rows.
-        left, other, right, total, second: for `add_products`.
+        left, other, right, total, second: for `add_products`. own: second derivatives of the intervals, padded rows.
     """
 
     directions: Directions
@@ -34,13 +34,15 @@ class Bends(NamedTuple):
     right: Array
     total: Array
     second: Array
+    own: Array
 
 
 def bends_of(layout: Layout) -> Bends:
     """Return arrays for the second derivatives of this robot's shape."""
     intervals, n = layout.at1.shape
     width = padded.py_func(n)
-    sizes = {"block": DIRECTIONS**2, "spread": DIRECTIONS * width, "total": width**2, "second": width**2}
+    sizes = {"block": DIRECTIONS**2, "spread": DIRECTIONS * width}
+    sizes |= dict.fromkeys(("total", "second", "own"), width**2)
     sizes |= dict.fromkeys(("change", "dual", "pull"), 6 * DIRECTIONS)
     sizes |= dict.fromkeys(("left", "other", "right"), 3 * intervals * width)
     bends = Bends(directions_of(layout), **{name: np.zeros(size) for name, size in sizes.items()})

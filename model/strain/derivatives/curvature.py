@@ -14,10 +14,10 @@ from typing import Any
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
-from tendond.model.numerics.vectors import add, cross, dot, rotate_back, scale
+from tendond.model.numerics.vectors import add, cross, dot, plus_outer, rotate_back, scale
 from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, by_modes
-from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
+from tendond.model.strain.kinematics import Shape, rotation_of, store_turns, strain_of, turned_push
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
@@ -30,6 +30,7 @@ from tendond.model.strain.twists import (
     plus,
     polynomial,
     store_six,
+    store_three,
     times,
     transposed,
 )
@@ -38,9 +39,9 @@ NONE = (0.0, 0.0, 0.0)
 
 
 @inlined
-def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, room: Bends) -> None:
-    """Add the symmetric part of an interval's own second derivative to `room.total`."""
-    first, last, h, width = layout.first[k], layout.last[k], layout.step[k], padded(len(q))
+def _add_interval(layout: Layout, k: int, shape: Shape, wrench: Six, room: Bends) -> None:
+    """Add to `room.own` a matrix whose symmetric part is an interval's own second derivative."""
+    first, last, h, width = layout.first[k], layout.last[k], layout.step[k], padded(len(layout.component))
     r, p = rotation_of(shape, k), (shape.position[k, 0], shape.position[k, 1], shape.position[k, 2])
     l0 = rotate_back(r, add(wrench[0], cross(wrench[1], p))), rotate_back(r, wrench[1])
     one, two = strain_of(shape, k, 0), strain_of(shape, k, 1)
@@ -71,18 +72,16 @@ def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, roo
         store_six(change, at, DIRECTIONS, t0)
         store_six(dual, at, DIRECTIONS, (u, scale(-1.0, both[1])))
         turned = plus(transposed(e1, whole), times(-1.0, transposed(e2, whole)))
-        store_six(pull, at, DIRECTIONS, times(2.0 * COMMUTATOR * h * h, turned))
-    block, spread, total = room.block, room.spread, room.total
+        store_six(pull, at, DIRECTIONS, times(COMMUTATOR * h * h, turned))
+    block, spread, total = room.block, room.spread, room.own
     for row in range(room.directions.groups[k] * HALF):
         against = base + 6 * DIRECTIONS * (1 - row % 2)
         for at in range(0, room.directions.groups[k] * HALF, HALF):
-            value = change[row] * simd_load(dual, at, BLOCK)
-            for c in range(0, 6 * DIRECTIONS, DIRECTIONS):
-                if c > 0:
-                    value = simd_multiply_add(change[c + row], simd_load(dual, c + at, BLOCK), value)
-                value = simd_multiply_add(dual[c + row], simd_load(change, c + at, BLOCK), value)
-                value = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, BLOCK), value)
-            simd_store(block, row * DIRECTIONS + at, value * 0.5)
+            value, other = change[row] * simd_load(dual, at, BLOCK), pull[row] * simd_load(unit, against + at, BLOCK)
+            for c in range(DIRECTIONS, 6 * DIRECTIONS, DIRECTIONS):
+                value = simd_multiply_add(change[c + row], simd_load(dual, c + at, BLOCK), value)
+                other = simd_multiply_add(pull[c + row], simd_load(unit, against + c + at, BLOCK), other)
+            simd_store(block, row * DIRECTIONS + at, value + other)
         for b in range(room.directions.begin[k], last, HALF):
             simd_store(spread, row * width + b, by_modes(room.directions, k, block, row, b))
     for d in range(first, last):
@@ -95,62 +94,46 @@ def _add_interval(layout: Layout, q: Any, k: int, shape: Shape, wrench: Six, roo
 
 
 @lean
-def add_curvature(
-    layout: Layout, q: Any, shape: Shape, force: Any, moment: Any, spin: Any, room: Bends, out: Any
-) -> None:
+def add_curvature(layout: Layout, shape: Shape, force: Any, moment: Any, spin: Any, room: Bends, out: Any) -> None:
     """Add sum force . d2x_a/dq_b + sum moment . d(turn_a)/dq_b + sum spin d(own turn_a)/dq_b to out[a, b].
 
     `force` acts on the mass points, shape (P, 3), `moment` on the nodes, shape (K + 1, 3), dead, world frame; `spin`
     about each node's own axis, shape (K + 1,). Only the moments' part is not symmetric.
     """
-    n, width = len(q), padded(len(q))
+    n, width, stride = len(out), padded(len(out)), shape.spin.shape[1]
     left, other, right = room.left, room.other, room.right
     left[:], other[:], right[:] = 0.0, 0.0, 0.0
-    room.total[:], room.second[:] = 0.0, 0.0
+    room.total[:], room.second[:], room.own[:] = 0.0, 0.0, 0.0
     f, dead, own, lever = NONE, NONE, NONE, NONE  # forces beyond, moments, moments about own axes, sum of x x force
-    q0 = q1 = q2 = q3 = q4 = q5 = q6 = q7 = q8 = 0.0  # sum of x force' over the points beyond, row by row
+    moments = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # sum of x force' over the points beyond
     j = len(layout.mass) - 1
-    row = begin = 0
+    row = start = 0
     for k in range(len(layout.step) - 1, -1, -1):
         while j >= 0 and layout.place[j] == k + 1:
             x, pull = (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]), (force[j, 0], force[j, 1], force[j, 2])
-            q0, q1, q2 = q0 + x[0] * pull[0], q1 + x[0] * pull[1], q2 + x[0] * pull[2]
-            q3, q4, q5 = q3 + x[1] * pull[0], q4 + x[1] * pull[1], q5 + x[1] * pull[2]
-            q6, q7, q8 = q6 + x[2] * pull[0], q7 + x[2] * pull[1], q8 + x[2] * pull[2]
+            moments = plus_outer(moments, x, pull)
             f, lever = add(f, pull), add(lever, cross(x, pull))
             j -= 1
         dead = add(dead, (moment[k + 1, 0], moment[k + 1, 1], moment[k + 1, 2]))
         axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
         own = add(own, scale(spin[k + 1], axis))
-        first, last = layout.first[k], layout.last[k]
-        s0, s1, s2 = q4 + q8, q0 + q8, q0 + q4
-        p0, p1, p2 = row * width, (row + 1) * width, (row + 2) * width
-        for d in range(first, last):
-            t0, t1, t2 = shape.part[k, 0, d], shape.part[k, 1, d], shape.part[k, 2, d]
-            t3, t4, t5 = shape.part[k, 3, d], shape.part[k, 4, d], shape.part[k, 5, d]
-            x0 = q1 * t1 + q2 * t2 - s0 * t0 + t4 * f[2] - t5 * f[1]
-            x1 = q3 * t0 + q5 * t2 - s1 * t1 + t5 * f[0] - t3 * f[2]
-            x2 = q6 * t0 + q7 * t1 - s2 * t2 + t3 * f[1] - t4 * f[0]
-            left[p0 + d] = x0 + t1 * dead[2] - t2 * dead[1]
-            left[p1 + d] = x1 + t2 * dead[0] - t0 * dead[2]
-            left[p2 + d] = x2 + t0 * dead[1] - t1 * dead[0]
-            other[p0 + d] = x0 + t1 * own[2] - t2 * own[1]
-            other[p1 + d] = x1 + t2 * own[0] - t0 * own[2]
-            other[p2 + d] = x2 + t0 * own[1] - t1 * own[0]
-            right[p0 + d] = shape.twist[k, 0, d] + 0.5 * t0
-            right[p1 + d] = shape.twist[k, 1, d] + 0.5 * t1
-            right[p2 + d] = shape.twist[k, 2, d] + 0.5 * t2
-        for d in range(first):
-            right[p0 + d], right[p1 + d] = shape.twist[k, 0, d], shape.twist[k, 1, d]
-            right[p2 + d] = shape.twist[k, 2, d]
+        first, last, begin = layout.first[k], layout.last[k], shape.directions.begin[k]
+        for b in range(begin, last, HALF):
+            part = load_six(shape.parts, 6 * k * stride + b, stride)
+            x = turned_push(moments, f, part)
+            y, z = add(x, cross(part[0], dead)), add(x, cross(part[0], own))
+            store_three(left, row * width + b, width, y)
+            store_three(other, row * width + b, width, z)
+        store_turns(shape, k, begin, last, right, row * width, width)
         row += 3
         wrench = add(lever, add(dead, own)), f
         if wrench != (NONE, NONE):
-            _add_interval(layout, q, k, shape, wrench, room)
+            _add_interval(layout, k, shape, wrench, room)
         if k == 0 or layout.first[k - 1] != first:
-            add_products(left, right, width, begin, row, first, last, last, room.total)
-            add_products(other, right, width, begin, row, first, last, last, room.second)
-            begin = row
+            add_products(left, right, width, (start, row), (first, last), (0, last), room.total)
+            add_products(other, right, width, (start, row), (first, last), (0, last), room.second)
+            start = row
     for a in range(n):
         for b in range(n):
-            out[a, b] += room.total[a * width + b] + room.second[b * width + a]
+            own_part = room.own[a * width + b] + room.own[b * width + a]
+            out[a, b] += room.total[a * width + b] + room.second[b * width + a] + 0.5 * own_part

@@ -70,7 +70,7 @@ class Followers:
         """
         rod = self.rod
         q = rod.solve_static(loads, start).strain
-        work, room = scratch_for(rod.layout), room_for(rod.layout, 2 * rod.modes + len(rod.robot.tendons))
+        work, room = scratch_for(rod.layout), room_for(rod.layout)
         part, step, count = 0.0, 1.0 / 16.0, 0
         while part < 1.0:
             goal = min(1.0, part + step)

@@ -17,7 +17,7 @@ from tendond.model.numerics.products import padded
 from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
 from tendond.model.strain.derivatives.rates import find_rates
 from tendond.model.strain.derivatives.results import Outputs, Rest, StepSensitivity, TipDynamics
-from tendond.model.strain.derivatives.room import room_for
+from tendond.model.strain.derivatives.room import mirrored_room, room_for
 from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod, StrainState
@@ -51,13 +51,14 @@ class Linearisation:
         if not place > 0.0:
             raise ParameterError(f"linearise: at = {place!r} must lie beyond the base")
         node, point = rod.node(place)
-        self._nodes, self._points = np.array([node]), np.array([point])
+        self._node, self._point = node, point
         self._tip = rod.node(rod.robot.length)[1]
         n, m = rod.modes, len(rod.robot.tendons)
         self._work = scratch_for(rod.layout)
         self._next = mirrored(self._work)
         self._last: StrainState | None = None  # whose shape is in `_work.after`
-        self._room = room_for(rod.layout, 2 * n + m + 6)
+        self._room = room_for(rod.layout, (point,), (node,))
+        self._next_room = mirrored_room(self._room)
         self._advance, self._differentiate = Bound(advance), Bound(differentiate)
         self._accelerations = np.zeros(n * padded.py_func(1 + m))
         self._tangent = np.zeros((n, n))
@@ -78,6 +79,7 @@ class Linearisation:
         known = state is self._last
         if known:
             self._work, self._next = self._next, self._work
+            self._room, self._next_room = self._next_room, self._room
         self._last = None
         work, h = self._work, rod.time_step
         count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work, known)
@@ -85,9 +87,7 @@ class Linearisation:
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         analytic = steps == 1 and damped == 0
         if analytic:
-            analytic = self._differentiate.call(
-                rod.layout, loads, *before, q, w, h, self._points, self._nodes, work, self._room, out
-            )
+            analytic = self._differentiate.call(rod.layout, loads, *before, h, known, work, self._room, out)
         earlier = (before[1], before[1] if state.earlier is None else state.earlier[0])
         after = StrainState(q, w, count, steps, damped, earlier)
         if analytic:
@@ -105,7 +105,7 @@ class Linearisation:
         layout, work, rates = self.rod.layout, self._work, self._room.rates1
         n, shape = self.rod.modes, work.after
         find_shape(layout, state.strain, shape)
-        find_rates(layout, state.strain, state.rate, shape, self._room.bends, rates)
+        find_rates(layout, state.rate, shape, self._room.bends, rates)
         find_paths(layout, state.strain, work.paths_after)
         still = np.zeros((3, n))
         moved = shape.jacobian[self._tip, :, :n].copy()
@@ -143,7 +143,7 @@ class Linearisation:
         tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
         given = np.where(loads.driven & (work.taut > 0.0), layout.tendon_stiffness, 1.0)
         given[loads.driven & (work.taut <= 0.0)] = 0.0
-        node, point, n = self._nodes[0], self._points[0], self.rod.modes
+        node, point, n = self._node, self._point, self.rod.modes
         by_force, by_moment = work.after.jacobian[point, :, :n], work.after.twist[node, :3, :n]
         pushes = np.concatenate((given[:, None] * work.paths_after.gradient, by_force, by_moment))
         try:
@@ -174,8 +174,8 @@ class Linearisation:
         def ahead(x: Array) -> Array:
             q, w = x[:n].copy(), x[n : 2 * n].copy()
             forces, moments = loads.force.copy(), loads.moment.copy()
-            forces[self._points] += x[2 * n + m : 2 * n + m + 3]
-            moments[self._nodes] += x[2 * n + m + 3 :]
+            forces[self._point] += x[2 * n + m : 2 * n + m + 3]
+            moments[self._node] += x[2 * n + m + 3 :]
             changed = loads._replace(force=forces, moment=moments, tension=x[2 * n : 2 * n + m].copy())
             advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work, False)
             return np.concatenate((q, w))

@@ -20,7 +20,7 @@ from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate
 from tendond.model.strain.derivatives.bends import Bends
-from tendond.model.strain.directions import DIRECTIONS, by_modes
+from tendond.model.strain.directions import DIRECTIONS, vector_by_modes
 from tendond.model.strain.kinematics import Shape, aligned, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
@@ -70,8 +70,8 @@ def empty_rates(layout: Layout) -> Rates:
 
 
 @lean
-def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates: Rates) -> None:
-    """Write the motion of the shape at q for the rates w, both shape (n,), and its derivative by q at fixed w."""
+def find_rates(layout: Layout, w: Any, shape: Shape, room: Bends, rates: Rates) -> None:
+    """Write the motion of a shape for the rates w, shape (n,), and its derivative by the strains at fixed w."""
     own, width = room.change, rates.spin.shape[1]
     for k in range(len(layout.step)):
         last, h = layout.last[k], layout.step[k]
@@ -116,10 +116,8 @@ def find_rates(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, rates:
             turned = bracket(load_six(shape.twists, near + b, width), (u, v))
             slope = plus(load_six(rates.slopes, near + b, width), turned)
             if b >= room.directions.begin[k]:
-                u0, u1 = by_modes(room.directions, k, own, 0, b), by_modes(room.directions, k, own, 1, b)
-                u2, v0 = by_modes(room.directions, k, own, 2, b), by_modes(room.directions, k, own, 3, b)
-                v1, v2 = by_modes(room.directions, k, own, 4, b), by_modes(room.directions, k, own, 5, b)
-                slope = plus(slope, ((u0, u1, u2), (v0, v1, v2)))
+                x = vector_by_modes(room.directions, k, own, 0, b), vector_by_modes(room.directions, k, own, 3, b)
+                slope = plus(slope, x)
             store_six(rates.slopes, far + b, width, slope)
             turn = load_six(shape.twists, far + b, width)[0]
             simd_store(rates.spins, (k + 1) * width + b, dot(turn, across) + dot(axis, slope[0]))

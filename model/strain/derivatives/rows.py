@@ -15,7 +15,7 @@ def add_point_rows(layout: Layout, left: Any, right: Any, out: Any) -> None:
     for j in range(len(layout.mass)):
         last = layout.last[layout.place[j] - 1]
         if j + 1 == len(layout.mass) or layout.last[layout.place[j + 1] - 1] != last:
-            add_products(left, right, width, 3 * begin, 3 * (j + 1), 0, last, last, out)
+            add_products(left, right, width, (3 * begin, 3 * (j + 1)), (0, last), (0, last), out)
             begin = j + 1
 
 
@@ -26,7 +26,7 @@ def add_node_rows(layout: Layout, left: Any, right: Any, out: Any) -> None:
     for k in range(len(layout.step)):
         last = layout.last[k]
         if k + 1 == len(layout.step) or layout.last[k + 1] != last:
-            add_products(left, right, width, first + begin, first + k + 1, 0, last, last, out)
+            add_products(left, right, width, (first + begin, first + k + 1), (0, last), (0, last), out)
             begin = k + 1
 
 

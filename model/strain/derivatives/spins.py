@@ -7,7 +7,7 @@ from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Vector, add, cross, dot, rotate, scale
 from tendond.model.strain.derivatives.bends import Bends
-from tendond.model.strain.directions import DIRECTIONS, by_modes
+from tendond.model.strain.directions import DIRECTIONS, vector_by_modes
 from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import COMMUTATOR, load_six, polynomial, strain_rate
@@ -21,8 +21,8 @@ def _left(f: Vector, b: float, c: float, a: Any) -> Any:
 
 
 @lean
-def find_spins(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, turn: Any, out: Any) -> None:
-    """Write the derivative by q of each node's rotation rate about its own axis at fixed rates w, rows of N each.
+def find_spins(layout: Layout, w: Any, shape: Shape, room: Bends, turn: Any, out: Any) -> None:
+    """Write the derivative of each node's rotation rate about its own axis by the strains, at fixed rates w, rows of N.
 
     `turn` is room for the derivative of the nodes' rotation rates, three rows; N as in `Shape`.
     """
@@ -67,8 +67,7 @@ def find_spins(layout: Layout, q: Any, w: Any, shape: Shape, room: Bends, turn: 
             )  # fmt: skip
             turned = add(turned, cross(before, part))
             if b >= room.directions.begin[k]:
-                y0, y1 = by_modes(room.directions, k, own, 0, b), by_modes(room.directions, k, own, 1, b)
-                turned = add(turned, (y0, y1, by_modes(room.directions, k, own, 2, b)))
+                turned = add(turned, vector_by_modes(room.directions, k, own, 0, b))
             simd_store(turn, b, turned[0])
             simd_store(turn, width + b, turned[1])
             simd_store(turn, 2 * width + b, turned[2])

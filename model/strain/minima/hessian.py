@@ -8,7 +8,7 @@ from tendond.model.strain.kinematics import curvature_of_points
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
 from tendond.model.strain.stepping.scratch import Loads, Scratch
-from tendond.model.strain.tendons import add_tendon_stiffness
+from tendond.model.strain.tendon_stiffness import add_tendon_stiffness
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scra
             out[a, b] = layout.stiffness[a, b] + rate * layout.damping[a, b]
     curvature_of_points(layout, two, work.force, work.left, work.right, work.total, out)
     if len(work.taut) > 0:
-        add_tendon_stiffness(layout, q, work.taut, 1.0, work.paths_after, out)
+        add_tendon_stiffness(work.taut, work.paths_after, out)
     for i in range(len(work.taut)):
         if loads.driven[i] and work.taut[i] > 0.0:
             for a in range(n):

@@ -35,7 +35,7 @@ def find_mass(layout: Layout, shape: Shape, work: Scratch) -> None:
                 row += 1
             j += 1
         if k + 1 == len(layout.polar) or layout.last[k] != last:
-            add_products(left, right, width, first, row, 0, last, last, total)
+            add_products(left, right, width, (first, row), (0, last), (0, last), total)
             first = row
 
 

@@ -9,7 +9,7 @@ from tendond.model.numerics.vectors import Vector
 from tendond.model.strain.kinematics import Shape, curvature_of_points
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.scratch import Loads, Scratch
-from tendond.model.strain.tendons import add_tendon_stiffness
+from tendond.model.strain.tendon_stiffness import add_tendon_stiffness
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
             m[a, b] = 0.0
     curvature_of_points(layout, two, work.force, work.left, work.right, work.total, m)
     if len(work.taut) > 0:
-        add_tendon_stiffness(layout, q1, work.taut, 1.0, work.paths_after, m)
+        add_tendon_stiffness(work.taut, work.paths_after, m)
     left, right, total = work.left, work.right, work.total
     left[:], right[:], total[:] = 0.0, 0.0, 0.0
     r = first = j = 0
@@ -73,7 +73,7 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
             r += 3
             j += 1
         if k + 1 == len(layout.polar) or layout.last[k] != last:
-            add_products(left, right, width, first, r, 0, last, last, total)
+            add_products(left, right, width, (first, r), (0, last), (0, last), total)
             first = r
     first = r
     for i in range(len(work.taut)):
@@ -91,7 +91,7 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
                 )  # fmt: skip
             r += 1
     if r > first:
-        add_products(left, right, width, first, r, 0, n, n, total)
+        add_products(left, right, width, (first, r), (0, n), (0, n), total)
     share, norm = work.unit[1], work.unit[2]
     for b in range(n):
         row[b] -= pull[b] + 2.0 * share * layout.stiffness[b, b] * change[b]
@@ -111,7 +111,7 @@ def find_matrix(layout: Layout, loads: Loads, q1: Array, h: float, work: Scratch
                 left[r * width + a] = right[r * width + a] = 0.0
             r += 1
         if k + 1 == len(layout.polar) or layout.last[k] != last:
-            add_products(left, right, width, first, r, 0, last, last, total)
+            add_products(left, right, width, (first, r), (0, last), (0, last), total)
             first = r
     for a in range(n):
         along = layout.stiffness[a, a] * change[a] / norm

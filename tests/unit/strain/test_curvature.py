@@ -49,15 +49,15 @@ def test_second_derivatives_of_the_shape_are_exact_however_far_it_is_bent(bend: 
     force, moment = rng.normal(size=shape.point.shape), rng.normal(size=(len(layout.polar), 3))
     spin = rng.normal(size=len(layout.polar))
     curvature = np.zeros((rod.modes, rod.modes))
-    add_curvature(layout, q, shape, force, moment, spin, bends, curvature)
-    find_rates(layout, q, w, shape, bends, rates)
+    add_curvature(layout, shape, force, moment, spin, bends, curvature)
+    find_rates(layout, w, shape, bends, rates)
 
     def along(q: Array) -> tuple[Array, ...]:
         """Forces by modes, velocities of points, rotation rates, from the Jacobians of the march."""
         find_shape(layout, q, other)
         columns = []
         for unit in np.eye(rod.modes):
-            find_rates(layout, q, unit, other, bends, empty)
+            find_rates(layout, unit, other, bends, empty)
             columns.append(empty.node[:, :3].copy())
         turn = np.array(columns)
         moved = np.array([other.jacobian[:, :, d] for d in range(rod.modes)])
@@ -81,7 +81,7 @@ def test_the_motion_of_a_shape_is_its_jacobian_times_the_rates() -> None:
     shape, rates = empty_shape(layout), empty_rates(layout)
     bends = bends_of(layout)
     find_shape(layout, q, shape)
-    find_rates(layout, q, w, shape, bends, rates)
+    find_rates(layout, w, shape, bends, rates)
     velocity = np.cross(rates.node[layout.place][:, :3], shape.point) + rates.node[layout.place][:, 3:]
     moved = np.array([shape.jacobian[:, :, d] for d in range(rod.modes)])
     assert velocity == pytest.approx(np.einsum("npi,n->pi", moved, w), abs=1e-12)

@@ -6,19 +6,20 @@ methods", Acta Numerica 9, 2000, section 5). Jacobians are kept as spatial twist
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.parked import park
-from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
+from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
-from tendond.model.numerics.vectors import Matrix, Vector, add, cross, plus_outer, rotate, scale
+from tendond.model.numerics.vectors import Matrix, Vector, add, cross, rotate
 from tendond.model.strain.directions import DIRECTIONS, Directions, directions_of, vector_by_modes
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.se3 import exponential, product
+from tendond.model.strain.spans import Spans, spans_of
 from tendond.model.strain.twists import load_six, load_three, magnus, magnus_change, plus, store_six, store_three
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ class Shape(NamedTuple):
         twist: spatial twist of each node by each mode, shape (K + 1, 6, N); part: of each interval, shape (K, 6, N).
         point: mass points [m], shape (P, 3). jacobian: by the modes [m], shape (P, 3, N).
         spin: rotation about the own axis of each node by each mode, shape (K + 1, N).
-        strain: at the Gauss points of each interval, shape (K, 2, 6). directions: of the strain.
+        strain: at the Gauss points of each interval, shape (K, 2, 6). directions: of the strain. spans: sections.
         twists, parts, jacobians, spins: the same numbers in a row.
     """
 
@@ -45,6 +46,7 @@ class Shape(NamedTuple):
     spin: Array
     strain: Array
     directions: Directions
+    spans: Spans
     twists: Array
     parts: Array
     jacobians: Array
@@ -64,7 +66,7 @@ def empty_shape(layout: Layout) -> Shape:
     rows = {name: aligned(math.prod(size)) for name, size in shapes.items()}
     shape = Shape(
         rotation=np.zeros((intervals + 1, 9)), position=np.zeros((intervals + 1, 3)), point=np.zeros((points, 3)),
-        strain=np.zeros((intervals, 2, 6)), directions=directions_of(layout),
+        strain=np.zeros((intervals, 2, 6)), directions=directions_of(layout), spans=spans_of(layout),
         **{name: rows[name].reshape(size) for name, size in shapes.items()},
         **{f"{name}s": row for name, row in rows.items()},
     )  # fmt: skip
@@ -89,6 +91,18 @@ def rotation_of(shape: Shape, k: int) -> Matrix:
 def position_of(shape: Shape, k: int) -> Vector:
     """Return the position of the node k."""
     return shape.position[k, 0], shape.position[k, 1], shape.position[k, 2]
+
+
+@inlined
+def point_of(values: Array, j: int) -> Vector:
+    """Return the vector of a mass point, of those of all."""
+    return values[j, 0], values[j, 1], values[j, 2]
+
+
+@inlined
+def axis_of(shape: Shape, k: int, c: int) -> Vector:
+    """Return an axis of the node k's frame."""
+    return shape.rotation[k, c], shape.rotation[k, 3 + c], shape.rotation[k, 6 + c]
 
 
 @inlined
@@ -156,69 +170,3 @@ def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
         for b in range(0, layout.last[k - 1], HALF):
             u, v = load_six(twists, at + b, width)
             store_three(shape.jacobians, to + b, width, add(cross(u, x), v))
-
-
-@inlined
-def turned_push(moments: Matrix, force: Vector, part: Any) -> Any:
-    """Return the wrench by which forces beyond, turned with their points, push a further turn, for a twist `part`.
-
-    `moments` is the sum of x force' over the points, row by row, `force` that of the forces.
-    """
-    (t0, t1, t2), v = part
-    q = moments
-    x, y, z = cross(v, force)
-    return (
-        x + q[1] * t1 + q[2] * t2 - (q[4] + q[8]) * t0,
-        y + q[3] * t0 + q[5] * t2 - (q[0] + q[8]) * t1,
-        z + q[6] * t0 + q[7] * t1 - (q[0] + q[4]) * t2,
-    )
-
-
-@inlined
-def store_turns(shape: Shape, k: int, begin: int, last: int, right: Any, at: int, stride: int) -> None:
-    """Write how every mode turns the middle of an interval, three rows; the interval's own modes are beyond `begin`."""
-    width = shape.spin.shape[1]
-    for b in range(0, last, HALF):
-        turn = load_three(shape.twists, 6 * k * width + b, width)
-        if b >= begin:
-            turn = add(turn, scale(0.5, load_three(shape.parts, 6 * k * width + b, width)))
-        store_three(right, at + b, stride, turn)
-
-
-@lean
-def curvature_of_points(
-    layout: Layout, shape: Shape, force: Array, left: Array, right: Array, total: Array, out: Array
-) -> None:
-    """Add the sum over the mass points of force . d2x/dq dq, shape (n, n); forces are dead, world frame, shape (P, 3).
-
-    A point that a distal strain moves by J is turned by every proximal strain's rotation: d2x = w x J. In their own
-    interval both count by half, which is exact as the interval goes to 0. `left`, `right` and `total` are room for
-    `add_products`.
-    """
-    n, width, own = len(layout.component), padded(len(layout.component)), shape.spin.shape[1]
-    left[:], right[:], total[:] = 0.0, 0.0, 0.0
-    f = (0.0, 0.0, 0.0)
-    moments = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # sum of x force' over the points beyond
-    j = len(layout.mass) - 1
-    row = start = 0
-    for k in range(len(layout.step) - 1, -1, -1):
-        while j >= 0 and layout.place[j] == k + 1:
-            pull = force[j, 0], force[j, 1], force[j, 2]
-            moments = plus_outer(moments, (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]), pull)
-            f = add(f, pull)
-            j -= 1
-        first, last, begin = layout.first[k], layout.last[k], shape.directions.begin[k]
-        for b in range(begin, last, HALF):
-            x = turned_push(moments, f, load_six(shape.parts, 6 * k * own + b, own))
-            store_three(left, row * width + b, width, x)
-        store_turns(shape, k, begin, last, right, row * width, width)
-        row += 3
-        if k == 0 or layout.first[k - 1] != first:
-            add_products(left, right, width, (start, row), (first, last), (0, last), total)
-            start = row
-    for a in range(n):
-        for b in range(a + 1):
-            value = total[a * width + b] + total[b * width + a]
-            out[a, b] += value
-            if a != b:
-                out[b, a] += value

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
+from tendond.model.numerics.products import BLOCK, HALF, Lines, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store, simd_sum, simd_vector
 from tendond.model.strain.tendons import Paths
 
@@ -103,8 +103,10 @@ def add_tendon_stiffness(tension: Any, paths: Paths, out: Array) -> None:
                     value = simd_multiply_add(paths.block[paths.used[c], paths.used[other]], along, value)
                 simd_store(spread, (j * used + c) * width + b, value)
         if j + 1 == len(paths.first) or paths.first[j + 1] != first:
+            at, count = begin * used * width, (j + 1 - begin) * used
             add_products(
-                modes, spread, width, (begin * used, (j + 1) * used), (first, last), (first, last), total
+                Lines(modes, at, width), Lines(spread, at, width), count, (first, last), (first, last),
+                Lines(total, 0, width),
             )  # fmt: skip
             for a in range(first, last):
                 for b in range(first, last):

@@ -12,12 +12,13 @@ Robotics, 2017, equation 7.86), so that its derivative takes a few brackets.
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import BLOCK, HALF, add_products, padded
+from tendond.model.numerics.products import BLOCK, HALF, Lines, add_products, padded
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, plus_outer, rotate_back, scale
+from tendond.model.strain.composites import NONE, ZERO, add_three, own_lanes, turned_push, write_turn
 from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, by_modes
-from tendond.model.strain.kinematics import Shape, rotation_of, store_turns, strain_of, turned_push
+from tendond.model.strain.kinematics import Shape, axis_of, point_of, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.twists import (
     COMMUTATOR,
@@ -34,8 +35,6 @@ from tendond.model.strain.twists import (
     times,
     transposed,
 )
-
-NONE = (0.0, 0.0, 0.0)
 
 
 @inlined
@@ -100,39 +99,44 @@ def add_curvature(layout: Layout, shape: Shape, force: Any, moment: Any, spin: A
     `force` acts on the mass points, shape (P, 3), `moment` on the nodes, shape (K + 1, 3), dead, world frame; `spin`
     about each node's own axis, shape (K + 1,). Only the moments' part is not symmetric.
     """
-    n, width, stride = len(out), padded(len(out)), shape.spin.shape[1]
-    left, other, right = room.left, room.other, room.right
-    left[:], other[:], right[:] = 0.0, 0.0, 0.0
+    n, width, stride, spans = len(out), padded(len(out)), shape.spin.shape[1], shape.spans
+    left, other, right, narrow = room.left, room.other, room.right, spans.width[0]
     room.total[:], room.second[:], room.own[:] = 0.0, 0.0, 0.0
     f, dead, own, lever = NONE, NONE, NONE, NONE  # forces beyond, moments, moments about own axes, sum of x x force
-    moments = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # sum of x force' over the points beyond
+    moments = ZERO  # sum of x force' over the points beyond
     j = len(layout.mass) - 1
-    row = start = 0
-    for k in range(len(layout.step) - 1, -1, -1):
-        while j >= 0 and layout.place[j] == k + 1:
-            x, pull = (shape.point[j, 0], shape.point[j, 1], shape.point[j, 2]), (force[j, 0], force[j, 1], force[j, 2])
-            moments = plus_outer(moments, x, pull)
-            f, lever = add(f, pull), add(lever, cross(x, pull))
-            j -= 1
-        dead = add(dead, (moment[k + 1, 0], moment[k + 1, 1], moment[k + 1, 2]))
-        axis = (shape.rotation[k + 1, 2], shape.rotation[k + 1, 5], shape.rotation[k + 1, 8])
-        own = add(own, scale(spin[k + 1], axis))
-        first, last, begin = layout.first[k], layout.last[k], shape.directions.begin[k]
-        for b in range(begin, last, HALF):
-            part = load_six(shape.parts, 6 * k * stride + b, stride)
-            x = turned_push(moments, f, part)
-            y, z = add(x, cross(part[0], dead)), add(x, cross(part[0], own))
-            store_three(left, row * width + b, width, y)
-            store_three(other, row * width + b, width, z)
-        store_turns(shape, k, begin, last, right, row * width, width)
-        row += 3
-        wrench = add(lever, add(dead, own)), f
-        if wrench != (NONE, NONE):
-            _add_interval(layout, k, shape, wrench, room)
-        if k == 0 or layout.first[k - 1] != first:
-            add_products(left, right, width, (start, row), (first, last), (0, last), room.total)
-            add_products(other, right, width, (start, row), (first, last), (0, last), room.second)
-            start = row
+    for s in range(len(spans.first) - 1, -1, -1):
+        base, block, first, last, row = spans.node[s], spans.block[s], spans.first[s], spans.last[s], 0
+        room.pushes[:], room.others[:] = 0.0, 0.0
+        for k in range(spans.node[s + 1] - 1, base - 1, -1):
+            while j >= 0 and layout.place[j] == k + 1:
+                x, pull = point_of(shape.point, j), point_of(force, j)
+                moments = plus_outer(moments, x, pull)
+                f, lever = add(f, pull), add(lever, cross(x, pull))
+                j -= 1
+            dead = add(dead, point_of(moment, k + 1))
+            own = add(own, scale(spin[k + 1], axis_of(shape, k + 1, 2)))
+            for b in range(block, last, HALF):
+                part, at = load_six(shape.parts, 6 * k * stride + b, stride), row * narrow + b - block
+                x = turned_push(moments, f, part)
+                y, z = add(x, cross(part[0], dead)), add(x, cross(part[0], own))
+                store_three(left, at, narrow, y)
+                store_three(other, at, narrow, z)
+                write_turn(shape, k, b, own_lanes(spans, s, b), right, at, narrow)
+                if first > 0:
+                    add_three(room.pushes, b - block, narrow, y)
+                    add_three(room.others, b - block, narrow, z)
+            row += 3
+            wrench = add(lever, add(dead, own)), f
+            if wrench != (NONE, NONE):
+                _add_interval(layout, k, shape, wrench, room)
+        at, mine, by = 6 * base * stride, (first - block, last - block), (0, last - block)
+        turns, before = Lines(right, 0, narrow), Lines(shape.twists, at, stride)
+        corner, edge = block * width + block, block * width
+        add_products(Lines(left, 0, narrow), turns, row, mine, by, Lines(room.total, corner, width))
+        add_products(Lines(other, 0, narrow), turns, row, mine, by, Lines(room.second, corner, width))
+        add_products(Lines(room.pushes, 0, narrow), before, 3, mine, (0, first), Lines(room.total, edge, width))
+        add_products(Lines(room.others, 0, narrow), before, 3, mine, (0, first), Lines(room.second, edge, width))
     for a in range(n):
         for b in range(n):
             own_part = room.own[a * width + b] + room.own[b * width + a]

@@ -3,7 +3,7 @@
 from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.numerics.products import add_products, padded
+from tendond.model.numerics.products import Lines, add_products, padded
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.layout import Layout
@@ -51,9 +51,10 @@ def add_pulls(layout: Layout, loads: Loads, work: Scratch, room: Room) -> None:
             room.by_input[b * columns + 2 * n + i] -= given * mean
             room.left[at + b], room.after[at + b], room.before[at + b] = mean, -s1 * g1[i, b], -s0 * g0[i, b]
     if driven:
-        end = begin + len(work.taut)
-        add_products(room.left, room.after, width, (begin, end), (0, n), (0, n), room.by_q1)
-        add_products(room.left, room.before, width, (begin, end), (0, n), (0, n), room.by_q0)
+        left, by = Lines(room.left, begin * width, width), (0, n)
+        after, before = Lines(room.after, begin * width, width), Lines(room.before, begin * width, width)
+        add_products(left, after, len(work.taut), by, by, Lines(room.by_q1, 0, width))
+        add_products(left, before, len(work.taut), by, by, Lines(room.by_q0, 0, width))
 
 
 @lean

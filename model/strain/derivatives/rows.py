@@ -3,7 +3,7 @@
 from typing import Any
 
 from tendond.model.numerics.compile import lean
-from tendond.model.numerics.products import add_products, padded
+from tendond.model.numerics.products import Lines, add_products, padded
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.layout import Layout
 
@@ -15,7 +15,8 @@ def add_point_rows(layout: Layout, left: Any, right: Any, out: Any) -> None:
     for j in range(len(layout.mass)):
         last = layout.last[layout.place[j] - 1]
         if j + 1 == len(layout.mass) or layout.last[layout.place[j + 1] - 1] != last:
-            add_products(left, right, width, (3 * begin, 3 * (j + 1)), (0, last), (0, last), out)
+            at, count, by = 3 * begin * width, 3 * (j + 1 - begin), (0, last)
+            add_products(Lines(left, at, width), Lines(right, at, width), count, by, by, Lines(out, 0, width))
             begin = j + 1
 
 
@@ -26,7 +27,8 @@ def add_node_rows(layout: Layout, left: Any, right: Any, out: Any) -> None:
     for k in range(len(layout.step)):
         last = layout.last[k]
         if k + 1 == len(layout.step) or layout.last[k + 1] != last:
-            add_products(left, right, width, (first + begin, first + k + 1), (0, last), (0, last), out)
+            at, by = (first + begin) * width, (0, last)
+            add_products(Lines(left, at, width), Lines(right, at, width), k + 1 - begin, by, by, Lines(out, 0, width))
             begin = k + 1
 
 

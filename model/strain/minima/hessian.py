@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import lean
-from tendond.model.strain.kinematics import curvature_of_points
+from tendond.model.strain.composites import curvature_of_points
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
 from tendond.model.strain.stepping.scratch import Loads, Scratch
@@ -21,7 +21,7 @@ def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scra
     for a in range(n):
         for b in range(n):
             out[a, b] = layout.stiffness[a, b] + rate * layout.damping[a, b]
-    curvature_of_points(layout, two, work.force, work.left, work.right, work.total, out)
+    curvature_of_points(layout, two, work.force, work, out)
     if len(work.taut) > 0:
         add_tendon_stiffness(work.taut, work.paths_after, out)
     for i in range(len(work.taut)):

@@ -60,7 +60,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
     q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
     target = tolerance * tolerance * work.unit[0]
     find_residual(layout, loads, work.q0, q1, h, work)
-    find_matrix(layout, loads, q1, h, work)
+    find_matrix(layout, h, work)
     if not factor_lu(work.matrix, work.rows, n, width, work.solving):
         return -1
     for a in range(n):
@@ -105,7 +105,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
                 size = left
                 energy = ratio * reached  # what is left after it
                 continue
-        find_matrix(layout, loads, q1, h, work)
+        find_matrix(layout, h, work)
         if not factor_lu(work.matrix, work.rows, n, width, work.solving):
             return -1
         for a in range(n):

@@ -10,6 +10,7 @@ from tendond.model.numerics.products import padded
 from tendond.model.strain.discretise.modes import BENDING_Y, STRETCH
 from tendond.model.strain.kinematics import Shape, empty_shape
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.spans import spans_of
 from tendond.model.strain.tendons import Paths, empty_paths
 
 Array = NDArray[np.float64]
@@ -46,6 +47,8 @@ class Scratch(NamedTuple):
         unit: energy of bending by 1 rad [J], then share and norm of the balance, shape (3,).
         q0, w0, q1, w1, trial, change, correction, pull, push, row: vectors, shape (n,).
         hessian: second derivative of the energy, shape (n, n).
+        pushes, others, turns: six rows of a section's modes. apart: six by six matrices of the sections beyond.
+        share: derivative of what the balance lacks, a padded row. spun: of own turns, padded rows.
         left, right, total: matrices for `add_products`, as are `matrix` and `mass`: rows one after the other, padded.
     """
 
@@ -82,6 +85,12 @@ class Scratch(NamedTuple):
     left: Array
     right: Array
     total: Array
+    spun: Array
+    pushes: Array
+    others: Array
+    turns: Array
+    apart: Array
+    share: Array
 
 
 def scratch_for(layout: Layout) -> Scratch:
@@ -95,15 +104,16 @@ def scratch_for(layout: Layout) -> Scratch:
     bends = (layout.component <= BENDING_Y) & (layout.order == 0)
     unit = np.min(np.diag(layout.stiffness)[bends] / lengths[bends] ** 2)
     vectors = ("q0", "w0", "q1", "w1", "trial", "change", "correction", "pull", "push", "row", "residual", "held")
-    rows = max(3 * points + nodes + tendons, 3 * len(layout.step))  # of the balance; of second derivatives
+    rows = max(3 * points + nodes + tendons + 6, 3 * len(layout.step))  # of the balance; of second derivatives
     work = Scratch(
         before=empty_shape(layout), after=empty_shape(layout),
         paths_before=empty_paths(layout), paths_after=empty_paths(layout),
         rows=np.zeros(n, dtype=np.int64), force=np.zeros((points, 3)), velocity=np.zeros((points, 3)),
         spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
         unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
-        solving=np.zeros(3 * width),
-        **{name: np.zeros(width**2) for name in ("total", "matrix", "mass")},
+        solving=np.zeros(3 * width), apart=np.zeros(2 * 36), share=np.zeros(width),
+        **{name: np.zeros(6 * spans_of(layout).width[0]) for name in ("pushes", "others", "turns")},
+        **{name: np.zeros(width**2) for name in ("total", "spun", "matrix", "mass")},
         **{name: np.zeros((n, n)) for name in ("elastic", "hessian")},
         **{name: np.zeros(n) for name in vectors},
     )  # fmt: skip

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tendond.model.numerics.parked import park
 from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
+from tendond.model.strain.composites import curvature_of_points
 from tendond.model.strain.derivatives.bends import bends_of
 from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import empty_rates, find_rates
-from tendond.model.strain.kinematics import curvature_of_points, empty_shape, find_shape
+from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.stepping.scratch import Scratch
 
 Array = NDArray[np.float64]
 Values = Callable[[Array], tuple[Array, ...]]
@@ -111,12 +114,12 @@ def test_sums_for_sections_of_few_modes_stay_within_their_arrays() -> None:
     assert n == 15
     shape, work = empty_shape(rod.layout), rod._work
     find_shape(rod.layout, np.linspace(-3.0, 3.0, n), shape)
-    guarded = np.full(16**2 + 4 * 16, np.nan)  # the rows after the last one
-    total, found = guarded[: 16**2], np.zeros((n, n))
-    curvature_of_points(rod.layout, shape, np.ones((len(rod.layout.mass), 3)), work.left, work.right, total, found)
+    force, values = np.ones((len(rod.layout.mass), 3)), {name: getattr(work, name) for name in Scratch._fields}
+    found, other = np.zeros((n, n)), np.zeros((n, n))
+    for guard, out in ((np.nan, found), (1.0, other)):
+        guarded = np.full(16**2 + 4 * 16, guard)  # the rows after the last one
+        room = park(Scratch(**{**values, "total": guarded[: 16**2]}))
+        curvature_of_points(rod.layout, shape, force, room, out)
+        assert np.array_equal(guarded[16**2 :], np.full(64, guard), equal_nan=True)
     assert np.all(np.isfinite(found))
-    other = np.zeros((n, n))
-    guarded[16**2 :] = 1.0
-    curvature_of_points(rod.layout, shape, np.ones((len(rod.layout.mass), 3)), work.left, work.right, total, other)
     assert np.array_equal(found, other)
-    assert np.array_equal(guarded[16**2 :], np.ones(64))

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState
-from tendond.model.strain.kinematics import curvature_of_points, empty_shape, find_shape
+from tendond.model.strain.composites import curvature_of_points
+from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.offline.bench.general_rod.survey import Outcome, survey
 from tests.unit.strain.robots import paper
 
@@ -21,8 +22,7 @@ def test_the_jacobians_of_all_points_are_derivatives_of_the_shape() -> None:
     shape, other = empty_shape(layout), empty_shape(layout)
     find_shape(layout, q, shape)
     force, curvature = rng.normal(size=shape.point.shape), np.zeros((rod.modes, rod.modes))
-    work = rod._work
-    curvature_of_points(layout, shape, force, work.left, work.right, work.total, curvature)
+    curvature_of_points(layout, shape, force, rod._work, curvature)
     for mode, unit in enumerate(np.eye(rod.modes)):
         find_shape(layout, q + 1e-6 * unit, other)
         ahead, pulled = other.point.copy(), np.einsum("pin,pi->n", other.jacobian[:, :, : rod.modes], force)

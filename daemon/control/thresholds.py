@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tendond.daemon.control.commissioning.averages import BLOCK_SECONDS
+from tendond.daemon.control.commissioning.averages import REST_BLOCK_SECONDS
 from tendond.schemas.config.rig import RigConfig
 
 
@@ -52,7 +52,7 @@ class Thresholds:
             slack_time=cycles(faults.slack_time, period),
             limit_time=cycles(config.limits.limit_time, period),
             source_time=cycles(faults.source_time, period),
-            rest_block=cycles(BLOCK_SECONDS, period),
+            rest_block=cycles(REST_BLOCK_SECONDS, period),
         )
 
 

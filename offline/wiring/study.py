@@ -48,6 +48,7 @@ class WiringOutcome:
         seconds: time from the request to the fault; 0 where it was refused.
         moved: farthest that the true tip went from where it rested, as a part of the rod's length [-].
         pulled: largest true tension, as a part of tension_max [-].
+        probed: time from the request to the end of a probe that was passed [s]; none where there was no such end.
     """
 
     group: str
@@ -59,6 +60,7 @@ class WiringOutcome:
     seconds: float
     moved: float
     pulled: float
+    probed: float | None = None
 
     @property
     def in_time(self) -> bool:
@@ -79,7 +81,7 @@ class Job:
 def jobs(laws: Sequence[str], setups: int, groups: Sequence[str] | None = None) -> Iterator[Job]:
     """Everything that the study runs; with `groups`, only those rows."""
     for chain in CHAINS:
-        mistakes = _mistakes(chain)
+        mistakes = mistakes_of(chain)
         for index, mistake in enumerate(mistakes):
             if groups is None or mistake.group in groups:
                 for law in laws[:1] if mistake.group in EVERY_LAW else laws:
@@ -98,21 +100,21 @@ def run_study(work: Sequence[Job], processes: int | None = None) -> Iterator[Wir
         yield from pool.map(run_job, work, chunksize=8)
 
 
-def run_job(job: Job) -> WiringOutcome:
-    """Run one."""
+def run_job(job: Job, tracking: float = TRACK_SECONDS) -> WiringOutcome:
+    """Run one, with `tracking` seconds of tracking at most."""
     if job.mistake is None:
         config, wires, text = right_rig(job)
-        return run(config, wires, RIGHT, text, job)
-    mistake = _mistakes(job.chain)[job.mistake]
-    return run(_config(job.chain, job.law), mistake.wires(), mistake.group, mistake.name, job)
+        return run(config, wires, RIGHT, text, job, tracking)
+    mistake = mistakes_of(job.chain)[job.mistake]
+    return run(_config(job.chain, job.law), mistake.wires(), mistake.group, mistake.name, job, tracking)
 
 
-def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> WiringOutcome:
+def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job, tracking: float) -> WiringOutcome:
     """Arm a rig on its wires, and watch it to its fault or for some seconds."""
     period = config.loop.period
     arm, count = round(ARM_SECONDS / period), round((ARM_SECONDS + 12.0 + TRACK_SECONDS) / period)
     start, moved, pulled, left = np.zeros(3), 0.0, 0.0, -1
-    by, noticed, seconds, tracked = "", False, 0.0, 0
+    by, noticed, seconds, tracked, probed = "", False, 0.0, 0, None
     try:
         for watched in watched_loop(config, count, {arm: ControlAction.ARM}, probe=True, wires=wires):
             record, truth = watched.record, watched.truth
@@ -126,23 +128,27 @@ def run(config: RigConfig, wires: Wires, group: str, name: str, job: Job) -> Wir
             moved = max(moved, float(np.linalg.norm(np.array(truth.position) - start)))
             pulled = max(pulled, max(truth.tension))
             tracked += record.mode is Mode.TRACKING
+            if probed is None and record.mode is Mode.PRETENSION:
+                probed = (record.tick - arm) * period
             if record.mode is Mode.FAULT and not noticed:
                 noticed, by, seconds = True, record.reason, (record.tick - arm) * period
             if noticed and left < 0 and not record.command.armed:
                 left = round(RELEASE_SECONDS / period)
             left -= left > 0
-            if left == 0 or tracked >= TRACK_SECONDS / period:
+            if left == 0 or tracked >= tracking / period:
                 break
     except ConvergenceError as error:
         noticed, by = False, f"the plant has no solution: {error}"
     limits = config.limits.tension_max
     return WiringOutcome(
-        group, name, job.law, job.chain, noticed, by, seconds, moved / config.rod.length, pulled / limits
-    )
+        group, name, job.law, job.chain, noticed, by, seconds, moved / config.rod.length, pulled / limits,
+        probed,
+    )  # fmt: skip
 
 
 @cache
-def _mistakes(chain: str) -> list[Mistake]:
+def mistakes_of(chain: str) -> list[Mistake]:
+    """List every mistake of a chain."""
     return all_mistakes(_config(chain, "backstepping"))
 
 

@@ -1,6 +1,6 @@
 """Means of poses over short blocks: what a resting tip is judged by, and whether it rests.
 
-With these numbers `tendond study wiring` finds every mistake in time and refuses no correct rig.
+`python -m tests.constants` has the outcome with half and twice of each constant.
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from tendond.schemas.base import Quaternion, Vector3
 
 Array = NDArray[np.float64]
 
-BLOCK_SECONDS = 0.25
-"""A mean over a period of 4 Hz and more; an arm that swings slower shows it from one block to the next. Chosen;
-`tendond study wiring` passes with it."""
+REST_BLOCK_SECONDS = 0.25
+"""A mean over a period of 4 Hz and more; an arm that swings slower shows it from one block to the next. With half
+and twice of it the same rigs are refused (`python -m tests.constants REST_BLOCK_SECONDS`)."""
 
 ENOUGH = 5
-"""Poses of a block that is preferred to the one before it: those of a camera of 20 Hz. Chosen; `tendond study
-wiring` passes with it."""
+"""Poses of a block that is preferred to the one before it: those of a camera of 20 Hz. Fewer and more
+make no difference at the default rates (`python -m tests.constants ENOUGH`)."""
 
 STILL = 0.01
-"""Largest difference of the means of two blocks of a resting tip, and of half its spread, of the rod's length. Chosen;
-`tendond study wiring` passes with it."""
+"""Largest difference of the means of two blocks of a resting tip, and of half its spread, of the rod's length:
+half of the default motion of a probe. Half and twice of it make no difference (`python -m tests.constants STILL`)."""
 
 
 @dataclass(frozen=True)

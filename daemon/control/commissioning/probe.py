@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 
 TAKE_UP = 4.0
 """Factor on the rate of the first release, `ProbePlan.rate`, for taking up a tendon's slack: 1.5 of `ProbePlan.slack`,
-with the motion, take 0.15 s of the default ramp of 0.2 s. Chosen; `tendond study wiring` passes with it."""
+with the motion, take 0.15 s of the default ramp of 0.2 s. With half of it some probes take 1 s longer, with twice
+nothing changes (`python -m tests.constants TAKE_UP`)."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Advance of the probe by a cycle: from rest through the pull of each tendon to the release, or to a verdict.
 
-With these numbers `tendond study wiring` finds every mistake in time and refuses no correct rig.
+`python -m tests.constants` has the outcome with half and twice of each constant (docs/reliability.md).
 """
 
 import math
@@ -21,30 +21,32 @@ Array = NDArray[np.float64]
 
 TOGETHER = 0.004
 """Largest distance of the resting model from the measured rest, of the rod's length: a fifth of the default motion of a
-probe. Chosen; the study passes with it."""
+probe. Half and twice of it change the probe's duration by 0.3 s, no verdict (`python -m tests.constants TOGETHER`)."""
 
 MOVED_AT_REST = 0.02
 """Largest motion of a resting tip while the tendons are released, of the rod's length: the default motion of a probe.
-Chosen; the study passes with it."""
+Half and twice of it make no difference (`python -m tests.constants MOVED_AT_REST`)."""
 
 AT_REST = 0.002
 """Largest motion of the model's tip in a block at rest, of the rod's length: a tenth of the default motion of a probe.
-Chosen; the study passes with it."""
+Half and twice of it make no difference (`python -m tests.constants AT_REST`)."""
 
 CLOSE = 0.85, 1.2
-"""Gains that pass without a second look, within the default 0.62 to 1.5 that pass at all. Chosen; the study passes
-with it."""
+"""Gains that pass without a second look, within the default 0.62 to 1.5 that pass at all. With those, a wrong rig
+is armed; with 0.92 to 1.1 a probe takes 1 s longer (`python -m tests.constants CLOSE`)."""
 
 STEADY_BLOCKS = 4
 """Blocks in a row with the same mean, of a tip that has settled elsewhere than expected; a weight swings slower.
-Chosen; the study passes with it."""
+2 and 8 change the longest probe by 1 s, no verdict (`python -m tests.constants STEADY_BLOCKS`)."""
 
 STEADY = 0.15
-"""Largest motion of a settled tip in a block, of the expected motion. Chosen; the study passes with it."""
+"""Largest motion of a settled tip in a block, of the expected motion. With half of it the probe takes half as long
+again, with twice a seventh less; no verdict changes (`python -m tests.constants STEADY`)."""
 
 REST_LOAD_PART = 0.6
-"""Reported tension that shows that a release pulls a tendon instead, of the probe's largest tension. Chosen; the
-study passes with it."""
+"""Reported tension that shows that a release pulls a tendon instead, of the probe's largest tension. With 1.0
+such a tendon pulls 22 % of `limits.tension_max`, where it may pull 20 %, with 0.3 15 % in place of 17 %
+(`python -m tests.constants REST_LOAD_PART`)."""
 
 
 def advance_probe(

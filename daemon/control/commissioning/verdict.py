@@ -1,7 +1,4 @@
-"""Verdict on the motions of the tip under each tendon: right, or tendons swapped, dead, or too strong.
-
-With these numbers `tendond study wiring` finds every mistake in time and refuses no correct rig.
-"""
+"""Verdict on the motions of the tip under each tendon: right, or tendons swapped, dead, or too strong."""
 
 import itertools
 import math
@@ -17,7 +14,7 @@ Array = NDArray[np.float64]
 
 DEAD = 0.25
 """Motion below which a tendon counts as not moving the tip, of the expected motion: half of what a spool of half
-the radius leaves. Chosen; `tendond study wiring` passes with it."""
+the radius leaves. Half and twice of it change no verdict, only its words (`python -m tests.constants DEAD`)."""
 
 FOLLOWING = 0.5, 0.05
 """Part of a commanded displacement, and of the longest arm of a tendon, by which the reported one may differ: of the

@@ -14,10 +14,10 @@ ALL = list(jobs(LAWS, 0))
 
 def first_of_each(chain: str) -> list[Job]:
     """One run of every kind, of changing laws."""
-    from tendond.offline.wiring.study import _mistakes
+    from tendond.offline.wiring.study import mistakes_of
 
     chosen: dict[str, int] = {}
-    for index, mistake in enumerate(_mistakes(chain)):
+    for index, mistake in enumerate(mistakes_of(chain)):
         chosen.setdefault(mistake.group, index)
     return [Job(chain, LAWS[k % 3], index) for k, index in enumerate(chosen.values())]
 

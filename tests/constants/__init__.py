@@ -1,0 +1,1 @@
+"""Experiments: tuned constants with other values."""

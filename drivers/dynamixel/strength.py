@@ -2,7 +2,7 @@
 
 import math
 
-from tendond.drivers.dynamixel.serial.table import FULL_PWM
+from tendond.drivers.dynamixel.serial.table import FULL_PWM, OUTPUT_PER_TICK, TICK
 from tendond.schemas.config.servo import NO_LOAD_SPEED, RATED_VOLTS, STALL_TORQUE, ServoSection
 
 GEAR_MARGIN = 0.1
@@ -14,6 +14,10 @@ SENSED_LOAD = 1.5
 
 PREDICTED_READINGS = 2.0
 """Readings by which a rising load is extrapolated: one is up to a period old, and the next one a period away."""
+
+RANGE_LOAD = 0.5
+"""Load at which a servo's sag is the distance by which a tendon may be outside its range: half of the stall torque,
+between the largest loads for `limits.tension_max` of 20 and 60 N, 0.32 and 0.7. On a spool of 15 mm 2.0 mm."""
 
 SPEED_LOAD = 2.0 / 3.0
 """Fraction of the largest load up to which a motor gets all the output for its speed: that of limits.tension_max at
@@ -30,6 +34,31 @@ def load_limit(section: ServoSection, tension_max: float, spool_radius: float) -
     """
     allowed = section.tension_margin * tension_max * spool_radius / STALL_TORQUE
     return min(section.load_max, max(allowed, SENSED_LOAD * section.pretension_load))
+
+
+def sag(load: float, spool_radius: float) -> float:
+    """Return the distance of a tendon at rest from its goal under a load [m].
+
+    The position controller is proportional: at rest its output, which is the load, takes an error.
+
+    Args:
+        load: of the stall torque [-].
+        spool_radius: spool radius of the tendon's spool [m].
+    """
+    return load * FULL_PWM / OUTPUT_PER_TICK * TICK * spool_radius
+
+
+def range_margin(spool_radius: float) -> float:
+    """Return the distance by which a tendon may be outside its range, or from its zero when released [m]."""
+    return sag(RANGE_LOAD, spool_radius)
+
+
+def arrival_distance(section: ServoSection, spool_radius: float) -> float:
+    """Return the distance from its target at which a tendon that a tool moves has arrived [m].
+
+    It is the sag under the largest load that a tool takes for none, and the gears' friction: 0.9 mm by default.
+    """
+    return sag(2.0 * section.pretension_load + GEAR_MARGIN, spool_radius)
 
 
 def speed_share(load: float, rise: float, limit: float) -> float:

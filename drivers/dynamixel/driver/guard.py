@@ -6,13 +6,9 @@ from dataclasses import dataclass, field
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
+from tendond.drivers.dynamixel.strength import range_margin
 from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config.servo import ServoSection
-
-RANGE_MARGIN = 0.002
-"""Distance by which a tendon may be outside its range without a fault [m]: a fifth of the default
-`servo.following_error`, and 87 of a servo's 4096 positions a turn on a spool of 15 mm. Chosen; `pytest
-tests/rig/servo` passes with it."""
 
 SUDDEN_LOAD = 0.15
 """Load above the limit that is a fault at once, as a fraction of the stall torque: 14 N on a spool of 15 mm."""
@@ -182,7 +178,8 @@ class Guard:
             if reading.watchdog != self.watchdog:
                 return f"servo {servo}: its Bus Watchdog is {reading.watchdog}, not {self.watchdog}: was it rebooted?"
             place = spool.displacement(reading.position)
-            if not section.displacement_min - RANGE_MARGIN <= place <= section.displacement_max + RANGE_MARGIN:
+            margin = range_margin(spool.calibration.spool_radius)
+            if not section.displacement_min - margin <= place <= section.displacement_max + margin:
                 return f"tendon {index} (servo {servo}): stands at {place * 1e3:.1f} mm, outside its range"
             load, limit = abs(reading.load) * table.LOAD_UNIT, self.limits[index]
             if self._lasts(f"sudden {index}", load > limit + SUDDEN_LOAD, now, 0.0):

@@ -5,7 +5,6 @@ from contextlib import suppress
 
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.driver.guard import (
-    RANGE_MARGIN,
     Guard,
     ReleaseMonitor,
     away_from_zero,
@@ -17,7 +16,7 @@ from tendond.drivers.dynamixel.driver.readings import TendonReadings
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.servos import ServoGroup
-from tendond.drivers.dynamixel.strength import speed_share
+from tendond.drivers.dynamixel.strength import range_margin, speed_share
 from tendond.schemas.config.servo import ServoSection
 
 
@@ -161,8 +160,9 @@ class ServoSession:
         taut = [load > self._section.pretension_load for load in self.readings.loads]
         before, places = self.goals, self.readings.displacement
         self.goals = release_step(self._section, self.goals, duration, places, taut)
-        held = [place for index, place in enumerate(places) if index not in self.dropped]
-        return self.goals == before and max(held, default=0.0) < RANGE_MARGIN
+        margins = [range_margin(spool.calibration.spool_radius) for spool in self.servos.spools]
+        held = [index for index in range(len(places)) if index not in self.dropped]
+        return self.goals == before and all(places[index] < margins[index] for index in held)
 
     def drop_rising(self) -> Iterator[str]:
         """Switch off the tendons whose load rises during a release; yield the reason, in words, before each.

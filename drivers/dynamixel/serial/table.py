@@ -144,6 +144,10 @@ TORQUE_ON_BY_GOAL, TIME_BASED, REVERSE = 0b1000, 0b0100, 0b0001
 FULL_PWM = 885
 """Value of `PWM_LIMIT`, `GOAL_PWM` and `PRESENT_PWM` for the whole supply voltage."""
 
+OUTPUT_PER_TICK = POSITION_P_GAIN.initial / 128.0
+"""Output of the position controller, in units of `FULL_PWM`, per tick from the goal (ROBOTIS e-Manual, Position PID
+Gain); 'tendond servo setup' leaves the gain as it is, and that of the integral at 0."""
+
 WATCHDOG_TRIPPED = -1
 """Value of `BUS_WATCHDOG`: the servo has stopped by itself, and refuses goals until 0 is written."""
 

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from tendond.drivers.dynamixel.checks import watchdog_units, within_range
-from tendond.drivers.dynamixel.driver.guard import LOAD_RISE, RANGE_MARGIN, standing_fault
+from tendond.drivers.dynamixel.driver.guard import LOAD_RISE, standing_fault
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
+from tendond.drivers.dynamixel.strength import arrival_distance, goal_pwm, load_limit, range_margin
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.schemas.config.servo import ServoSection
 
@@ -21,10 +21,6 @@ tests/rig/servo/tools` passes with it."""
 BLIND_READS = 20
 """Minimum number of lost reads in a row that a tool tolerates, while the tendon stands still. Where a fifth of
 the replies is lost, the probability of so many in a row is 1e-14."""
-
-ARRIVED = 0.001
-"""Distance from its target at which a tendon has arrived [m]: half of `RANGE_MARGIN`, and 43 of a servo's 4096
-positions a turn on a spool of 15 mm. Chosen; `pytest tests/rig/servo/tools` passes with it."""
 
 
 class ServoMotion:
@@ -59,6 +55,11 @@ class ServoMotion:
     def displacement(self) -> float:
         """Displacement of the tendon at the latest reading [m]."""
         return self.spool.displacement(self.latest.position)
+
+    @property
+    def arrival(self) -> float:
+        """Distance from its target at which the tendon has arrived [m]."""
+        return arrival_distance(self._section, self.spool.calibration.spool_radius)
 
     def look(self) -> bool:
         """Read the servo; false where the reply is lost, which is tolerated as in the driver.
@@ -108,7 +109,7 @@ class ServoMotion:
             if self.look():
                 lowest = min(lowest, self.load)
                 self._judge(goal, lowest if releasing else None)
-                if self.load >= load or (goal == target and abs(self.displacement - target) < ARRIVED):
+                if self.load >= load or (goal == target and abs(self.displacement - target) < self.arrival):
                     return self.latest
             if stopped():
                 raise ServoError(f"servo {self.id}: stopped")
@@ -168,7 +169,7 @@ class ServoMotion:
 
     def release_step(self) -> None:
         """Release a pulled tendon after an error, as far as it goes, instead of dropping it."""
-        if self.displacement <= RANGE_MARGIN:
+        if self.displacement <= range_margin(self.spool.calibration.spool_radius):
             return
         with suppress(ServoError):
             self._lost = 0

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.tools.motion import ARRIVED, energised
+from tendond.drivers.dynamixel.tools.motion import energised
 from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config.servo import ServoSection
 
@@ -55,7 +55,7 @@ def home(
         # In a release the load decreases; taking up slack there must be none, else the zero has changed.
         motion.move(0.0, NEVER if before > 0.0 else 2.0 * section.pretension_load, stopped)
         after = motion.displacement
-        if abs(after) > ARRIVED:
+        if abs(after) > motion.arrival:
             raise ServoError(f"servo {motion.id}: load {motion.load:.0%} at {after * 1e3:.1f} mm, stopped")
     return before, after
 

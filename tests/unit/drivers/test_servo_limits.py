@@ -1,12 +1,15 @@
 """The XL430's ratings in its manual bound a configuration with servos: 1.4 N m and 57 rpm at 11.1 V."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 from tendond.cli.manual.config_text import config_toml
 from tendond.drivers.dynamixel.serial.adapter import latency_warning
+from tendond.drivers.dynamixel.strength import arrival_distance, range_margin, sag
 from tendond.schemas.config.rig import ConfigError, parse_config
+from tendond.schemas.config.servo import ServoSection
 
 FITS = "displacement_min = -0.08\ndisplacement_max = 0.08\n"
 
@@ -91,3 +94,13 @@ def test_an_adapter_that_delays_replies_is_named_with_the_remedy(tmp_path: Path)
     timer.write_text("1\n")
     assert latency_warning("/dev/ttyUSB0", tmp_path) == ""
     assert latency_warning("/dev/ttyACM0", tmp_path) == ""
+
+
+def test_a_servo_stays_behind_its_goal_in_proportion_to_its_load() -> None:
+    """Position P Gain 640 in units of 1/128: 5 of 885 units of output a tick, 177 ticks at the stall torque."""
+    whole = 177.0 / 4096.0 * 2.0 * math.pi * 0.015
+    assert sag(1.0, 0.015) == pytest.approx(whole)
+    assert range_margin(0.015) == pytest.approx(0.5 * whole)
+    assert range_margin(0.03) == pytest.approx(whole)
+    assert arrival_distance(ServoSection(pretension_load=0.06), 0.015) == pytest.approx(0.22 * whole)
+    assert arrival_distance(ServoSection(), 0.015) < 0.5 * range_margin(0.015)

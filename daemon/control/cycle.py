@@ -10,6 +10,7 @@ from tendond.daemon.control.phases.modes import ACTIVE, advance_mode
 from tendond.daemon.control.phases.monitors import watch_tip
 from tendond.daemon.control.phases.prediction import Predicted, limit, predict
 from tendond.daemon.control.record import Response, write_record
+from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.base import SCHEMA_VERSION
@@ -60,7 +61,7 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
 
 def refer(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState, ReferencePoint]:
     """Evaluate the reference, and watch the measured tip against it; `fresh`: its pose was admitted in this cycle."""
-    reference = state.selection.task.reference.at(tracking_time(setup, state), state.reference_offset)
+    reference = moved_point(state.selection.task.reference.at(tracking_time(setup, state)), state.reference_offset)
     return watch_tip(setup, state, fresh, reference), reference
 
 
@@ -76,23 +77,21 @@ def conclude(setup: CycleSetup, predicted: Predicted, wanted: Wanted, reference:
         tick=state.tick + 1,
         tip=setup.rod.tip(state.rod),
         release_pending=predicted.held_back and state.mode not in ACTIVE,
-        reference_offset=_next_offset(setup, state, None if held_back else wanted, reference),
+        reference_offset=_next_offset(state, None if held_back else wanted, reference),
         law_state=wanted.law_state,
         bad_cycles=bad,
     )
 
 
-def _next_offset(setup: CycleSetup, state: CycleState, wanted: Wanted | None, reference: ReferencePoint) -> float:
+def _next_offset(state: CycleState, wanted: Wanted | None, reference: ReferencePoint) -> float:
     """Return the offset of the reference for the next cycle [m]; it changes only where no limit holds the tip back."""
     if state.mode is not Mode.TRACKING:
         return 0.0
-    planar = state.selection.task.reference.in_plane
-    if planar is None or wanted is None or wanted.situation is None:
+    rule = state.selection.task.reference.load_offset
+    if rule is None or wanted is None or wanted.situation is None:
         return state.reference_offset
     situation = wanted.situation
-    return planar.next_offset(
-        state.reference_offset, situation.position, reference, situation.elapsed, setup.config.rod.length
-    )
+    return rule.advance(state.reference_offset, situation.position, reference, situation.elapsed)
 
 
 def command_of(state: CycleState) -> TendonCommand:

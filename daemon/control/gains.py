@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 
-from tendond.daemon.control.laws import ConvergentLaw, select_law
+from tendond.daemon.control.laws import select_law
 from tendond.daemon.control.laws.registry import BUILT_IN
 from tendond.model.estimation.margin import admitted_gains, default_tip_mass
 from tendond.model.estimation.observer_gains import (
@@ -52,7 +52,7 @@ def law_rates(config: RigConfig, *names: str) -> LawRates:
     """Return the largest rates at which the laws make the model's tip converge.
 
     These are the built-in laws, that of `control.law`, all with a table in `control.laws`, and those of `names`. A law
-    that does not say its rate (see `ConvergentLaw`) is taken for no faster than the others.
+    that does not say its convergence is taken for no faster than the others.
 
     Raises:
         LawError: no such law, or a wrong parameter.
@@ -61,10 +61,10 @@ def law_rates(config: RigConfig, *names: str) -> LawRates:
     rates = []
     for name in dict.fromkeys([*(law.name for law in BUILT_IN), config.control.law, *tables, *names]):
         law, parameters = select_law(name, tables)
-        if isinstance(law, ConvergentLaw):
-            rates.append(law.convergence(parameters))
-    ahead = max((one.rate, one.smoothing) for one in rates if one is not None and one.smoothing is not None)
-    return LawRates(max(one.rate for one in rates if one is not None and one.smoothing is None), *ahead)
+        if (convergence := law.convergence(parameters)) is not None:
+            rates.append(convergence)
+    ahead = max((one.rate, one.smoothing) for one in rates if one.smoothing is not None)
+    return LawRates(max(one.rate for one in rates if one.smoothing is None), *ahead)
 
 
 def rate_objection(config: RigConfig, rod: RodParameters, name: str) -> str:

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 from tendond.daemon.control.gains import rate_objection
 from tendond.daemon.control.laws import LAWS, Law, select_law
-from tendond.daemon.control.reference.planar import plan_in_plane
+from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.reference.spatial import plan_in_space
 from tendond.daemon.control.tasks.space import tendon_allocation
@@ -101,8 +101,8 @@ class Selection:
     @property
     def curve(self) -> StaticCurve | None:
         """Tips of the resting rod in the bending plane, where they are known."""
-        reference = self.reference.in_plane
-        return None if reference is None else reference.curve
+        reference = self.reference
+        return reference.curve if isinstance(reference, PlanarReference) else None
 
     def with_law(self, config: RigConfig, rod: ModelRod, name: str) -> "Selection":
         """Select another law, with the configuration's parameters, for the same reference.

@@ -2,7 +2,6 @@
 
 from tendond.daemon.control.laws.law import (
     Convergence,
-    ConvergentLaw,
     Decision,
     Law,
     LawParameters,
@@ -21,7 +20,6 @@ __all__ = [
     "LAWS",
     "SPACE",
     "Convergence",
-    "ConvergentLaw",
     "Decision",
     "Law",
     "LawParameters",

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import NoneType
-from typing import Annotated, Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Annotated, Any, Generic, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,7 +13,6 @@ from tendond.daemon.control.tasks.task import TaskSpace
 
 __all__ = [
     "Convergence",
-    "ConvergentLaw",
     "Decision",
     "Gain",
     "Law",
@@ -38,6 +37,20 @@ class LawParameters(BaseModel):
     """Base of a law's parameters, if it wants one: frozen, finite, nothing unknown."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Decay of the model tip's error under a law, as exp(-rate t).
+
+    Attributes:
+        rate: rate of the decay [1/s].
+        smoothing: rate at which the decay sets in, of a law that places the tip a cycle ahead [1/s]; none of a law that
+            sets the tip's velocity in proportion to its error.
+    """
+
+    rate: float
+    smoothing: float | None = None
 
 
 class Law(Protocol):
@@ -68,37 +81,18 @@ class Law(Protocol):
     def decide(self, parameters: Any, observation: Any, state: Any) -> Decision:
         """Return the tensions wanted, the terms, and the state after the cycle."""
 
-
-@dataclass(frozen=True)
-class Convergence:
-    """Decay of the model tip's error under a law, as exp(-rate t).
-
-    Attributes:
-        rate: rate of the decay [1/s].
-        smoothing: rate at which the decay sets in, of a law that places the tip a cycle ahead [1/s]; none of a law that
-            sets the tip's velocity in proportion to its error.
-    """
-
-    rate: float
-    smoothing: float | None = None
-
-
-@runtime_checkable
-class ConvergentLaw(Protocol):
-    """A law that says how fast it is; the observer's gains then keep their margin with it.
-
-    For a law without this method, or with none as its result, the gains are those for the built-in laws.
-    """
-
     def convergence(self, parameters: Any) -> Convergence | None:
-        """Return the decay of the error, by the parameters."""
+        """Return the decay of the error, by the parameters: the observer's gains keep their margin with it.
+
+        With none the gains are those for the built-in laws.
+        """
 
 
 @dataclass(frozen=True)
 class StatelessLaw(Generic[P, O]):
     """A law that keeps nothing between cycles, from a function of parameters and observation.
 
-    `rates`, a function of the parameters, makes it a `ConvergentLaw`.
+    `rates`, a function of the parameters, is its convergence.
     """
 
     name: str
@@ -124,7 +118,7 @@ class StatelessLaw(Generic[P, O]):
 class StatefulLaw(Generic[P, O, S]):
     """A law with a state, from a function of parameters, observation and state; `state()` is the state at the start.
 
-    `rates`, a function of the parameters, makes it a `ConvergentLaw`.
+    `rates`, a function of the parameters, is its convergence.
     """
 
     name: str

@@ -16,7 +16,7 @@ GROUP = "tendond.laws"
 
 BUILT_IN: tuple[Law, ...] = (backstepping.LAW, sliding_mode.LAW, sensitivity.LAW)
 
-MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide")
+MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide", "convergence")
 """Members of the protocol `Law`."""
 
 

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.goal import Goal
+from tendond.daemon.control.reference.load_offset import LoadOffset
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
@@ -32,18 +33,6 @@ PAST_TARGET = 0.5
 """Bend beyond the target from which on the laws' inverse of b_c may have the wrong sign [rad]. With 0.25 a push on an
 arm 15 % softer than the model ends in a tracking error (`python -m tests.constants`)."""
 
-FOLLOW_RATE = 0.4
-"""Fraction per cycle by which a reference that may yield to loads follows the tip along the straight rod: with 0.05 a
-hung weight is settled a quarter later, with 1 hardly sooner (`python -m tests.constants`)."""
-
-OFFSET_MAX = 0.08
-"""Largest such offset, of the rod's length: 100 g need 0.075 at the paper's target. Near the largest x the other shape
-with the same x attracts a larger one: 0.2 ends 9 mm off, 0.4 in a tracking error (`python -m tests.constants`)."""
-
-ARRIVED = 0.1
-"""Distance from the target, of the target, within which the tip has arrived and the reference may yield: 0.02 and 0.3
-do as well (`python -m tests.constants`)."""
-
 
 @dataclass(frozen=True)
 class PlanarReference:
@@ -53,7 +42,7 @@ class PlanarReference:
         target: final position [m].
         arc: arc length of the target on the curve of resting tips [m]; none for samples and for an unreachable target.
         curve: tips of the resting rod without load.
-        follows_load: the along component was not asked for, and may follow the tip under load.
+        load_offset: rule by which the along component follows the tip under a load, where it was not asked for.
         trajectory: see `Trajectory`.
         arrival: time from which on the reference rests at its target, or nearly [s].
         notes: remarks for the operator.
@@ -63,16 +52,11 @@ class PlanarReference:
     target: Vector3
     arc: float | None
     curve: StaticCurve
-    follows_load: bool
+    load_offset: LoadOffset | None
     trajectory: Trajectory
     arrival: float
     notes: tuple[str, ...] = ()
     aim: str = "position"
-
-    @property
-    def in_plane(self) -> "PlanarReference":
-        """The reference itself."""
-        return self
 
     def past_target(self, tip_direction: Array) -> float | None:
         """Return the tension [N] that holds the target at rest, where the rod is bent past it by `PAST_TARGET`.
@@ -90,44 +74,20 @@ class PlanarReference:
         side = math.copysign(1.0, float(self.curve.angle[-1]))
         return self.curve.tension_at(self.arc) if side * beyond > PAST_TARGET else None
 
-    def next_offset(
-        self, offset: float, position: Array, point: ReferencePoint, elapsed: float, length: float
-    ) -> float:
-        """Return the offset along the straight rod [m] after a cycle: under a load the same x is at another z.
-
-        It changes only where the tip has arrived.
-
-        Args:
-            offset: so far [m].
-            position: tip [m], shape (3,).
-            point: the reference now.
-            elapsed: time since tracking began [s].
-            length: length of the rod [m].
-        """
-        if not self.follows_load or elapsed < self.arrival:
-            return offset
-        across, along = self.curve.axes
-        place: list[float] = position.tolist()
-        if abs(place[across] - point.position[across]) > ARRIVED * abs(point.position[across]):
-            return offset
-        offset += FOLLOW_RATE * (place[along] - point.position[along])
-        offset_max = OFFSET_MAX * length
-        return min(offset_max, max(-offset_max, offset))
-
-    def at(self, time: float, offset: float = 0.0) -> ReferencePoint:
-        """Evaluate the trajectory at `time` [s] since tracking began, its along component moved by `offset` [m]."""
+    def at(self, time: float) -> ReferencePoint:
+        """Evaluate the trajectory at `time` [s] since tracking began."""
         (x, z), velocity, acceleration = self.trajectory(time)
         axes = self.curve.axes
         return ReferencePoint.trusted(
-            position=in_world((x, z + offset), axes),
+            position=in_world((x, z), axes),
             velocity=in_world(velocity, axes),
             acceleration=in_world(acceleration, axes),
             target=self.target,
         )
 
-    def goal(self, time: float, offset: float = 0.0) -> Goal:
+    def goal(self, time: float) -> Goal:
         """Evaluate the goal of a law in space at `time` [s]."""
-        return Goal(np.array(self.at(time, offset).position), None)
+        return Goal(np.array(self.at(time).position), None)
 
 
 def in_world(pair: Pair, axes: tuple[int, int]) -> Vector3:
@@ -155,7 +115,7 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
     if section.kind == "samples":
         trajectory, target, arrival = _sampled(section, curve, REACHED * rod.parameters.length)
         notes = feasibility(curve, trajectory, arrival, target, config.limits)
-        return PlanarReference(in_world(target, axes), None, curve, False, trajectory, arrival, notes)
+        return PlanarReference(in_world(target, axes), None, curve, None, trajectory, arrival, notes)
     point, arc = _resolve(section, curve, REACHED * rod.parameters.length)
     across, along = point.tolist()
     progress, arrival = progress_of(section)
@@ -164,9 +124,9 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
     else:
         start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
         trajectory = CurvePath(progress, curve, start_arc, arc - start_arc)
-    follows_load = section.target_name == "across"
+    load_offset = LoadOffset(axes, arrival, rod.parameters.length) if section.target_name == "across" else None
     notes = feasibility(curve, trajectory, arrival, (across, along), config.limits)
-    return PlanarReference(in_world((across, along), axes), arc, curve, follows_load, trajectory, arrival, notes)
+    return PlanarReference(in_world((across, along), axes), arc, curve, load_offset, trajectory, arrival, notes)
 
 
 def _resolve(section: ReferenceSection, curve: StaticCurve, tolerance: float) -> tuple[Array, float | None]:

@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from tendond.daemon.control.reference.goal import Goal
-from tendond.daemon.control.reference.planar import PlanarReference
+from tendond.daemon.control.reference.load_offset import LoadOffset
 from tendond.schemas.base import Vector3
 from tendond.schemas.record import ReferencePoint
 
@@ -28,11 +28,11 @@ class Reference(Protocol):
         """Remarks for the operator: how it was changed, and what will keep the tip from it."""
 
     @property
-    def in_plane(self) -> PlanarReference | None:
-        """The reference itself if it lies in the bending plane; none for one in space."""
+    def load_offset(self) -> LoadOffset | None:
+        """Rule by which it yields to a load; none where every component was asked for."""
 
-    def at(self, time: float, offset: float = 0.0) -> ReferencePoint:
-        """Evaluate the trajectory at `time` [s]; `offset` [m] shifts one in the plane along the straight rod."""
+    def at(self, time: float) -> ReferencePoint:
+        """Evaluate the trajectory at `time` [s], without load."""
 
-    def goal(self, time: float, offset: float = 0.0) -> Goal:
-        """Evaluate the goal of a law in space at `time` [s]; `offset` as in `at`."""
+    def goal(self, time: float) -> Goal:
+        """Evaluate the goal of a law in space at `time` [s], without load."""

@@ -54,6 +54,7 @@ class SpatialReference:
         target: final position of the tip [m].
         moved: largest distance by which the trajectory was moved [m], or [rad].
         notes: changes made to it, for the operator.
+        load_offset: none: every component was asked for.
     """
 
     aim: str
@@ -61,11 +62,7 @@ class SpatialReference:
     target: Vector3
     moved: float
     notes: tuple[str, ...]
-
-    @property
-    def in_plane(self) -> None:
-        """None: it is in space."""
-        return None
+    load_offset: None = None
 
     @property
     def arrival(self) -> float:
@@ -77,8 +74,8 @@ class SpatialReference:
         """Duration of the approach [s], after which the trajectory proper begins."""
         return self.stretches[0][1].end if len(self.stretches) > 1 else 0.0
 
-    def at(self, time: float, offset: float = 0.0) -> ReferencePoint:
-        """Evaluate the trajectory at `time` [s] since tracking began; in space there is no offset."""
+    def at(self, time: float) -> ReferencePoint:
+        """Evaluate the trajectory at `time` [s] since tracking began."""
         path, (place, speed, acceleration) = self._locate(time)
         value, first, second = (one[path.POSITION] for one in path.at(place))
         rows = np.array([value, first * speed, second * speed**2 + first * acceleration]).tolist()
@@ -86,8 +83,8 @@ class SpatialReference:
             position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
         )
 
-    def goal(self, time: float, offset: float = 0.0) -> Goal:
-        """Evaluate the goal at `time` [s]; in space there is no offset."""
+    def goal(self, time: float) -> Goal:
+        """Evaluate the goal at `time` [s]."""
         path, (place, _, _) = self._locate(time)
         value = path.value(place)
         if self.aim == "direction":

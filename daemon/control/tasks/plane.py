@@ -102,10 +102,10 @@ class BendingPlane:
         Raises:
             ParameterError: the reference is in space.
         """
-        if reference.in_plane is None:
+        if not isinstance(reference, PlanarReference):
             raise ParameterError("the reference is in space, where one of the bending plane is needed")
         return PlanarTask(
-            reference=reference.in_plane,
+            reference=reference,
             control=config.control,
             tendon_count=rod.tendon_count,
             tension=config.pretension.tension,

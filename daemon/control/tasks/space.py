@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.reference.load_offset import moved_goal
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.observation import Prediction, SpatialObservation
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation
@@ -65,13 +66,14 @@ class SpatialTask:
             )
         except ConvergenceError:  # the step itself will say so
             return SpatialObservation(position, velocity, target, target_velocity, situation.tension, period, None)
-        then = self.reference.goal(elapsed + period, offset)
+        then = self.reference.goal(elapsed + period)
         if self.reference.aim == "direction":
             position, velocity = tip.rotation[:, 2], (step.direction - tip.rotation[:, 2]) / period
             ahead, jacobian = step.direction, step.direction_jacobian
             target = self.reference.goal(elapsed).place
             target_velocity = (then.place - target) / period
         else:
+            then = moved_goal(then, offset)
             beside = position - tip.position  # the tip's distance from the model's: of an observer of kind 'offset'
             ahead, jacobian = step.position + beside, step.position_jacobian
         prediction = Prediction(ahead, jacobian, then.place, then.jacobian, self.allocation)

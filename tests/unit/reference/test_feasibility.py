@@ -14,8 +14,8 @@ from tendond.schemas.config.rig import parse_config
 
 def planned(text: str) -> PlanarReference:
     config = parse_config(text, "test").with_own_rates()
-    reference = CycleSetup.from_config(config).selection.reference.in_plane
-    assert reference is not None
+    reference = CycleSetup.from_config(config).selection.reference
+    assert isinstance(reference, PlanarReference)
     return reference
 
 

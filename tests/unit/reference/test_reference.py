@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.cli.common import load_config
+from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
 from tendond.daemon.errors import TargetError
 from tendond.model.rods.choice import rod_from_section
@@ -130,7 +131,13 @@ def test_a_trajectory_along_the_curve_starts_where_the_pretensioned_arm_rests_an
     assert reference.at(0.0).position == pytest.approx(tuple(start), abs=1e-3)
     assert reference.at(9.0).position == pytest.approx(reference.target, abs=1e-12)
     assert reference.at(9.0).velocity == (0.0, 0.0, 0.0)
-    assert reference.at(9.0, offset=0.01).position[2] == pytest.approx(reference.target[2] + 0.01)
+    moved = moved_point(reference.at(9.0), 0.01)
+    assert moved.position[2] == pytest.approx(reference.target[2] + 0.01)
+    assert (moved.position[:2], moved.velocity, moved.target) == (
+        reference.target[:2],
+        (0.0, 0.0, 0.0),
+        reference.target,
+    )
 
 
 def test_a_step_is_at_its_target_at_once() -> None:

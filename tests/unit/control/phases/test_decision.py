@@ -216,7 +216,7 @@ def test_a_task_in_the_plane_is_made_of_the_configuration_and_refuses_a_referenc
     config, reference = one.setup.config, one.setup.selection.task.reference
     task = BENDING_PLANE.task(config, one.setup.rod.parameters, reference)
     assert (task.tendon_count, task.tension, task.pair_tension, task.input_gain_min) == (4, 2.0, 0.6, 0.7)
-    assert (task.period, task.control, task.reference) == (0.02, config.control, reference.in_plane)
+    assert (task.period, task.control, task.reference) == (0.02, config.control, reference)
     assert BENDING_PLANE.follows(config.reference)
     space = bench('[control]\nlaw = "sensitivity"\n[reference]\nkind = "circle"\n').setup
     assert not BENDING_PLANE.follows(space.config.reference)

@@ -30,13 +30,13 @@ POSITION, VELOCITY = np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])
 
 
 class ScriptedReference:
-    """Its goals name the time and the offset that they were asked for."""
+    """Its goals name the time that they were asked for."""
 
     def __init__(self, aim: str) -> None:
         self.aim = aim
 
-    def goal(self, time: float, offset: float = 0.0) -> Any:
-        return SimpleNamespace(place=np.array([time, offset, 1.0]), jacobian=np.full((3, 2), time))
+    def goal(self, time: float) -> Any:
+        return SimpleNamespace(place=np.array([time, 0.0, 1.0]), jacobian=np.full((3, 2), time))
 
 
 class ScriptedRod:
@@ -94,7 +94,7 @@ def test_a_position_is_predicted_as_far_beside_the_model_as_the_tip_is_now() -> 
     assert observation.prediction.position == pytest.approx(np.array([0.111, 0.218, 0.333]))
     assert observation.prediction.jacobian.tolist() == [[5.0, 5.0]] * 3
     assert np.array_equal(observation.prediction.allocation.tensions(np.zeros(2)), [1.5] * 4)
-    assert observation.prediction.target == pytest.approx([ELAPSED + PERIOD, OFFSET, 1.0])
+    assert observation.prediction.target == pytest.approx([ELAPSED + PERIOD, 0.0, 1.0 + OFFSET])
     assert observation.prediction.directions == pytest.approx(np.full((3, 2), ELAPSED + PERIOD))
 
 
@@ -104,7 +104,7 @@ def test_a_direction_is_the_tips_axis_and_moves_as_the_linearisation_says() -> N
     assert np.array_equal(observation.position, axis)
     assert observation.velocity == pytest.approx((np.array([0.6, 0.0, 0.8]) - axis) / PERIOD)
     assert observation.target == pytest.approx([ELAPSED, 0.0, 1.0])
-    assert observation.target_velocity == pytest.approx([1.0, OFFSET / PERIOD, 0.0])
+    assert observation.target_velocity == pytest.approx([1.0, 0.0, 0.0])
     assert observation.prediction is not None
     assert observation.prediction.position.tolist() == [0.6, 0.0, 0.8]
     assert observation.prediction.jacobian.tolist() == [[7.0, 7.0]] * 3

@@ -1,7 +1,9 @@
 """A client's subscription to one kind of message: decoded, bounded, without waiting."""
 
+import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Generic, TypeVar
 
 import zenoh
@@ -56,3 +58,23 @@ class Subscription(Generic[M]):
     def close(self) -> None:
         """Undeclare the subscription."""
         self._subscriber.undeclare()
+
+
+def listen(
+    session: zenoh.Session, expression: str, kind: type[M], receive: Callable[[M, float], None]
+) -> zenoh.Subscriber[None]:
+    """Pass on each message as it arrives, on Zenoh's thread; what cannot be decoded is dropped.
+
+    Args:
+        session: the Zenoh session.
+        expression: full key, see `schemas.keys.key`.
+        kind: class of the messages.
+        receive: called with the message, and the monotonic time at which it arrived [s].
+    """
+
+    def arrived(sample: zenoh.Sample) -> None:
+        now = time.monotonic()
+        with suppress(UnreadableError):
+            receive(decode(kind, sample.payload.to_bytes()), now)
+
+    return session.declare_subscriber(expression, arrived)

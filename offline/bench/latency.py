@@ -1,23 +1,25 @@
 """Time from a pose to its command, measured by an outside process, against an echo: `tendond bench latency`."""
 
-import json
 import random
 import signal
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import zenoh
 
 from tendond.bus.client import open_client
+from tendond.bus.subscription import Subscription, listen
 from tendond.daemon.errors import DaemonError
 from tendond.offline.bench.bare import Quantiles
 from tendond.offline.bench.rigs import RIG, PunctualityRow, configure, process
 from tendond.offline.processes import START_SECONDS, free_port
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.keys import TENDON_COMMAND, TIP_POSE, key
-from tendond.schemas.messages import TipPose
+from tendond.schemas.messages import Message, TendonCommand, TipPose
 from tendond.schemas.wire import encode
 
 ROUND_TRIPS = 300
@@ -35,11 +37,33 @@ SETTLING = 250
 
 REPLY_SECONDS = 1.0
 
+QUEUE = 1000
+"""Replies that are kept between two looks: those of ten seconds."""
+
 PERIOD = 0.01
 """Period of the loop and of the poses [s]."""
 
 JITTER = 0.1e-3
 """Standard deviation of the time at which a pose is sent [s]: a camera's."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """Keys of a pose and of what replies to it.
+
+    Attributes:
+        pose, command: full keys. kind: class of the replies.
+        pose_seq: number of the pose that a reply is for.
+    """
+
+    pose: str
+    command: str
+    kind: type[Message]
+    pose_seq: Callable[[Any], int | None]
+
+
+CONTROLLER = Route(key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), TendonCommand, lambda command: command.pose_seq)
+ECHO = Route("bare/pose", "bare/command", TipPose, lambda pose: pose.seq)
 
 
 def measure_latency(progress: Callable[[str], None]) -> list[PunctualityRow]:
@@ -75,26 +99,26 @@ def _camera(folder: Path, name: str, *, lock: bool) -> PunctualityRow:
         process("tendond.cli", "run", "--config", str(config), "--log", str(log)),
         open_client(endpoint, START_SECONDS) as session,
     ):
-        times = _paced(session, key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), "pose_seq")
+        times = _paced(session, CONTROLLER)
     with (
         process("tendond.offline.bench.bare", "echo", bare_endpoint, "0.0"),
         open_client(bare_endpoint, START_SECONDS) as bare_session,
     ):
-        bare = _paced(bare_session, "bare/pose", "bare/command", "seq")
+        bare = _paced(bare_session, ECHO)
     return PunctualityRow(name, Quantiles.of(times), Quantiles.of(bare))
 
 
-def _paced(session: zenoh.Session, pose_key: str, command_key: str, field: str) -> list[float]:
+def _paced(session: zenoh.Session, route: Route) -> list[float]:
     """Times from poses that are sent at a camera's rate to the first command for each [us]."""
-    replied: dict[int, float] = {}
+    replied: dict[int | None, float] = {}
 
-    def reply(sample: zenoh.Sample) -> None:
-        replied.setdefault(json.loads(sample.payload.to_bytes()).get(field), time.monotonic())
+    def reply(command: Message, arrived: float) -> None:
+        replied.setdefault(route.pose_seq(command), arrived)
 
     sent: dict[int, float] = {}
     draw, give_up = random.Random(0), time.monotonic() + START_SECONDS
-    poses = session.declare_publisher(pose_key, express=True)
-    subscriber = session.declare_subscriber(command_key, reply)
+    poses = session.declare_publisher(route.pose, express=True)
+    subscriber = listen(session, route.command, route.kind, reply)
     try:
         due = time.monotonic()
         while len(sent) < SETTLING + ROUND_TRIPS:
@@ -127,8 +151,8 @@ def _random_phase(folder: Path, name: str, period: float) -> PunctualityRow:
         open_client(endpoint, START_SECONDS) as session,
         open_client(bare_endpoint, START_SECONDS) as bare_session,
     ):
-        controller = _RoundTrips(session, key(RIG, TIP_POSE), key(RIG, TENDON_COMMAND), "pose_seq")
-        bare = _RoundTrips(bare_session, "bare/pose", "bare/command", "seq")
+        controller = _RoundTrips(session, CONTROLLER)
+        bare = _RoundTrips(bare_session, ECHO)
         deadline, draw = time.monotonic() + START_SECONDS, random.Random(0)
         while len(controller.times) < ROUND_TRIPS + WARM_UP:
             for one, resting in ((controller, bare_process), (bare, controller_process)):
@@ -145,10 +169,10 @@ def _random_phase(folder: Path, name: str, period: float) -> PunctualityRow:
 class _RoundTrips:
     """Times [us] from poses on one key to their commands on another."""
 
-    def __init__(self, session: zenoh.Session, pose_key: str, command_key: str, field: str) -> None:
-        self._replies = session.declare_subscriber(command_key, zenoh.handlers.FifoChannel(1000))
-        self._poses = session.declare_publisher(pose_key, express=True)
-        self._field = field
+    def __init__(self, session: zenoh.Session, route: Route) -> None:
+        self._replies = Subscription(session, route.command, route.kind, QUEUE)
+        self._poses = session.declare_publisher(route.pose, express=True)
+        self._route = route
         self._seq = 0
         self.times: list[float] = []
 
@@ -159,12 +183,10 @@ class _RoundTrips:
         started = time.monotonic()
         self._poses.put(payload)
         while time.monotonic() < started + REPLY_SECONDS:
-            sample = self._replies.try_recv()
-            if sample is None:
-                time.sleep(20e-6)
-            elif json.loads(sample.payload.to_bytes()).get(self._field) == self._seq:
+            if any(self._route.pose_seq(command) == self._seq for command in self._replies):
                 self.times.append((time.monotonic() - started) * 1e6)
                 return
+            time.sleep(20e-6)
 
 
 def _pose(seq: int) -> TipPose:

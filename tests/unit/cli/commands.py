@@ -20,9 +20,13 @@ def subcommands(command: object) -> dict[str, Any]:
     return dict(command.commands)
 
 
+ANNOUNCEMENT = "tendond: compiling the rod's kernels"
+"""Beginning of the line on standard error of the first command after a change of the kernels."""
+
+
 @dataclass(frozen=True)
 class Ended:
-    """Result of a command: exit status, standard output, standard error."""
+    """Result of a command: exit status, standard output, standard error but for `ANNOUNCEMENT`."""
 
     status: int
     out: str
@@ -44,7 +48,8 @@ def tendond(capsys: pytest.CaptureFixture[str], *arguments: str) -> Ended:
                 signal.signal(number, handler)
     out, said = capsys.readouterr()
     assert "\x1b" not in out + said, "colours, and no terminal"
-    return Ended(status, out, said)
+    lines = said.splitlines(keepends=True)
+    return Ended(status, out, "".join(line for line in lines if not line.startswith(ANNOUNCEMENT)))
 
 
 def walk(command: Any, name: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

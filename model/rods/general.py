@@ -83,11 +83,12 @@ class GeneralRod:
         self._rod = StrainRod(robot, time_step)
         self._rod.layout.stiffness[:] /= compliance
         self.parameters: RodParameters = equivalent_rod(self._rod)
-        stiffness, self._share, self._places = arm_stiffness(robot)
+        stiffness, share, places = arm_stiffness(robot)
         self.arm_stiffness = stiffness / compliance
         given = self._rod.layout.tendon_stiffness
         self.tendon_stiffness = np.where(given > 0.0, given, RodParameters.tendon_stiffness)
         self._nodes = np.concatenate(([0.0], np.cumsum(self._rod.layout.step)))
+        self._arm = self._hermite(np.interp(np.linspace(0.0, 1.0, ARM_POINTS), share, places))
         self._holes = [[tendon.at(float(s)) for s in self._nodes] for tendon in robot.tendons]
         self._free = self._rod.loads()
         self._tip_point = self._rod.node(robot.length)[1]
@@ -186,14 +187,13 @@ class GeneralRod:
 
     def node_positions(self, state: GeneralState) -> Array:
         """Return points of the backbone with equal parts of the compliance between them [m], shape (points, 3)."""
-        at = np.interp(np.linspace(0.0, 1.0, ARM_POINTS), self._share, self._places)
         points = np.empty((ARM_POINTS, 12))[:, :3]  # strided as the shooting rod's, for which the kernel is compiled
-        points[:] = self._between_nodes(self._rod.backbone(state.strain), at)
+        points[:] = _interpolated(self._arm, self._shape(state))
         return points
 
     def curve(self, state: GeneralState, points: int = 50) -> Array:
         """Return evenly spaced points of the backbone, for display [m], shape (points, 3)."""
-        return self._between_nodes(self._shape(state).position, np.linspace(0.0, self._nodes[-1], points))
+        return _interpolated(self._hermite(np.linspace(0.0, self._nodes[-1], points)), self._shape(state))
 
     def tendon_paths(self, state: GeneralState, points: int = 10) -> list[Array]:
         """Return points of each tendon, for display, world frame [m], shapes (k, 3): at most `points` of the nodes."""
@@ -213,5 +213,20 @@ class GeneralRod:
         find_shape(self._rod.layout, state.strain.strain, shape)
         return shape
 
-    def _between_nodes(self, nodes: Array, at: Array) -> Array:
-        return np.column_stack([np.interp(at, self._nodes, nodes[:, axis]) for axis in range(3)])
+    def _hermite(self, at: Array) -> tuple[Array, Array]:
+        """Weights of the nodes' positions, and of their tangents [m], at arc lengths [m]; shape (len(at), K + 1)."""
+        right = np.clip(np.searchsorted(self._nodes, at), 1, len(self._nodes) - 1)
+        left, rows = right - 1, np.arange(len(at))
+        step = self._nodes[right] - self._nodes[left]
+        t = (at - self._nodes[left]) / step
+        places, tangents = np.zeros((2, len(at), len(self._nodes)))
+        places[rows, right] = t * t * (3.0 - 2.0 * t)
+        places[rows, left] = 1.0 - places[rows, right]
+        tangents[rows, left] = step * t * (1.0 - t) ** 2
+        tangents[rows, right] = step * t * t * (t - 1.0)
+        return places, tangents
+
+
+def _interpolated(weights: tuple[Array, Array], shape: Shape) -> Array:
+    """Points between the nodes, by a cubic through their positions along their directions [m], shape (points, 3)."""
+    return np.asarray(weights[0] @ shape.position + weights[1] @ shape.rotation[:, 2::3])

@@ -60,6 +60,31 @@ def test_a_weight_hangs_as_low_from_both_and_swings_with_them() -> None:
     assert tips[0][0] < -0.08  # 20 g more than its own weight
 
 
+def test_a_weight_that_is_hung_up_in_the_middle_of_a_motion_counts_from_then_on_and_may_be_taken_off() -> None:
+    config = rig(solver="general")
+    rod, fresh = plant_rod(config.simulator, 0.01), plant_rod(config.simulator, 0.01)
+    tensions = np.array([8.0, 0.0, 0.0, 0.0])
+    state = rod.solve_static(np.zeros(4))
+    for _ in range(10):
+        state = rod.step(state, tensions)
+    assert np.linalg.norm(rod.tip(state).velocity) > 0.1
+    moving = state
+    rod.load_tip(0.03)
+    fresh.load_tip(0.03)
+    state = rod.step(moving, tensions)
+    assert rod.tip(state).position.tolist() == fresh.tip(fresh.step(moving, tensions)).position.tolist()
+    for _ in range(500):
+        state = rod.step(state, tensions)
+    heavy = rod.tip(state).position
+    assert heavy == pytest.approx(fresh.tip(fresh.solve_static(tensions)).position, abs=1e-5)
+    rod.load_tip(0.0)
+    for _ in range(500):
+        state = rod.step(state, tensions)
+    light = rod.tip(state).position
+    assert light == pytest.approx(plant_rod(config.simulator, 0.01).tip(rod.solve_static(tensions)).position, abs=1e-5)
+    assert light[0] > heavy[0] + 0.02  # gravity is along -x
+
+
 def test_a_tendon_bends_the_sections_that_it_passes_and_no_others() -> None:
     config = check_config({"rod": {"preset": "franka-tdcr-v4"}}, "test")
     rod = plant_rod(config.simulator, 0.01)

@@ -5,87 +5,22 @@ the GIL; who has threads hands over their `map`.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.numerics.compile import Bound, kernel, lean
-from tendond.model.numerics.parked import address_of, parked_at
+from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.parked import address_of
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
-from tendond.model.strain.stepping.advance import advance
-from tendond.model.strain.stepping.scratch import Loads, Scratch, mirrored, scratch_for
+from tendond.model.strain.stepping.many import Inputs, Kinds, Motion, Room, advance_many, measures_of
+from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 
 Array = NDArray[np.float64]
 Run = Callable[[Callable[[int], None], Iterable[int]], Iterable[None]]
 """`map`, or that of a pool of threads."""
-
-
-@lean
-def take_measures(work: Scratch, row: Any) -> None:
-    """Write a robot's parameters into arrays that those of other robots were in; see `_measures`."""
-    at = len(work.scale)
-    for a in range(at):
-        work.scale[a] = row[a]
-    work.unit[0] = row[at]
-    at += 1
-    weights, routes, modes = (
-        len(work.before.directions.weights),
-        len(work.paths_before.routes),
-        len(work.paths_before.modes),
-    )
-    for a in range(weights):
-        work.before.directions.weights[a] = work.after.directions.weights[a] = row[at + a]
-    at += weights
-    for a in range(routes):
-        work.paths_before.routes[a] = work.paths_after.routes[a] = row[at + a]
-    at += routes
-    for a in range(modes):
-        work.paths_before.modes[a] = work.paths_after.modes[a] = row[at + a]
-
-
-@kernel
-def advance_many(
-    like: Layout,
-    work: Scratch,
-    other: Scratch,
-    loads: Any,
-    tip: int,
-    addresses: Any,
-    measures: Any,
-    of: Any,
-    actuation: Any,
-    tip_force: Any,
-    strain: Any,
-    rate: Any,
-    h: float,
-    tolerance: float,
-    first: int,
-    last: int,
-    steps: int,
-    counts: Any,
-) -> None:
-    """Advance the rods `first` to `last` by some steps, in place; see `RodBatch`."""
-    held = -1
-    for i in range(first, last):
-        layout = parked_at(like, addresses[i])
-        if of[i] != held:
-            held = of[i]
-            take_measures(work, measures[held])
-        for k in range(steps):
-            now, pushed = min(k, len(actuation) - 1), min(k, len(tip_force) - 1)
-            for a in range(len(loads.tension)):
-                loads.tension[a] = actuation[now, i, a]
-            for c in range(3):
-                loads.force[tip, c] = tip_force[pushed, i, c]
-            total, parts, damped = advance(layout, loads, strain[i], rate[i], h, tolerance, work, k > 0)
-            work, other = other, work
-            counts[i, 0] += total
-            counts[i, 1] += parts
-            counts[i, 2] += damped
 
 
 class RodBatch:
@@ -119,11 +54,8 @@ class RodBatch:
             if not _alike(first, layouts[id(robot)]):
                 raise ParameterError(f"batch: robot {index} has not the structure of robot 0")
         numbers = {key: index for index, key in enumerate(layouts)}
-        self._of = np.array([numbers[id(robot)] for robot in robots], dtype=np.int64)
-        self._measures = np.array([_measures(layout) for layout in layouts.values()])
         self._robots = tuple(robots)  # the keys are their ids
         self._layouts = layouts
-        self._addresses = np.array([address_of(layouts[id(robot)]) for robot in robots], dtype=np.int64)
         self._like = first
         count, n, m = len(robots), len(first.component), len(first.straight)
         self._strain, self._rate = np.zeros((count, n)), np.zeros((count, n))
@@ -134,7 +66,12 @@ class RodBatch:
             for index in range(len(first.mass))
             if first.place[index] == len(first.polar) - 1 and not first.arm[index].any()
         ]
-        self._tip = tip[0]
+        self._kinds = Kinds(
+            np.array([address_of(layouts[id(robot)]) for robot in robots], dtype=np.int64),
+            np.array([numbers[id(robot)] for robot in robots], dtype=np.int64),
+            np.array([measures_of(layout) for layout in layouts.values()]),
+            np.array(tip[:1], dtype=np.int64),
+        )
         self._rooms = []
         for _ in range(workers):
             loads = Loads(
@@ -144,7 +81,7 @@ class RodBatch:
                 np.zeros((len(first.polar), 3)),
             )
             work = scratch_for(first)
-            self._rooms.append((work, mirrored(work), loads))
+            self._rooms.append(Room(work, mirrored(work), loads))
         self._edges = np.linspace(0, count, workers + 1).astype(np.int64)
         self._advance = [Bound(advance_many) for _ in range(workers)]
 
@@ -204,13 +141,14 @@ class RodBatch:
             raise ParameterError("batch: a tendon without stiffness can only be driven by tension")
         force = self._given("tip_force", tip_force, 3, steps)
 
+        motion = Motion(self._strain, self._rate, self.counts)
+
         def part(worker: int) -> None:
-            work, other, loads = self._rooms[worker]
-            loads.driven[:] = tension is None
-            first, last = int(self._edges[worker]), int(self._edges[worker + 1])
+            self._rooms[worker].loads.driven[:] = tension is None
+            rods = int(self._edges[worker]), int(self._edges[worker + 1])
             self._advance[worker].call(
-                self._like, work, other, loads, self._tip, self._addresses, self._measures, self._of, given, force,
-                self.strain, self.rate, self.time_step, STEP_TOLERANCE, first, last, steps, self.counts,
+                self._like, self._rooms[worker], self._kinds, Inputs(given, force), motion, self.time_step,
+                STEP_TOLERANCE, rods, steps,
             )  # fmt: skip
 
         for _ in run(part, range(len(self._rooms))):
@@ -244,10 +182,3 @@ def _alike(one: Layout, other: Layout) -> bool:
             (one.last, other.last), (one.place, other.place), (one.tendon_at != 0.0, other.tendon_at != 0.0),
         )
     )  # fmt: skip
-
-
-def _measures(layout: Layout) -> Array:
-    """Parameters that scratch arrays hold, in a row: measures of strains and of energy, modes and routes at points."""
-    work = scratch_for(layout)
-    paths = work.paths_before
-    return np.concatenate((work.scale, work.unit[:1], work.before.directions.weights, paths.routes, paths.modes))

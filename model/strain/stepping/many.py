@@ -1,0 +1,129 @@
+"""The kernel that steps many rods of one structure, one after the other, in the arrays of one of them.
+
+It releases the GIL, so that a pool of threads takes parts of them.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.numerics.compile import kernel, lean
+from tendond.model.numerics.parked import parked_at
+from tendond.model.strain.layout import Index, Layout
+from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.scratch import Loads, Scratch, scratch_for
+
+Array = NDArray[np.float64]
+
+
+class Room(NamedTuple):
+    """What a worker steps rods in.
+
+    Attributes:
+        work, other: scratch arrays, and the same with the ends of a step exchanged. loads: of a step.
+    """
+
+    work: Scratch
+    other: Scratch
+    loads: Loads
+
+
+class Kinds(NamedTuple):
+    """Robots of a batch.
+
+    Attributes:
+        addresses: of each rod's layout, shape (N,). of: each rod's row of `measures`, shape (N,).
+        measures: of each robot, see `measures_of`.
+        tip: mass point of the tip, shape (1,).
+    """
+
+    addresses: Index
+    of: Index
+    measures: Array
+    tip: Index
+
+
+class Inputs(NamedTuple):
+    """Actuation of the tendons, shape (steps or 1, N, m), and forces on the tips [N], shape (steps or 1, N, 3)."""
+
+    actuation: Array
+    tip_force: Array
+
+
+class Motion(NamedTuple):
+    """Strains, their rates [1/s], shape (N, n), and counts of what `RodBatch` sums up, shape (N, 3)."""
+
+    strain: Array
+    rate: Array
+    counts: Index
+
+
+def measures_of(layout: Layout) -> Array:
+    """Parameters that scratch arrays hold, in a row: measures of strains and of energy, modes and routes at points."""
+    work = scratch_for(layout)
+    paths, weights = work.paths_before, work.before.directions.weights
+    return np.concatenate(
+        (work.scale, work.unit[:1], weights, paths.routes, layout.base, layout.origin, paths.modes)
+    )  # fmt: skip
+
+
+@lean
+def take_measures(work: Scratch, row: Any) -> None:
+    """Write a robot's parameters into arrays that those of other robots were in; see `measures_of`."""
+    at = len(work.scale)
+    for a in range(at):
+        work.scale[a] = row[a]
+    work.unit[0] = row[at]
+    at += 1
+    weights, routes, modes = (
+        len(work.before.directions.weights),
+        len(work.paths_before.routes),
+        len(work.paths_before.modes),
+    )
+    for a in range(weights):
+        work.before.directions.weights[a] = work.after.directions.weights[a] = row[at + a]
+    at += weights
+    for a in range(routes):
+        work.paths_before.routes[a] = work.paths_after.routes[a] = row[at + a]
+    at += routes
+    for c in range(9):
+        work.before.rotation[0, c] = work.after.rotation[0, c] = row[at + c]
+    for c in range(3):
+        work.before.position[0, c] = work.after.position[0, c] = row[at + 9 + c]
+    at += 12
+    for a in range(modes):
+        work.paths_before.modes[a] = work.paths_after.modes[a] = row[at + a]
+
+
+@kernel
+def advance_many(
+    like: Layout,
+    room: Room,
+    kinds: Kinds,
+    inputs: Inputs,
+    motion: Motion,
+    h: float,
+    tolerance: float,
+    rods: tuple[int, int],
+    steps: int,
+) -> None:
+    """Advance the rods from the first of `rods` to before the last by some steps, in place; see `RodBatch`."""
+    work, other, loads = room
+    held, tip = -1, kinds.tip[0]
+    for i in range(rods[0], rods[1]):
+        layout = parked_at(like, kinds.addresses[i])
+        if kinds.of[i] != held:
+            held = kinds.of[i]
+            take_measures(work, kinds.measures[held])
+        for k in range(steps):
+            now, pushed = min(k, len(inputs.actuation) - 1), min(k, len(inputs.tip_force) - 1)
+            for a in range(len(loads.tension)):
+                loads.tension[a] = inputs.actuation[now, i, a]
+            for c in range(3):
+                loads.force[tip, c] = inputs.tip_force[pushed, i, c]
+            total, parts, damped = advance(layout, loads, motion.strain[i], motion.rate[i], h, tolerance, work, k > 0)
+            work, other = other, work
+            motion.counts[i, 0] += total
+            motion.counts[i, 1] += parts
+            motion.counts[i, 2] += damped

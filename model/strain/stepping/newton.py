@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.elimination import factor_lu, solve_lu
 from tendond.model.numerics.products import padded
-from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.balance import find_residual
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.stepping.tangent import find_matrix
-from tendond.model.strain.tendons import find_paths
 
 Array = NDArray[np.float64]
 
@@ -50,22 +48,31 @@ def _energy(layout: Layout, vector: Array) -> float:
 
 
 @lean
+def _find_correction(layout: Layout, h: float, work: Scratch) -> bool:
+    """Write Newton's correction at `work.q1` to `work.w1`, with a new matrix; return false where that is singular."""
+    n, width = len(work.q1), padded(len(work.q1))
+    find_matrix(layout, h, work)
+    if not factor_lu(work.matrix, work.rows, n, width, work.solving):
+        return False
+    for a in range(n):
+        work.w1[a] = work.residual[a]
+    solve_lu(work.matrix, work.rows, work.w1, n, width, work.solving)
+    return True
+
+
+@lean
 def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: Scratch) -> int:
     """Solve one step from `work.q0` to `work.q1`, which holds a first guess, after `begin_step`.
 
     Returns:
-        The residuals it took; -1 if they come to no end.
+        The residuals it took; -1 if they come to no end. What `find_residual` writes is at `work.q1`.
     """
     n, width = len(work.q0), padded(len(work.q0))
     q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
     target = tolerance * tolerance * work.unit[0]
     find_residual(layout, loads, work.q0, q1, h, work)
-    find_matrix(layout, h, work)
-    if not factor_lu(work.matrix, work.rows, n, width, work.solving):
+    if not _find_correction(layout, h, work):
         return -1
-    for a in range(n):
-        step[a] = work.residual[a]
-    solve_lu(work.matrix, work.rows, step, n, width, work.solving)
     size, energy = _size(work, step), _energy(layout, step)
     part = 1.0
     for count in range(2, ITERATIONS + 2):
@@ -74,9 +81,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
         if energy <= target:
             for a in range(n):
                 q1[a] -= step[a]
-            find_shape(layout, q1, work.after)
-            if len(work.taut) > 0:
-                find_paths(layout, q1, work.paths_after)
+            find_residual(layout, loads, work.q0, q1, h, work)  # the derivatives of the step need all of it at q1
             return count
         for a in range(n):
             trial[a] = q1[a] - part * step[a]
@@ -105,12 +110,8 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
                 size = left
                 energy = ratio * reached  # what is left after it
                 continue
-        find_matrix(layout, h, work)
-        if not factor_lu(work.matrix, work.rows, n, width, work.solving):
+        if not _find_correction(layout, h, work):
             return -1
-        for a in range(n):
-            step[a] = work.residual[a]
-        solve_lu(work.matrix, work.rows, step, n, width, work.solving)
         size, energy = _size(work, step), np.inf
         part = min(1.0, 2.0 * part)
     return -1

@@ -7,8 +7,9 @@ IEEE RA-L 5 (2020); D. C. Rucker, R. J. Webster, "Statics and dynamics of contin
 and external loading", IEEE T-RO 27 (2011).
 """
 
+from tendond.model.strain.describe.base import Base
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
 from tendond.model.strain.rod import StrainRod, StrainState
 
-__all__ = ["Body", "Robot", "Section", "StrainRod", "StrainState", "Tendon"]
+__all__ = ["Base", "Body", "Robot", "Section", "StrainRod", "StrainState", "Tendon"]

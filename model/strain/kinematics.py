@@ -70,6 +70,7 @@ def empty_shape(layout: Layout) -> Shape:
         **{name: rows[name].reshape(size) for name, size in shapes.items()},
         **{f"{name}s": row for name, row in rows.items()},
     )  # fmt: skip
+    shape.rotation[0], shape.position[0] = layout.base, layout.origin
     return park(shape)
 
 
@@ -114,13 +115,9 @@ def strain_of(shape: Shape, k: int, point: int) -> tuple[Vector, Vector]:
 
 @lean
 def find_shape(layout: Layout, q: Array, shape: Shape) -> None:
-    """Write the shape for the strains q, shape (n,), with all Jacobians."""
+    """Write the shape for the strains q, shape (n,), with all Jacobians; the first node holds where the base is."""
     width, strain, twists = shape.spin.shape[1], shape.strain, shape.twists
     directions, lanes = shape.directions, shape.directions.lanes
-    for c in range(9):
-        shape.rotation[0, c] = layout.base[c]
-    for c in range(3):
-        shape.position[0, c] = layout.origin[c]
     for k in range(len(layout.step)):
         first, last = layout.first[k], layout.last[k]
         for c in range(6):

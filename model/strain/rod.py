@@ -11,14 +11,18 @@ from scipy.linalg import eigh
 
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
+from tendond.model.strain.describe.base import Base
 from tendond.model.strain.describe.configured import described
-from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.discretise.places import Places
+from tendond.model.strain.kinematics import Shape, empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
 from tendond.model.strain.minima.hessian import stiffness_of
 from tendond.model.strain.minima.minimise import ITERATIONS, minimise
 from tendond.model.strain.robot import Body, Robot
 from tendond.model.strain.stepping.advance import advance
+from tendond.model.strain.stepping.carried import put_base
+from tendond.model.strain.stepping.energies import energies
 from tendond.model.strain.stepping.mass import mass_matrix
 from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 from tendond.model.strain.tendons import empty_paths, find_paths
@@ -45,6 +49,7 @@ class StrainState:
         iterations: Newton's, of the solution that led here. steps: that the last step was split into.
         damped: how many of these were implicit Euler's, where no other solution was found: they take energy away.
         earlier: rates one and two steps before, for an estimate of the error in time (`analysis.accuracy`).
+        base: pose and motion of the base; none: at rest, as the robot has it.
     """
 
     strain: Array
@@ -53,6 +58,7 @@ class StrainState:
     steps: int = 0
     damped: int = 0
     earlier: tuple[Array, Array] | None = None
+    base: Base | None = None
 
 
 class StrainRod:
@@ -73,8 +79,10 @@ class StrainRod:
         self.robot = robot
         self.time_step = time_step
         self.layout: Layout = lay_out(replace(robot, bodies=(*robot.bodies, *(Body(at, 0.0) for at in stations))))
+        self.node = Places(self.layout).node  # (node, mass point on the backbone) at an arc length [m]
         self._work = scratch_for(self.layout)
         self._next = mirrored(self._work)
+        self._moved = False  # whether the arrays hold another base than the robot's
         self._last: StrainState | None = None  # whose shape is in `_work.after`
         self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
@@ -124,31 +132,38 @@ class StrainRod:
             ParameterError: not finite, of another shape, a negative tension, an inextensible tendon driven by
                 displacement, or a place that is not on the robot.
         """
-        return make_loads(
-            self.layout, self.robot, self.node, tension, displacement, tip_force, wrenches, distributed
-        )  # fmt: skip
+        given = tension, displacement, tip_force, wrenches, distributed
+        return make_loads(self.layout, self.robot, self.node, *given)
 
     def rest(self) -> StrainState:
         """Return the unloaded reference shape, at rest."""
         return StrainState(np.zeros(self.modes), np.zeros(self.modes))
 
-    def solve_static(self, loads: Loads, start: StrainState | None = None) -> StrainState:
-        """Return a stable equilibrium, downhill from `start` (default: the reference shape).
+    def solve_static(self, loads: Loads, start: StrainState | None = None, base: Base | None = None) -> StrainState:
+        """Return a stable equilibrium, downhill from `start` (default: the reference shape), in the pose of `base`.
 
         Raises:
             ConvergenceError: none was found.
         """
         q = self.rest().strain if start is None else start.strain.copy()
         self._last = None
+        rest = None if base is None else base.at_rest()
+        self._put(rest)
         count = self._minimise.call(self.layout, loads, q, 0.0, STATIC_TOLERANCE, self._work)
         if count < 0 or not np.all(np.isfinite(q)):
             raise ConvergenceError(
                 "statics: no equilibrium downhill from this start", 0.0, self._residual(), ITERATIONS
             )
-        return StrainState(q, np.zeros(self.modes), int(count), 0)
+        return StrainState(q, np.zeros(self.modes), int(count), 0, base=rest)
 
-    def step(self, state: StrainState, loads: Loads) -> StrainState:
+    def step(self, state: StrainState, loads: Loads, base: Base | None = None) -> StrainState:
         """Return the state one time step on, under loads that are held over it.
+
+        Args:
+            state: at the start.
+            loads: dead ones in the world frame, whatever the base does.
+            base: at the start of the step, world frame; its accelerations [m/s^2], [rad/s^2] are held over the step.
+                Default: at rest where the state's base is. Rates are those in the base's frame.
 
         Raises:
             ConvergenceError: not a finite state, or not finite loads.
@@ -158,37 +173,54 @@ class StrainRod:
         if known:
             self._work, self._next = self._next, self._work
         self._last = None
+        if base is None and state.base is not None:
+            base = state.base.at_rest()
+        self._put(base)
         count, steps, damped = self._advance.call(
-            self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work, known
+            self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work, known and base is None
         )
         if not math.isfinite(q @ q + w @ w):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         earlier = (state.rate, state.rate if state.earlier is None else state.earlier[0])
-        self._last = StrainState(q, w, count, steps, damped, earlier)
+        ahead = None if base is None else base.after(self.time_step)
+        self._last = StrainState(q, w, count, steps, damped, earlier, ahead)
         return self._last
+
+    def _put(self, base: Base | None) -> None:
+        """Tell the kernels where the base is, if it is not, or was not, where the robot has it."""
+        if base is not None or self._moved:
+            self._moved = base is not None
+            put_base(self.layout, base, self._work.before, self._work.after)
+            self._work.base[:] = 0.0 if base is None else base.row()
+
+    def shape(self, state: StrainState) -> Shape:
+        """Return the shape of a state, where its base is; the next call overwrites it."""
+        put_base(self.layout, state.base, self._shape)
+        find_shape(self.layout, state.strain, self._shape)
+        return self._shape
 
     def _residual(self) -> float:
         return float(np.max(np.abs(self._work.residual)))
 
     def tip(self, state: StrainState) -> tuple[Array, Array]:
         """Return position [m], shape (3,), and orientation of the tip, body to world, shape (3, 3)."""
-        find_shape(self.layout, state.strain, self._shape)
-        return self._shape.position[-1].copy(), self._shape.rotation[-1].reshape(3, 3).copy()
+        shape = self.shape(state)
+        return shape.position[-1].copy(), shape.rotation[-1].reshape(3, 3).copy()
 
     def tip_velocity(self, state: StrainState) -> Array:
         """Return velocity of the tip, world frame [m/s], shape (3,)."""
-        return np.asarray(self.tip_jacobian(state) @ state.rate)
+        own = np.asarray(self.tip_jacobian(state) @ state.rate)
+        return own if state.base is None else own + state.base.velocity_at(self._shape.position[-1])
 
     def tip_jacobian(self, state: StrainState) -> Array:
         """Return the derivative of the tip's position to the strains, world frame, shape (3, n)."""
-        find_shape(self.layout, state.strain, self._shape)
-        twist = self._shape.twist[-1, :, : self.modes]
-        return np.asarray(np.cross(twist[:3], self._shape.position[-1], axisa=0, axisc=0) + twist[3:])
+        shape = self.shape(state)
+        twist = shape.twist[-1, :, : self.modes]
+        return np.asarray(np.cross(twist[:3], shape.position[-1], axisa=0, axisc=0) + twist[3:])
 
     def backbone(self, state: StrainState) -> Array:
         """Return the nodes' positions, world frame [m], shape (K + 1, 3)."""
-        find_shape(self.layout, state.strain, self._shape)
-        return self._shape.position.copy()
+        return self.shape(state).position.copy()
 
     def displacements(self, state: StrainState) -> Array:
         """Return the displacement of each tendon: shortening of its path in the robot [m], shape (m,)."""
@@ -198,12 +230,14 @@ class StrainRod:
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
         self._last = None
+        self._put(state.base)
         tangent = stiffness_of(self.layout, loads, state.strain, self._work)
         return float(eigh(tangent, self.layout.stiffness, eigvals_only=True)[0])
 
     def frequencies(self, state: StrainState, loads: Loads) -> Array:
         """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""
         self._last = None
+        self._put(state.base)
         tangent = stiffness_of(self.layout, loads, state.strain, self._work)
         lower = np.linalg.cholesky(mass_matrix(self.layout, self._work.after, self._work))
         inner = np.linalg.solve(lower, np.linalg.solve(lower, tangent).T)
@@ -212,24 +246,4 @@ class StrainRod:
 
     def energy(self, state: StrainState) -> float:
         """Return kinetic, elastic and gravity's energy [J]."""
-        find_shape(self.layout, state.strain, self._shape)
-        velocity = self._shape.jacobian[:, :, : self.modes] @ state.rate
-        spin = self._shape.spin[:, : self.modes] @ state.rate
-        kinetic = 0.5 * float(self.layout.mass @ np.sum(velocity**2, axis=1) + self.layout.polar @ spin**2)
-        elastic = 0.5 * float(state.strain @ self.layout.stiffness @ state.strain)
-        weight = -float(self.layout.mass @ (self._shape.point @ self.layout.gravity))
-        return kinetic + elastic + weight
-
-    def node(self, at: float) -> tuple[int, int]:
-        """Return the node at an arc length [m], and the mass point on the backbone there.
-
-        Raises:
-            ParameterError: there is none.
-        """
-        ends = np.concatenate(([0.0], np.cumsum(self.layout.step)))
-        node = int(np.argmin(np.abs(ends - at)))
-        if abs(ends[node] - at) <= 1e-6 * self.robot.length:
-            for index in range(len(self.layout.mass)):
-                if self.layout.place[index] == node and not self.layout.arm[index].any():
-                    return node, index
-        raise ParameterError(f"loads: the robot has no node at s = {at:g} m: name it among the rod's stations")
+        return sum(energies(self.layout, self.shape(state), state.strain, state.rate, state.base))

@@ -6,6 +6,7 @@ import numpy as np
 
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.stepping.energies import energies
 from tendond.model.strain.stepping.scratch import Loads
 
 
@@ -47,14 +48,7 @@ class Balance:
 
 def energy_of(rod: StrainRod, state: StrainState) -> Energy:
     """Return the energy of a state, by what holds it."""
-    layout, shape = rod.layout, empty_shape(rod.layout)
-    find_shape(layout, state.strain, shape)
-    velocity, spin = shape.jacobian[:, :, : rod.modes] @ state.rate, shape.spin[:, : rod.modes] @ state.rate
-    return Energy(
-        0.5 * float(layout.mass @ np.sum(velocity**2, axis=1) + layout.polar @ spin**2),
-        0.5 * float(state.strain @ layout.stiffness @ state.strain),
-        -float(layout.mass @ (shape.point @ layout.gravity)),
-    )
+    return Energy(*energies(rod.layout, rod.shape(state), state.strain, state.rate, state.base))
 
 
 def balance_of(rod: StrainRod, before: StrainState, after: StrainState, loads: Loads) -> Balance:

@@ -10,7 +10,6 @@ from scipy.linalg import expm
 
 from tendond.model.errors import ParameterError
 from tendond.model.strain.discretise.modes import ModeTable, section_at
-from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.rod import StrainRod, StrainState
 from tendond.model.strain.twists import COMMUTATOR
 
@@ -42,8 +41,7 @@ def frames(rod: StrainRod, state: StrainState, s: Sequence[float] | Array | None
     From the node before each place by one step of the kernels' own scheme: at the nodes they are the kernels' to
     rounding.
     """
-    shape, table = empty_shape(rod.layout), ModeTable(rod.robot)
-    find_shape(rod.layout, state.strain, shape)
+    shape, table = rod.shape(state), ModeTable(rod.robot)
     nodes = np.concatenate(([0.0], np.cumsum(rod.layout.step)))
     found = np.zeros((len(at := places(rod, s)), 4, 4))
     for out, one in zip(found, at, strict=True):

@@ -67,11 +67,15 @@ class Linearisation:
         """Return the state one time step on, with its derivatives.
 
         Analytic where the step is solved in one piece. One that is split, or ends in a minimum, is differenced.
+        The base is at rest, as the robot has it.
 
         Raises:
+            ParameterError: a state whose base moves, or moved.
             ConvergenceError: not a finite state, or not finite loads.
         """
         rod = self.rod
+        if state.base is not None:
+            raise ParameterError("linearise: the state's base moves, or moved: derivatives are for a robot's own base")
         n, m = rod.modes, len(rod.robot.tendons)
         q, w = state.strain.copy(), state.rate.copy()
         before = q.copy(), w.copy()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import lean
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.stepping.carried import TURN, carried_spin, is_moving
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendons import find_paths
 
@@ -39,6 +40,7 @@ def find_energy(layout: Layout, loads: Loads, q: Array, rate: float, work: Scrat
         find_paths(layout, q, work.paths_after)
     residual, change, one, two = work.residual, work.change, work.before, work.after
     energy = size = 0.0
+    moving = is_moving(work)
     for a in range(n):
         residual[a] = 0.0
         change[a] = q[a] - work.q0[a]
@@ -97,6 +99,8 @@ def find_energy(layout: Layout, loads: Loads, q: Array, rate: float, work: Scrat
             turned = 0.0
             for a in range(last):
                 turned += one.spin[k, a] * change[a]
+            if moving:
+                turned += carried_spin(work, one, TURN, k)
             turned = rate * turned - work.spin[k]
             part = 0.5 * layout.polar[k] * turned * turned
             energy += part

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric
 from tendond.model.numerics.products import padded
-from tendond.model.strain.kinematics import find_shape
+from tendond.model.strain.kinematics import find_shape, point_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
 from tendond.model.strain.minima.minimise import minimise
 from tendond.model.strain.stepping.balance import begin_step
+from tendond.model.strain.stepping.carried import AFTER, TURN, carried_spin, carried_velocity, is_moving, place_base
 from tendond.model.strain.stepping.mass import find_mass
 from tendond.model.strain.stepping.newton import solve_step
 from tendond.model.strain.stepping.scratch import Loads, Scratch
@@ -37,7 +38,7 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
     The velocities are `new` (x1 - x0) - `old` v0: 2 / h and 1 for the balanced step, 1 / h and 0 for implicit Euler's.
     """
     n, width = len(work.q1), padded(len(work.q1))
-    w1, one, two = work.w1, work.before, work.after
+    w1, one, two, moving = work.w1, work.before, work.after, is_moving(work)
     find_mass(layout, two, work)
     for a in range(n):
         w1[a] = 0.0
@@ -46,6 +47,9 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
         x = m * (new * (two.point[j, 0] - one.point[j, 0]) - old * work.velocity[j, 0])
         y = m * (new * (two.point[j, 1] - one.point[j, 1]) - old * work.velocity[j, 1])
         z = m * (new * (two.point[j, 2] - one.point[j, 2]) - old * work.velocity[j, 2])
+        if moving:
+            vx, vy, vz = carried_velocity(work, two, AFTER, point_of(two.point, j))
+            x, y, z = x - m * vx, y - m * vy, z - m * vz
         for a in range(layout.last[k - 1]):
             w1[a] += x * two.jacobian[j, 0, a] + y * two.jacobian[j, 1, a] + z * two.jacobian[j, 2, a]
     for k in range(1, len(layout.polar)):
@@ -54,7 +58,11 @@ def project_rates(layout: Layout, old: float, new: float, work: Scratch) -> floa
             rate = 0.0
             for a in range(last):
                 rate += 0.5 * (one.spin[k, a] + two.spin[k, a]) * (work.q1[a] - work.q0[a])
-            turned = layout.polar[k] * (new * rate - old * work.spin[k])
+            turned = new * rate - old * work.spin[k]
+            if moving:
+                turned += 0.5 * new * (carried_spin(work, one, TURN, k) + carried_spin(work, two, TURN, k))
+                turned -= carried_spin(work, two, AFTER + 3, k)
+            turned *= layout.polar[k]
             for a in range(last):
                 w1[a] += turned * two.spin[k, a]
     for a in range(n):
@@ -95,7 +103,7 @@ def damped_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: 
         inertia += 0.5 * layout.polar[k] * turned * turned
     twice = project_rates(layout, 0.0, 1.0 / h, work)
     allowed = max(0.0, 2.0 * (before - after + inertia))
-    if not twice <= allowed:
+    if not (is_moving(work) or twice <= allowed):  # a base that moves may put in any energy
         factor = np.sqrt(allowed / twice) if twice > 0.0 else 0.0
         for a in range(n):
             work.w1[a] *= factor
@@ -124,12 +132,15 @@ def advance(
     n = len(q)
     q0, w0, q1 = work.q0, work.w0, work.q1
     total = steps = damped = done = 0
+    moving = is_moving(work)
     whole = 1 << SPLITS
     part = whole
     for a in range(n):
         known = known and q[a] == q1[a]
         q0[a], w0[a] = q[a], w[a]
     while done < whole:
+        if moving:
+            place_base(work, h * done / whole, h * (done + part) / whole)
         if not known:
             find_shape(layout, q0, work.before)
             if len(work.taut) > 0:
@@ -137,6 +148,8 @@ def advance(
         known = False
         while True:
             length = h * part / whole
+            if moving:
+                place_base(work, h * done / whole, h * (done + part) / whole)
             begin_step(layout, q0, w0, length, work)
             for a in range(n):
                 q1[a] = q0[a] + length * w0[a]

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
-from tendond.model.strain.kinematics import find_shape
+from tendond.model.strain.kinematics import find_shape, point_of
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.stepping.carried import BEFORE, TURN, carried_spin, carried_velocity, is_moving, own_move
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendons import find_paths
 
@@ -35,19 +36,22 @@ STILL = 1e-6
 def begin_step(layout: Layout, q0: Array, w0: Array, h: float, work: Scratch) -> None:
     """Write what a step of length h from (q0, w0) holds: `work.before` and its paths are at q0 already."""
     n = len(q0)
-    jacobian, spin = work.before.jacobian, work.before.spin
+    jacobian, spin, moving = work.before.jacobian, work.before.spin, is_moving(work)
     for j in range(len(layout.mass)):
         x = y = z = 0.0
         for a in range(layout.last[layout.place[j] - 1]):
             x += jacobian[j, 0, a] * w0[a]
             y += jacobian[j, 1, a] * w0[a]
             z += jacobian[j, 2, a] * w0[a]
+        if moving:
+            dx, dy, dz = carried_velocity(work, work.before, BEFORE, point_of(work.before.point, j))
+            x, y, z = x + dx, y + dy, z + dz
         work.velocity[j, 0], work.velocity[j, 1], work.velocity[j, 2] = x, y, z
     for k in range(1, len(layout.polar)):
         rate = 0.0
         for a in range(layout.last[k - 1]):
             rate += spin[k, a] * w0[a]
-        work.spin[k] = rate
+        work.spin[k] = rate + carried_spin(work, work.before, BEFORE + 3, k) if moving else rate
     for a in range(n):
         work.held[a] = 0.0
     for b in range(n):
@@ -89,6 +93,7 @@ def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, 
     residual, change, pull = work.residual, work.change, work.pull
     one, two = work.before, work.after
     norm = lacking = 0.0
+    moving = is_moving(work)
     for a in range(n):
         change[a] = q1[a] - q0[a]
         residual[a] = work.held[a]
@@ -125,6 +130,9 @@ def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, 
                 fy += drag * ry
                 fz += drag * rz
         work.force[j, 0], work.force[j, 1], work.force[j, 2] = fx, fy, fz
+        if moving:
+            x, y, z = own_move(one, two, j)
+        work.moved[j, 0], work.moved[j, 1], work.moved[j, 2] = x, y, z
         lacking += fx * x + fy * y + fz * z
         fx, fy, fz = 0.5 * fx, 0.5 * fy, 0.5 * fz
         for a in range(layout.last[k - 1]):
@@ -142,6 +150,8 @@ def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, 
             rate = 0.0
             for a in range(last):
                 rate += (one.spin[k, a] + two.spin[k, a]) * change[a]
+            if moving:
+                rate += carried_spin(work, one, TURN, k) + carried_spin(work, two, TURN, k)
             torque = 2.0 * layout.polar[k] / h * (0.5 * rate / h - work.spin[k])
             work.torque[k] = torque
             for a in range(last):

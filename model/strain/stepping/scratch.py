@@ -49,6 +49,8 @@ class Scratch(NamedTuple):
         hessian: second derivative of the energy, shape (n, n).
         pushes, others, turns: six rows of a section's modes. apart: six by six matrices of the sections beyond.
         share: derivative of what the balance lacks, a padded row. spun: of own turns, padded rows.
+        base: of the step, if it moves, shape (25,); carried: its motion over the step, shape (15,): see `carried`.
+        moved: of the mass points beside the base, shape (P, 3).
         left, right, total: matrices for `add_products`, as are `matrix` and `mass`: rows one after the other, padded.
     """
 
@@ -90,6 +92,9 @@ class Scratch(NamedTuple):
     others: Array
     turns: Array
     apart: Array
+    base: Array
+    carried: Array
+    moved: Array
     share: Array
 
 
@@ -111,6 +116,7 @@ def scratch_for(layout: Layout) -> Scratch:
         rows=np.zeros(n, dtype=np.int64), force=np.zeros((points, 3)), velocity=np.zeros((points, 3)),
         spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
         unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
+        base=np.zeros(25), carried=np.zeros(15), moved=np.zeros((points, 3)),
         solving=np.zeros(3 * width), apart=np.zeros(2 * 36), share=np.zeros(width),
         **{name: np.zeros(6 * spans_of(layout).width[0]) for name in ("pushes", "others", "turns")},
         **{name: np.zeros(width**2) for name in ("total", "spun", "matrix", "mass")},

@@ -98,7 +98,7 @@ def _add_points(layout: Layout, h: float, work: Scratch) -> None:
         more, spun = force, moment
         for j in range(spans.point[s], spans.point[s + 1]):
             d, x0, x1 = _inertia_of(layout, work, j, h), point_of(one.point, j), point_of(two.point, j)
-            f = add(point_of(work.force, j), rotate(d, sub(x1, x0)))
+            f = add(point_of(work.force, j), rotate(d, point_of(work.moved, j)))
             for b in range(block, last, HALF):
                 own, at = own_lanes(spans, s, b), 3 * j * stride + b
                 after = masked(load_three(two.jacobians, at, stride), own)

@@ -2,7 +2,8 @@
 
 Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder runs in one
 process, one test after the other, the two folders beside each other. The others compute; they are distributed file by
-file to whichever process is free, with a lower priority, so that those that wait are not late.
+file to whichever process is free, the longest first, so that none runs alone at the end, and with a lower priority, so
+that those that wait are not late.
 """
 
 import os
@@ -18,13 +19,35 @@ REAL_TIME = ("sil", "rig")
 # Child processes inherit it. With it the tests of the margin take a tenth of the processor's time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+LONGEST = (
+    "deploy/test_install",
+    "cluster/test_robustness_cluster",
+    "control/test_cycle_bound",
+    "cli/test_terminal",
+    "control/test_cycle_properties",
+    "commissioning/test_wiring",
+    "plants/test_weights",
+    "offline/test_robustness_run",
+    "monitors/test_monitors",
+    "offline/test_paper",
+    "runtime/test_thinning",
+    "strain/test_analysis",
+    "strain/test_accuracy",
+    "drivers/test_servo_contact",
+    "model/test_margin_tip",
+    "offline/test_pages",
+    "identification/test_identify_logs",
+    "identification/test_identify_fit",
+)
+"""Files of more than about ten seconds of processor time, the longest first."""
+
 PRIORITY = 10
 """Niceness of the tests that compute."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the real-time tests first: they take longest."""
-    items.sort(key=lambda item: not is_real_time(item.path))
+    """Run the real-time tests first, which take longest, then the longest files."""
+    items.sort(key=lambda item: (not is_real_time(item.path), place_of(item.path)))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -36,6 +59,12 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def is_real_time(path: Path) -> bool:
     """Return true for a file of tests that wait for the clock."""
     return not {*path.parts}.isdisjoint(REAL_TIME)
+
+
+def place_of(path: Path) -> int:
+    """Return the place of a file among the longest ones; the others come after them."""
+    name = f"{path.parent.name}/{path.stem}"
+    return LONGEST.index(name) if name in LONGEST else len(LONGEST)
 
 
 def scope_of(path: Path) -> str:
@@ -53,4 +82,5 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             file = nodeid.split("::", 1)[0]
             return scope_of(Path(file))
 
+    config.option.loadscopereorder = False  # by the number of tests, which says little about their time
     return Scheduling(config, log)

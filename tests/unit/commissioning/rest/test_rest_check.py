@@ -1,12 +1,10 @@
 """The rest before arming: a right rig is never refused, a wrong one always, and the mistake is named."""
 
-import itertools
-
 import numpy as np
 import pytest
 
 from tendond.daemon.control.commissioning.averages import RestWatch
-from tendond.daemon.control.commissioning.mistakes import FRAMES, Signed, likely_mistakes
+from tendond.daemon.control.commissioning.mistakes import FRAMES, Signed
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
@@ -57,7 +55,7 @@ def test_every_wrong_frame_that_the_rest_can_show_is_refused_and_named(
         assert found.startswith("the arm does not rest as the model does: ")
         mirrored = np.diag([1.0, -1.0, 1.0])
         same = {one.name for one in FRAMES if np.allclose(one.matrix, matrix @ mirrored)} | {name}
-        named = likely_mistakes(FAMILY, matrix @ position, as_quaternion(turned))
+        named = found.split(" from the nearest rest; ")[1].split("; or: ")
         assert any(f"measured = model {one}" in named for one in same), named
 
 
@@ -65,9 +63,10 @@ def test_every_wrong_frame_that_the_rest_can_show_is_refused_and_named(
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_turned_or_displaced_base_is_refused(axis: int, stiffness: float, weight: float) -> None:
     position, rotation = rest(stiffness, weight)
-    for angle, part in itertools.product((10.0, -10.0), (0.04, -0.04, 0.1, -0.1)):
+    for angle in (10.0, -10.0):
         turn = turn_by(np.radians(angle) * np.eye(3)[axis])
         assert rest_objection(FAMILY, watched(turn @ position, turn @ rotation))
+    for part in (0.04, -0.04, 0.1, -0.1):
         assert rest_objection(FAMILY, watched(position + part * FAMILY.length * np.eye(3)[axis], rotation))
 
 

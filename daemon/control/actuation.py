@@ -19,6 +19,10 @@ TENSION_LIMITS = ("not finite", "tension rate", "tension max", "tension min")
 DISPLACEMENT_LIMITS = ("displacement rate", "displacement")
 """Names of the limits, in the order in which they are met."""
 
+STEP_PART = 0.5
+"""Part of a velocity error that is removed in a cycle at most, where b_c is that of whole steps: the loop bears a b_c
+that is a quarter of the real one, where all of the error would leave it a factor of two."""
+
 
 def net_tension(
     gain: Array, missing: Array, applied: float, gain_min: float, rate: float = 0.0, jacobian: Array | None = None
@@ -51,6 +55,27 @@ def net_tension(
     if towards > gain_min * math.hypot(d0, d1):
         return float(applied + (g0 * m0 + g1 * m1) / max(size, rate * towards))
     return float(applied + (d0 * m0 + d1 * m1) / max(towards, rate * (d0 * d0 + d1 * d1)))
+
+
+def net_tension_of_step(
+    gain: Array, wanted: Array, present: Array, applied: float, gain_min: float, rate: float, period: float
+) -> float:
+    """Return the net tension of the pair [N] for a wanted acceleration, where b_c is that of whole steps.
+
+    (v(k+1) - v(k)) / h = present + b_c (U - applied) is exact then, so the tip's own acceleration counts in full: of a
+    rod that hardly damps it is most of the motion. A velocity error e makes the law ask for kd e; beyond
+    `STEP_PART` / h that is more than this part of e in a cycle, and what is wanted is scaled down to it.
+
+    Args:
+        gain: agonist's column of b_c in the bending plane [m/s^2/N], shape (2,).
+        wanted: acceleration [m/s^2], shape (2,). present: that of the coming step at the tensions now applied.
+        applied, gain_min, rate: see `net_tension`.
+        period: h [s].
+    """
+    (g0, g1), (w0, w1), (p0, p1) = gain.tolist(), wanted.tolist(), present.tolist()
+    part = min(1.0, STEP_PART / (rate * period)) if rate > 0.0 else 1.0
+    missing = g0 * (part * w0 - p0) + g1 * (part * w1 - p1)
+    return float(applied + missing / max(g0 * g0 + g1 * g1, gain_min**2))
 
 
 def share(count: int, agonist: int, antagonist: int | None, net: float, tension_min: float) -> Array:

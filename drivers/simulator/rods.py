@@ -9,7 +9,7 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.choice import rod_from_section, solver_of
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
@@ -79,7 +79,7 @@ def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
     Raises:
         ParameterError: a robot that cannot be, or that the named solver does not solve.
     """
-    if section.solver == "general" or (section.solver is None and section.rod.not_uniform):
+    if solver_of(section.rod, section.solver) == "general":
         return GeneralPlantRod(robot_from_section(section.rod), time_step)
     return rod_from_section(section.rod, time_step)
 

@@ -47,6 +47,8 @@ class Rod(StaticRod):
         ParameterError: a value out of range.
     """
 
+    whole_steps = False
+
     _advance = cached_property(lambda self: Bound(advance))
     _tip = cached_property(lambda self: Bound(tip_quantities))
     _predict = cached_property(lambda self: Bound(predict_tip))

@@ -77,6 +77,8 @@ class GeneralRod:
         ParameterError: a robot that cannot be, or without a tendon.
     """
 
+    whole_steps = True
+
     def __init__(self, robot: Robot, time_step: float, compliance: float = 1.0) -> None:
         self.robot = robot
         self.time_step = time_step
@@ -178,8 +180,7 @@ class GeneralRod:
 
     def velocity_jacobian(self, state: GeneralState, tendon: int) -> Array:
         """Return the derivative of the tip's velocity over the coming step by a tension [m/s/N], shape (3,)."""
-        step, outputs = self._ahead(state, state.tensions, state.tip_force)
-        return np.asarray(outputs.position @ step.b[:, tendon] / self.time_step)
+        return np.asarray(self.tip(state).input_gain[:, tendon] * self.time_step)
 
     def _ahead(self, state: GeneralState, tensions: Array, tip_force: Array) -> tuple[StepSensitivity, Outputs]:
         step = self._linear.step(state.strain, self.loads(tensions, tip_force))

@@ -28,6 +28,10 @@ class ModelRod(Protocol):
         """Its parameters, or those of the uniform rod that it is compared with (`rods.equivalent`): for scales."""
 
     @property
+    def whole_steps(self) -> bool:
+        """True if the tip's acceleration and input gain are those of the coming step, not of an instant."""
+
+    @property
     def arm_stiffness(self) -> float:
         """Length over the compliance per length, L / int ds/EI [N m^2]: between nodes are equal parts of that."""
 
@@ -62,7 +66,10 @@ class ModelRod(Protocol):
         """
 
     def velocity_jacobian(self, state: Any, tendon: int) -> Array:
-        """Return the derivative of the tip's velocity after a step by a tendon's tension [m/s/N], shape (3,)."""
+        """Return the derivative of the tip's velocity after a step by a tendon's tension [m/s/N], shape (3,).
+
+        Of whole steps it is the input gain times the time step.
+        """
 
     def node_positions(self, state: Any) -> Array:
         """Return points of the backbone with equal parts of the compliance between them [m], shape (nodes, 3)."""

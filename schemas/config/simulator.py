@@ -80,7 +80,7 @@ class SimulatorSection(Schema):
     solver: Literal["shooting", "general"] | None = Field(
         None,
         description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping; default:"
-        " shooting where it describes the robot",
+        " shooting where it describes the robot and its damping ratio is 5 % or more",
     )
     drive: Literal["tension", "displacement"] = Field(
         "tension",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.actuation import net_tension, share
+from tendond.daemon.control.actuation import net_tension, net_tension_of_step, share
 from tendond.model.tendons.allocation import Allocation
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ class PlanarObservation:
         acceleration: acceleration of the tip at the tensions now applied [m/s^2], shape (3,).
         input_gain: b_c [m/s^2/N], shape (3, n).
         velocity_jacobian: derivative of the tip's velocity after a cycle by the agonist's tension [m/s/N], shape (3,);
-            none where `control.sampled` is off.
+            none where `control.sampled` is off, or not needed.
         tension: tension now applied [N], shape (n,).
         target, target_velocity, target_acceleration: reference [m, m/s, m/s^2], shape (3,).
         axes: the two world axes of the bending plane, e.g. (0, 2).
@@ -29,6 +29,7 @@ class PlanarObservation:
         input_gain_min: size below which b_c has no direction, and its inverse grows no further [m/s^2/N].
         pair_tension: minimum tension of both tendons of the pair [N].
         period: period of the cycle [s].
+        whole_steps: acceleration and b_c are those of the coming step, and a law is to be sampled by them.
     """
 
     position: Array
@@ -46,6 +47,7 @@ class PlanarObservation:
     input_gain_min: float
     pair_tension: float
     period: float
+    whole_steps: bool = False
 
     def in_plane(self, vector: Array) -> Array:
         """Return the two components of a vector in the bending plane, shape (2,)."""
@@ -64,10 +66,12 @@ class PlanarObservation:
         applied = float(self.tension[self.agonist])
         if self.antagonist is not None:
             applied -= float(self.tension[self.antagonist])
-        gain = self.in_plane(self.input_gain[:, self.agonist])
-        missing = acceleration - self.in_plane(self.acceleration)
-        jacobian = None if self.velocity_jacobian is None else self.in_plane(self.velocity_jacobian)
-        net = net_tension(gain, missing, applied, self.input_gain_min, rate, jacobian)
+        gain, present = self.in_plane(self.input_gain[:, self.agonist]), self.in_plane(self.acceleration)
+        if self.whole_steps:
+            net = net_tension_of_step(gain, acceleration, present, applied, self.input_gain_min, rate, self.period)
+        else:
+            jacobian = None if self.velocity_jacobian is None else self.in_plane(self.velocity_jacobian)
+            net = net_tension(gain, acceleration - present, applied, self.input_gain_min, rate, jacobian)
         return share(len(self.tension), self.agonist, self.antagonist, net, self.pair_tension), net
 
 

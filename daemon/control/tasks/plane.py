@@ -64,13 +64,14 @@ class PlanarTask:
     def observe(self, situation: Situation) -> PlanarObservation:
         """Return the observation of a law in the plane."""
         control, tip, reference = self.control, situation.tip, situation.reference
+        whole_steps = control.sampled and situation.rod.whole_steps
         return PlanarObservation(
             position=situation.position,
             velocity=situation.velocity,
             acceleration=tip.acceleration,
             input_gain=tip.input_gain,
             velocity_jacobian=situation.rod.velocity_jacobian(situation.model, control.agonist)
-            if control.sampled
+            if control.sampled and not whole_steps
             else None,
             tension=situation.tension,
             target=np.array(reference.position),
@@ -82,6 +83,7 @@ class PlanarTask:
             input_gain_min=self.input_gain_min,
             pair_tension=self.pair_tension,
             period=self.period,
+            whole_steps=whole_steps,
         )
 
 

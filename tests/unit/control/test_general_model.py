@@ -84,3 +84,30 @@ def test_a_base_away_from_the_world_is_refused_by_its_key() -> None:
     moved = {**ARM, "rod": {"preset": "rao-2021", "base": {"position": [0.0, 0.1, 0.0]}}}
     with pytest.raises(ParameterError, match=r"^rod\.base\.position: its base is at the world's origin"):
         CycleSetup.from_config(check_config(moved, "test"))
+
+
+@pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])
+@pytest.mark.parametrize("preset", ["nitinol", "rucker-webster-2011"])
+@pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
+def test_the_papers_laws_hold_wires_of_2_percent_of_damping(law: str, preset: str, rate: float) -> None:
+    wire = {
+        **WIRE, "rod": {"preset": preset}, "control": {"law": law}, "loop": {"period": 1.0 / rate},
+        "simulator": {"period": 1.0 / rate},
+    }  # fmt: skip
+    mode, missing, ripple = end_of(check_config(wire, "test"), round(6.0 * rate))
+    assert mode is Mode.TRACKING
+    assert missing < 0.3e-3
+    assert ripple < 0.3e-3
+
+
+@pytest.mark.parametrize("stiffness", [0.85, 1.15])
+@pytest.mark.parametrize("delay", [0, 2])
+def test_a_wire_that_is_stiffer_or_softer_than_the_model_settles_as_well(stiffness: float, delay: int) -> None:
+    unlike = {
+        **WIRE,
+        "simulator": {"rod": {"youngs_modulus": stiffness * 54e9}, "mocap": {"latency": 0.01 * delay}},
+        "observer": {"delay": 0.01 * delay},
+    }
+    mode, _, ripple = end_of(check_config(unlike, "test"), 600)
+    assert mode is Mode.TRACKING
+    assert ripple < 0.5e-3

@@ -61,7 +61,8 @@ def law_rates(config: RigConfig, *names: str) -> LawRates:
     rates = []
     for name in dict.fromkeys([*(law.name for law in BUILT_IN), config.control.law, *tables, *names]):
         law, parameters = select_law(name, tables)
-        if (convergence := law.convergence(parameters)) is not None:
+        says = getattr(law, "convergence", None)  # a law of another package may be without
+        if says is not None and (convergence := says(parameters)) is not None:
             rates.append(convergence)
     ahead = max((one.rate, one.smoothing) for one in rates if one.smoothing is not None)
     return LawRates(max(one.rate for one in rates if one.smoothing is None), *ahead)

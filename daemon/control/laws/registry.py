@@ -16,8 +16,8 @@ GROUP = "tendond.laws"
 
 BUILT_IN: tuple[Law, ...] = (backstepping.LAW, sliding_mode.LAW, sensitivity.LAW)
 
-MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide", "convergence")
-"""Members of the protocol `Law`."""
+MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide")
+"""Members of the protocol `Law` without which none can run; `convergence` may be missing in an older package."""
 
 
 class Laws(Mapping[str, Law]):

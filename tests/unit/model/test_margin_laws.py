@@ -29,9 +29,23 @@ def law_with(name: str, convergence: Convergence | None) -> StatelessLaw[Any, An
     )  # fmt: skip
 
 
+class Older:
+    """A law of a package from before laws said their rate."""
+
+    name, parameters, state, task_space = "older", backstepping.Parameters, type(None), BENDING_PLANE
+
+    def start(self, parameters: Any) -> None:
+        return None
+
+    def decide(self, parameters: Any, observation: Any, state: Any) -> Any:
+        return backstepping.decide(parameters, observation)
+
+
 @pytest.fixture
 def registered() -> Iterator[None]:
-    """Laws of packages: two that say their rate, and one that does not."""
+    """Laws of packages: two that say their rate, one that says none, and one that cannot."""
+    older: Any = Older()
+    LAWS.register(older)
     LAWS.register(law_with("swift", Convergence(40.0)))
     LAWS.register(law_with("swift_ahead", Convergence(50.0, 200.0)))
     LAWS.register(law_with("silent", None))
@@ -46,6 +60,7 @@ def test_the_margin_is_that_for_the_rate_that_a_packages_law_says() -> None:
     assert law_rates(swift) == law_rates(listed) == replace(law_rates(RigConfig()), velocity=40.0)
     assert law_rates(ahead) == replace(law_rates(RigConfig()), position=50.0, smoothing=200.0)
     assert law_rates(silent) == law_rates(RigConfig())
+    assert law_rates(parse_config('[control]\nlaw = "older"\n', "older")) == law_rates(RigConfig())
 
 
 @pytest.mark.usefixtures("registered")

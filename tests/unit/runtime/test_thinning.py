@@ -141,8 +141,8 @@ def growth(folder: Path, idle_period: float, first: int, last: int) -> float:
 
 def test_an_idle_log_grows_by_a_hundredth_of_a_full_one(tmp_path: Path) -> None:
     """Take the default period: a minute, in which there is one sample."""
-    thin_rate = growth(tmp_path, RigConfig().log.idle_period, 2000, 8000)
-    assert 0.0 < thin_rate < growth(tmp_path, 0.0, 1000, 3000) / 100
+    thin_rate = growth(tmp_path, RigConfig().log.idle_period, 1500, 7500)
+    assert 0.0 < thin_rate < growth(tmp_path, 0.0, 500, 1500) / 100
 
 
 def test_with_a_period_of_zero_every_cycle_is_logged(tmp_path: Path) -> None:

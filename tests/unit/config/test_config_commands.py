@@ -218,7 +218,7 @@ def test_an_arm_of_two_sections_is_checked_as_the_controller_runs_it(
     task = "[reference]\nacross = 0.12\n[limits]\ntension_max = 8.0\n[control]\nlaw = 'sensitivity'\n"
     ended = tendond(capsys, "config", "check", written(tmp_path, ARM + task))
     assert ended.status == 0, ended.said
-    assert "OK; rig 'demo', law sensitivity, 100 Hz, 6 tendons" in ended.out
+    assert "OK; rig 'paper', law sensitivity, 100 Hz, 6 tendons" in ended.out
 
 
 def test_check_prints_the_robot_and_as_json_its_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

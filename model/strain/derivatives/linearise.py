@@ -42,7 +42,7 @@ class Linearisation:
         at: arc length at which loads are differentiated, a node's [m]; default: the tip.
 
     Raises:
-        ParameterError: there is no node at this place.
+        ParameterError: there is no node at this place; from any method, a state whose base moves, or moved.
     """
 
     def __init__(self, rod: StrainRod, at: float | None = None) -> None:
@@ -67,15 +67,12 @@ class Linearisation:
         """Return the state one time step on, with its derivatives.
 
         Analytic where the step is solved in one piece. One that is split, or ends in a minimum, is differenced.
-        The base is at rest, as the robot has it.
 
         Raises:
-            ParameterError: a state whose base moves, or moved.
             ConvergenceError: not a finite state, or not finite loads.
         """
         rod = self.rod
-        if state.base is not None:
-            raise ParameterError("linearise: the state's base moves, or moved: derivatives are for a robot's own base")
+        _check_base(state)
         n, m = rod.modes, len(rod.robot.tendons)
         q, w = state.strain.copy(), state.rate.copy()
         before = q.copy(), w.copy()
@@ -105,6 +102,7 @@ class Linearisation:
 
     def outputs(self, state: StrainState) -> Outputs:
         """Return the derivatives of what is measured at a state."""
+        _check_base(state)
         self._last = None
         layout, work, rates = self.rod.layout, self._work, self._room.rates1
         n, shape = self.rod.modes, work.after
@@ -125,6 +123,7 @@ class Linearisation:
         Raises:
             ConvergenceError: the mass matrix is singular, or not finite.
         """
+        _check_base(state)
         self._last = None
         work, rates, found = self._work, self._room.rates1, self._accelerations
         done = accelerate(self.rod.layout, loads, state.strain, state.rate, work, self._room, found)
@@ -142,6 +141,7 @@ class Linearisation:
         Raises:
             ConvergenceError: it is a fold or a bifurcation: there are none.
         """
+        _check_base(state)
         self._last = None
         layout, work = self.rod.layout, self._work
         tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
@@ -160,6 +160,7 @@ class Linearisation:
 
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the exact tangent stiffness, relative to the unloaded robot's stiffness."""
+        _check_base(state)
         self._last = None
         layout = self.rod.layout
         tangent_stiffness(layout, loads, state.strain, self._work, self._room, self._tangent)
@@ -189,3 +190,8 @@ class Linearisation:
             for size, unit in zip(sizes, np.eye(len(start)), strict=True)
         ]
         return np.stack(columns, axis=1)
+
+
+def _check_base(state: StrainState) -> None:
+    if state.base is not None:
+        raise ParameterError("linearise: the state's base moves, or moved: derivatives are for a robot's own base")

@@ -173,5 +173,9 @@ def test_a_base_that_cannot_be_is_refused() -> None:
         Base(velocity=np.array([math.nan, 0.0, 0.0]))
     rod = StrainRod(paper())
     moved = rod.step(rod.rest(), rod.loads(), Base(velocity=np.ones(3)))
+    linear = Linearisation(rod)
+    for ask in (linear.step, linear.tip, linear.rest, linear.stability):
+        with pytest.raises(ParameterError, match="base moves"):
+            ask(moved, rod.loads())
     with pytest.raises(ParameterError, match="base moves"):
-        Linearisation(rod).step(moved, rod.loads())
+        linear.outputs(moved)

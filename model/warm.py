@@ -12,6 +12,7 @@ from tendond.model.rod.trajectory import simulate_trajectory
 from tendond.model.rods.general import GeneralRod
 from tendond.model.strain import Robot, Section, StrainRod, Tendon
 from tendond.model.strain.analysis.summary import summarise
+from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.tendons.allocation import Allocation
 
 
@@ -52,6 +53,9 @@ def warm_up_general() -> None:
     summarise(rod, 1.0, modes=1)
     rod.energy(rod.step(rod.rest(), rod.loads()))
     model.tip(model.step(model.solve_static()))
+    linear = Linearisation(rod)
+    linear.tip(rod.rest(), rod.loads())
+    linear.rest(rod.rest(), rod.loads())
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 FRESH = """
 from tendond.daemon.control.cycle import step
 from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
@@ -10,7 +12,7 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
 from tendond.model.warm import warm_up, warm_up_general
-from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import TipPose
 from tendond.schemas.requests import ControlAction
 from tendond.schemas.record import CycleInputs
@@ -42,12 +44,15 @@ def test_setting_up_runs_every_kernel() -> None:
     assert set(run_fresh(code).split()) <= BROUGHT
 
 
-def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more() -> None:
-    code = """
-setup = CycleSetup.from_config(RigConfig())
+@pytest.mark.parametrize("rod", [{}, {"preset": "nitinol"}])
+def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more(rod: dict[str, str]) -> None:
+    code = (
+        f"config = check_config({{'rod': {rod}, 'reference': {{'across': 0.1}}}}, 'test')"
+        + """
+setup = CycleSetup.from_config(config)
 state = warm_up_cycle(setup)
 before = loaded()
-for seq in range(300):
+for seq in range(900):
     tip = setup.rod.tip(state.rod)
     pose = TipPose(
         seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=quaternion(tip.rotation)
@@ -56,4 +61,5 @@ for seq in range(300):
     state, _, record = step(setup, state, CycleInputs(pose=pose, request=request))
 print(record.mode.value, {name: count for name, count in loaded().items() if count != before[name]})
 """
+    )
     assert run_fresh(code) == "tracking {}"

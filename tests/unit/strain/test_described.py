@@ -187,7 +187,7 @@ def test_the_simulated_rod_is_the_configured_one_but_for_its_own_keys(
     assert (found.length, found.youngs_modulus) == (length, modulus)
 
 
-def test_what_one_section_cannot_be_is_named_where_the_controller_would_run_it() -> None:
+def test_what_one_section_cannot_be_is_named_where_the_shooting_rod_would_run_it() -> None:
     cases: dict[str, Any] = {
         "rod.section: 2 sections": TAPERED,
         "section[0].precurvature": SECTION + "precurvature = [0.0, 1.0, 0.0]\n",
@@ -203,7 +203,7 @@ def test_what_one_section_cannot_be_is_named_where_the_controller_would_run_it()
         rod = parse_config(text, "rig.toml").rod
         with pytest.raises(ParameterError, match=said.replace("[", r"\[")):
             rod_from_section(rod, 0.01)
-        assert len(rod.refusal.splitlines()) == 1
+        assert len(rod.not_uniform.splitlines()) == 1
 
 
 SECTION = "[[rod.section]]\nlength = 0.3\nradius = 1e-3\nyoungs_modulus = 200e9\ndensity = 7850.0\n"

@@ -13,7 +13,7 @@ class _FirstCompilation(numba_events.Listener):
     def on_start(self, event: numba_events.Event) -> None:
         if not self._said:
             self._said = True
-            self._say("compiling the rod's kernels: takes about a minute, on the first start only")
+            self._say("compiling the rod's kernels: takes a minute or two, on the first start only")
 
     def on_end(self, event: numba_events.Event) -> None:
         pass

@@ -31,10 +31,13 @@ def run_fresh(code: str) -> str:
 
 
 BROUGHT = {
-    "_line_search", "_slope", "add_products", "add_tendon_stiffness", "add_transformed", "advance", "begin_step",
-    "curvature_of_points", "damped_step", "factor_lu", "factor_symmetric", "find_mass", "find_matrix",
-    "find_residual", "march", "minimise", "project_rates", "solve", "solve_lu", "solve_lu_columns", "solve_step",
-    "solve_symmetric", "solve_symmetric_columns",
+    "_find_correction", "_find_lack", "_line_search", "_slope", "add_all_nodes", "add_all_points", "add_bend",
+    "add_curvature", "add_node_rows", "add_point_rows", "add_products", "add_pulls", "add_spins",
+    "add_tendon_stiffness", "add_transformed", "add_turn", "advance", "begin_step", "curvature_of_points",
+    "damped_step", "factor_lu", "factor_symmetric", "find_mass", "find_matrix", "find_momentum", "find_residual",
+    "find_spins", "march", "minimise", "place_base", "project_rates", "solve", "solve_lu", "solve_lu_columns",
+    "solve_step", "solve_symmetric", "solve_symmetric_columns", "write_momenta", "write_node_momenta", "write_nodes",
+    "write_points",
 }  # fmt: skip
 """Called by other kernels alone, which bring them with them when they come from the disk."""
 

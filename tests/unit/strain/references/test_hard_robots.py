@@ -14,6 +14,7 @@ from scipy.integrate import solve_bvp
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.strain import Robot, Section, StrainRod, Tendon
+from tendond.offline.bench.general_rod.survey import draw, run
 from tests.unit.strain.robots import FOUR, nitinol, paper, with_modes
 
 Array = NDArray[np.float64]
@@ -147,3 +148,9 @@ def test_one_tendon_coils_the_rod_to_the_exact_arc(degrees: float) -> None:
     arc = [1.0 - math.cos(0.5 * curvature), 0.0, math.sin(0.5 * curvature)]
     tip, _ = rod.tip(rod.solve_static(rod.loads([tension, 0.0, 0.0, 0.0])))
     assert tip == pytest.approx(stretch / curvature * np.array(arc), abs=5e-6)
+
+
+@pytest.mark.parametrize("number", [7459, 7777, 9466, 9932])
+def test_rests_of_soft_coils_that_rounding_hides_are_found(number: int) -> None:
+    """Draws of `tendond bench rod --survey` whose energy is flat to the last digits long before Newton's step is."""
+    assert run(draw(number)).failed == ""

@@ -83,7 +83,7 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
     import numpy as np
 
     from tendond.model import ModelError
-    from tendond.model.rods.choice import rod_from_section, source_of
+    from tendond.model.rods.selection import rod_from_section, source_of
 
     if source_of(config).solver == "general":
         return  # it has no nodes to choose, and estimates its own error
@@ -111,7 +111,7 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed
     from tendond.model import ModelError
-    from tendond.model.rods.choice import model_rod
+    from tendond.model.rods.selection import model_rod
 
     try:
         hub_settings(config)

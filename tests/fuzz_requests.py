@@ -24,7 +24,7 @@ from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.runtime.planner import make_plan
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord

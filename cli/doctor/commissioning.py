@@ -11,7 +11,7 @@ from tendond.daemon.control.commissioning.averages import RestWatch
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.model.errors import ModelError
-from tendond.model.rods.choice import model_rod
+from tendond.model.rods.selection import model_rod
 from tendond.schemas.messages import Mode, Status
 from tendond.schemas.requests import ControlAction
 

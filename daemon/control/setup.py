@@ -13,8 +13,8 @@ from tendond.daemon.control.selection import PlanCache, Selection
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.model.errors import ParameterError
 from tendond.model.estimation.observer_gains import ObserverGains
-from tendond.model.rods.choice import model_rod
 from tendond.model.rods.interface import ModelRod
+from tendond.model.rods.selection import model_rod
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.rig import RigConfig
 

@@ -9,8 +9,8 @@ from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
-from tendond.model.rods.choice import rod_from_section, solver_of
 from tendond.model.rods.general import GeneralRod, GeneralState
+from tendond.model.rods.selection import rod_from_section, solver_of
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot

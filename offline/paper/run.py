@@ -15,7 +15,7 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.rod.static_curve import StaticCurve, static_curve
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.logs.metrics import Metrics, metrics, tracking_of
 from tendond.offline.paper.scenarios import ARMED, Scenario
 from tendond.schemas.config.rig import RigConfig

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tendond.model.rod.static_curve import static_curve
-from tendond.model.rods.choice import model_rod
+from tendond.model.rods.selection import model_rod
 from tendond.offline.files import as_text
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking, metrics, tracking

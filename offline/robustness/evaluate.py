@@ -11,7 +11,7 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.robustness.alarms import judge_alarm
 from tendond.offline.robustness.plants import IDLE_CYCLES, IMPACT_CYCLES, TRACKING_CYCLES, impact_tick, rig_of

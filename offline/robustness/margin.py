@@ -16,7 +16,7 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.logs.metrics import SETTLED
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode

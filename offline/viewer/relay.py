@@ -19,7 +19,7 @@ from tendond.daemon.recording.channels import (
 )
 from tendond.model import ModelError
 from tendond.model.numerics.rotation import quaternion
-from tendond.model.rods.choice import model_rod
+from tendond.model.rods.selection import model_rod
 from tendond.offline.viewer.server import Server
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig

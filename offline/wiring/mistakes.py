@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.commissioning.rotations import rotation_matrix, turn_by
 from tendond.drivers.simulator.lockstep import Wires
 from tendond.model.numerics.rotation import quaternion
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import TendonCommand, TendonState, TipPose
 

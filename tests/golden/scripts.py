@@ -8,7 +8,7 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.recording.run_log import RunLog
 from tendond.drivers.simulator.plant import Plant
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction

@@ -19,7 +19,7 @@ from tendond.drivers.simulator.faults import Faults, request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.faults import cause
 from tendond.drivers.wired.rig import WiredError, WiredRig
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.logs.log import load
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest

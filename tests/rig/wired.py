@@ -15,7 +15,7 @@ from tendond.drivers.dynamixel.calibration import Calibration, save_calibration
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.model.rod.rod import Rod
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.presets import WIRED, WIRED_SERVO, WIRED_VICON
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import SimulatorTruth, TendonCommand

@@ -11,7 +11,7 @@ import zenoh
 
 from tendond.drivers.simulator.plant import Plant
 from tendond.model.errors import ConvergenceError
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
 from tendond.schemas.messages import TendonCommand, TendonState, TipPose

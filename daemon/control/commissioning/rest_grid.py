@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from tendond.daemon.control.commissioning.rests import RestFamily, Tolerances
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rods.choice import RodSource, source_of
 from tendond.model.rods.interface import ModelRod
+from tendond.model.rods.selection import RodSource, source_of
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
-from tendond.model.rods.choice import model_rod
+from tendond.model.rods.selection import model_rod
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.requests import ControlAction

@@ -9,7 +9,7 @@ from tendond.daemon.control.commissioning.averages import Average, RestWatch
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase, ProbePlan
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import TendonState, TipPose

@@ -12,7 +12,7 @@ from tendond.daemon.control.commissioning.probe import Probe, probe_tension
 from tendond.daemon.control.commissioning.probe_advance import advance_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase, ProbePlan, probe_limits
 from tendond.daemon.control.commissioning.verdict import Motion
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import TendonState, TipPose

@@ -15,7 +15,7 @@ from tendond.daemon.runtime.planner import make_plan
 from tendond.daemon.runtime.warm_up import warm_up
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.config.spatial import SPACE_KINDS

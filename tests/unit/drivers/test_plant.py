@@ -10,7 +10,7 @@ from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model import Rod, RodParameters
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.simulator import SimulatedMocap, SimulatedServos
 from tendond.schemas.faults import Fault, FaultRequest

@@ -8,7 +8,7 @@ import pytest
 from tendond.drivers.dynamixel.tools.calibrate import camera_objection
 from tendond.drivers.dynamixel.tools.camera import bend_of, shortened
 from tendond.model.numerics.rotation import quaternion
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.robot import RodSection
 
 POSITIONS = ((0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02))

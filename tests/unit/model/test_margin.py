@@ -18,7 +18,7 @@ from tendond.model.estimation.margin import (
 )
 from tendond.model.estimation.poles import FeedbackGains, LawRates, UnknownPlant, loop_poles
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.robustness.evaluate import evaluate
 from tendond.offline.robustness.margin import LoopRow, run_loop, stiffness_rows
 from tendond.offline.robustness.points import Point

@@ -12,7 +12,7 @@ from tendond.daemon.control.gains import law_rates
 from tendond.daemon.control.laws import BENDING_PLANE, LAWS, Convergence, StatelessLaw, backstepping
 from tendond.daemon.errors import LawError
 from tendond.model.estimation.poles import LawRates
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 
 

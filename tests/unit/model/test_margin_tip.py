@@ -11,7 +11,7 @@ from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.laws import SPACE
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction

@@ -7,7 +7,7 @@ import pytest
 
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.model.estimation.compliance import tip_compliance
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord

@@ -21,7 +21,7 @@ from tendond.model.estimation.observer_gains import (
     UNOBSERVABLE,
     ObserverGains,
 )
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.config.robot import RodSection

@@ -10,7 +10,7 @@ from tendond.cli.common import load_config
 from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
 from tendond.daemon.errors import TargetError
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
 
 DEFAULT = RigConfig()

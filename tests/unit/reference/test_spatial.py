@@ -16,7 +16,7 @@ from tendond.daemon.control.state import initial_state
 from tendond.daemon.errors import LawError, TargetError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.drivers.simulator.plant import Plant
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.model.tendons.allocation import Allocation
 from tendond.offline.trials.measure import run_trial
 from tendond.offline.trials.paths import Trial

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tendond.model.errors import ParameterError
-from tendond.model.rods.choice import rod_from_section
 from tendond.model.rods.equivalent import arm_stiffness, equivalent_rod
+from tendond.model.rods.selection import rod_from_section
 from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
 from tendond.model.strain.analysis.modes import natural_modes
 from tendond.schemas.config.rig import check_config

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from tendond.daemon.control.snapshot import from_plain, to_plain
 from tendond.model.errors import ParameterError
 from tendond.model.rod.state import RodState
-from tendond.model.rods.choice import Solver, model_rod, rod_from_section, solver_of
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.rods.interface import ModelState
+from tendond.model.rods.selection import Solver, model_rod, rod_from_section, solver_of
 from tendond.model.strain import StrainRod
 from tendond.schemas.config.rig import RigConfig, check_config
 

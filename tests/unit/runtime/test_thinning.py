@@ -15,7 +15,7 @@ from tendond.daemon.recording.channels import LOG
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.recording.thinning import HELD_SECONDS, IDLE_SECONDS
 from tendond.drivers.simulator.plant import Plant
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import load
 from tendond.offline.logs.recover import recover

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.model.errors import ParameterError
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.model.strain import Robot, StrainRod
 from tendond.model.strain.analysis.modes import natural_modes
 from tendond.model.strain.describe.configured import robot_from_section

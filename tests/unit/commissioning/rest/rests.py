@@ -9,7 +9,7 @@ from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rests import RestFamily, Tolerances
 from tendond.daemon.control.commissioning.rotations import turn_by
 from tendond.model.numerics.rotation import quaternion
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.base import Quaternion
 from tendond.schemas.config.rig import RigConfig
 

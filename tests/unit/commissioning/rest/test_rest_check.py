@@ -8,7 +8,7 @@ from tendond.daemon.control.commissioning.mistakes import FRAMES, Signed
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rotations import rotation_matrix, rotation_vectors, turn_by
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs

@@ -12,7 +12,7 @@ from tendond.daemon.control.commissioning.rest_grid import configured_rests, lar
 from tendond.daemon.control.commissioning.rests import Tolerances
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.rod import Rod
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tests.unit.commissioning.rest.rests import rest
 

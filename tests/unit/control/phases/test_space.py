@@ -15,7 +15,7 @@ from tendond.daemon.control.tasks.space import PERIODS_MIN, SPACE, TIP_LOAD_MAX,
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.rod import Rod
-from tendond.model.rods.choice import rod_from_section
+from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.record import ReferencePoint
 

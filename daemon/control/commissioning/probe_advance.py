@@ -24,7 +24,8 @@ TOGETHER = 0.004
 probe. Half and twice of it change the probe's duration by 0.3 s, no verdict (`python -m tests.constants TOGETHER`)."""
 
 MOVED_AT_REST = 0.02
-"""Largest motion of a resting tip while the tendons are released, of the rod's length: the default motion of a probe.
+"""Largest motion of a resting tip while the tendons are released, other than towards the slack rod's rest, of the rod's
+length: the default motion of a probe.
 Half and twice of it make no difference (`python -m tests.constants MOVED_AT_REST`)."""
 
 AT_REST = 0.002
@@ -203,8 +204,10 @@ def _objection(plan: ProbePlan, probe: Probe, pose: TipPose | None, tendons: Ten
                 f"{plan.tensions[probe.tendon]:.1f} N: is the servo's calibration right?"
             )
     if pose is not None and probe.phase is Phase.REST and probe.start is not None:
-        moved = math.dist(pose.position, probe.start)
-        if moved > MOVED_AT_REST * plan.length:
+        moved, rest = math.dist(pose.position, probe.start), plan.slack_rest
+        # A tendon that still held the arm lets it go home; one that is wound the wrong way pulls it away.
+        home = rest is not None and math.dist(pose.position, rest) < math.dist(probe.start, rest)
+        if moved > MOVED_AT_REST * plan.length and not home:
             return (
                 f"the tip moves {moved * 1e3:.0f} mm while all tendons are released: is one of them wound the wrong "
                 "way round?"

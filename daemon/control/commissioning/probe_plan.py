@@ -93,6 +93,15 @@ class ProbePlan:
     arms: tuple[Array, ...]
     rests: RestFamily | None
 
+    @property
+    def slack_rest(self) -> tuple[float, float, float] | None:
+        """Tip of the configured rod at rest, slack and without a weight [m]; none where rests are not compared."""
+        if self.rests is None:
+            return None
+        nearest = np.argmin(self.rests.weights + np.abs(np.log(self.rests.stiffnesses)))
+        x, y, z = self.rests.positions[nearest].tolist()
+        return x, y, z
+
     @staticmethod
     def from_config(config: RigConfig, parameters: RodParameters, rests: RestFamily | None) -> "ProbePlan":
         """Plan by the rod: a tendon at distance r bends it by T r / EI, and its tip goes T r L^2 / 2 EI."""

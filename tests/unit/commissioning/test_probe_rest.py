@@ -164,3 +164,17 @@ def test_a_tip_that_moves_while_all_tendons_are_released_ends_the_probe() -> Non
     assert stopped.verdict.endswith("the wrong way round?")
     assert end_block(dataclasses.replace(BASE, start=REST), at(0.0101)).phase is Phase.PULL
     assert end_block(Probe(Phase.REST), at(0.0101)).phase is Phase.REST
+
+
+def test_a_tip_that_a_tendon_still_held_may_go_home_while_it_is_released() -> None:
+    use = dataclasses.replace(PLAN, rests=FAMILY)
+    home = use.slack_rest
+    assert home is not None
+    np.testing.assert_allclose(home, rest()[0], atol=2e-3 * PLAN.length)  # the nearest of the grid
+
+    def beside(x: float) -> tuple[float, float, float]:
+        return (home[0] + x, home[1], home[2])
+
+    held = Probe(Phase.REST, start=beside(0.015))
+    for end, phase in ((0.003, Phase.REST), (-0.014, Phase.REST), (-0.016, Phase.DONE), (0.026, Phase.DONE)):
+        assert end_block(held, beside(end), use=use).phase is phase, end

@@ -10,12 +10,13 @@ tension does to the tip within a cycle, of any robot. v is the mean velocity ove
 from step to step, as no scheme that conserves energy damps modes which are faster than the step.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tendond.model.errors import ParameterError
+from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.prediction import TipPrediction
@@ -147,15 +148,12 @@ class GeneralRod:
         return GeneralState(strain, tensions, np.array(tip_force, dtype=np.float64), position, velocity)
 
     def tip(self, state: GeneralState) -> Tip:
-        """Return the tip, with a_c and b_c of the coming step.
-
-        Raises:
-            ConvergenceError: not a finite state.
-        """
-        step, outputs = self._ahead(state, state.tensions, state.tip_force)
-        then, h = self._rod.tip(step.state)[0], self.time_step
-        acceleration = ((then - state.position) / h - state.velocity) / h
-        gain = outputs.position @ step.b / h**2
+        """Return the tip, with a_c and b_c of the coming step; zeros where that has no solution: laws hold then."""
+        acceleration, gain, h = np.zeros(3), np.zeros((3, len(state.tensions))), self.time_step
+        with suppress(ConvergenceError):  # the step itself will say so
+            step, outputs = self._ahead(state, state.tensions, state.tip_force)
+            acceleration = ((self._rod.tip(step.state)[0] - state.position) / h - state.velocity) / h
+            gain = outputs.position @ step.b / h**2
         rotation = self._rod.tip(state.strain)[1]
         return Tip(state.position.copy(), rotation, state.velocity.copy(), acceleration, gain, state.tensions)
 

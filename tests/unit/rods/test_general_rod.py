@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tendond.daemon.control.snapshot import from_plain, to_plain
-from tendond.model.errors import ParameterError
+from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.state import RodState
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.rods.interface import ModelState
@@ -158,3 +158,18 @@ def test_loads_that_are_none_are_refused() -> None:
             rod.step(rod.solve_static(), tensions)
     with pytest.raises(ParameterError, match="tip_force"):
         rod.solve_static(tip_force=(float("inf"), 0.0, 0.0))
+
+
+def test_a_tip_whose_coming_step_has_no_solution_has_no_gain(monkeypatch: pytest.MonkeyPatch) -> None:
+    rod = GeneralRod(general("nitinol").robot, 0.01)
+    state = moving(rod)
+    known = rod.tip(state)
+
+    def fail(*arguments: object) -> None:
+        raise ConvergenceError("none", 0.0, 0.0, 0)
+
+    monkeypatch.setattr(rod, "_ahead", fail)
+    found = rod.tip(state)
+    assert not found.input_gain.any()
+    assert not found.acceleration.any()
+    assert (found.position.tolist(), found.rotation.tolist()) == (known.position.tolist(), known.rotation.tolist())

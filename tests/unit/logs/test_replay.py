@@ -234,7 +234,7 @@ def test_the_snapshots_are_a_second_apart(recorded: Path) -> None:
 def test_a_replay_costs_little_more_than_the_cycles_themselves() -> None:
     """Reading, parsing, writing and comparing of records: a ratio within one run, of the best of three rounds."""
     alone, *replays = bench_replay(2.0)
-    assert replays[0].cycle_us < 2.0 * alone.cycle_us
+    assert replays[0].cycle_us < 2.5 * alone.cycle_us  # 1.3 on an idle machine
     assert alone.speed > 0.0
 
 

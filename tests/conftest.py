@@ -41,8 +41,8 @@ LONGEST = (
 )
 """Files of more than about ten seconds of processor time, the longest first."""
 
-PRIORITY = 10
-"""Niceness of the tests that compute."""
+COMPUTING, ON_WIRES = 19, -5
+"""Niceness of the tests that compute, and, where it is permitted, of those on wires: the robot on them is a thread."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -53,7 +53,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give way to the real-time tests of another process."""
     with suppress(PermissionError):  # to raise it again is root's
-        os.setpriority(os.PRIO_PROCESS, 0, 0 if is_real_time(item.path) else PRIORITY)
+        wanted = ON_WIRES if "rig" in item.path.parts else 0 if is_real_time(item.path) else COMPUTING
+        os.setpriority(os.PRIO_PROCESS, 0, wanted)
 
 
 def is_real_time(path: Path) -> bool:

@@ -186,7 +186,7 @@ def test_two_controllers_are_named_to_the_operator_and_a_stop_goes_to_both(live:
         deadline = time.monotonic() + PATIENCE_SECONDS
         while True:  # until the controller's side knows of the second one
             try:
-                ask(session, one.name, ControlAction.ARM)
+                ask(session, one.name, ControlAction.RESET)  # changes nothing where it arrives
             except BusError as error:
                 said = str(error)
                 break

@@ -18,19 +18,19 @@ venv: .venv/.runtime ## set up .venv to run tendond
 venv-dev: .venv/.dev ## set up .venv with the test tools as well
 	@$(MAKE) --no-print-directory .venv/.runtime
 
-demo: .venv/.runtime ## run the demo, results in out/demo
+demo: .venv/.packages ## run the demo, results in out/demo
 	@$(BIN)/tendond demo --out out/demo
 
 robustness: .venv/.runtime ## run the closed loop on plants unlike the model, results in out/robustness
 	@$(BIN)/tendond study robustness --out out/robustness
 
-demo-spatial: .venv/.runtime ## run a circle of the tip in space, results in out/demo-spatial
+demo-spatial: .venv/.packages ## run a circle of the tip in space, results in out/demo-spatial
 	@$(BIN)/tendond demo --scenario spatial --out out/demo-spatial
 
 identify: .venv/.runtime ## prove the identification on simulated rigs, results in out/identify
 	@$(BIN)/tendond identify demo --out out/identify
 
-demo-wired: .venv/.runtime ## run the robot behind its real drivers, results in out/demo-wired
+demo-wired: .venv/.packages ## run the robot behind its real drivers, results in out/demo-wired
 	@$(BIN)/tendond demo --scenario wired --out out/demo-wired
 
 figures: demo paper ## renew the pictures of the README and the documentation
@@ -42,7 +42,7 @@ docs: .venv/.dev ## build the documentation, strictly, in out/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
-paper: .venv/.runtime ## reproduce the paper's tables and figures in out/paper
+paper: .venv/.packages ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond study paper --out out/paper
 
 # The kernels are compiled beside the checks, which do not need them.
@@ -109,7 +109,7 @@ endef
 	@touch $@
 
 .venv/.runtime: .venv/.packages
-	@$(BIN)/python -m tendond.model.warm
+	@$(BIN)/tendond warm
 	@touch $@
 
 .venv/.dev: requirements-dev.txt .venv/.packages

@@ -1,11 +1,14 @@
-"""Load every kernel from the cache, or compile it: `python -m tendond.model.warm` is the last step of a set-up."""
+"""Load kernels from the cache, or compile them, in parts: `tendond warm` runs this module in child processes."""
+
+import sys
+from collections.abc import Callable
 
 import numpy as np
 
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.observer import observe, start_observer
 from tendond.model.estimation.observer_gains import ObserverGains
-from tendond.model.numerics.announce import announce_compilation
+from tendond.model.numerics.announce import report_compilation
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.trajectory import simulate_trajectory
@@ -17,7 +20,7 @@ from tendond.model.tendons.allocation import Allocation
 
 
 def warm_up() -> None:
-    """Run each kernel once, for a rod of four tendons; takes a second when they are cached."""
+    """Run each kernel of the shooting rod once, as it is controlled; takes a second when they are cached."""
     rod = Rod(RodParameters(), "euler", nodes=10)
     state = rod.step(rod.solve_static())
     rod.tip(state)
@@ -40,10 +43,15 @@ def warm_up() -> None:
     )
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
-    rest = rod.solve_static(displacements=[0.0] * 4)
-    simulate_trajectory(rod, rest, np.tile(rod.loads([0.0] * 4), (2, 1)))
+    rod.solve_static(displacements=[0.0] * 4)
     allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     allocation.tensions(allocation.nearest(np.zeros(2)))
+
+
+def warm_up_trajectories() -> None:
+    """Run the kernel of whole trajectories of the shooting rod, by which the identification simulates a log."""
+    rod = Rod(RodParameters(), "euler", nodes=10)
+    simulate_trajectory(rod, rod.solve_static(), np.tile(rod.loads([0.0] * 4), (2, 1)))
 
 
 def warm_up_general() -> None:
@@ -58,7 +66,15 @@ def warm_up_general() -> None:
     linear.rest(rod.rest(), rod.loads())
 
 
+PARTS: dict[str, Callable[[], None]] = {
+    "shooting": warm_up,
+    "trajectories": warm_up_trajectories,
+    "general": warm_up_general,
+}
+"""Independent of the numbers of tendons and sections; the second one calls kernels of the first."""
+
+
 if __name__ == "__main__":
-    announce_compilation(lambda line: print(f"tendond: {line}", flush=True))
-    warm_up()
-    warm_up_general()
+    report_compilation(lambda name: print(name, flush=True))
+    for part in sys.argv[1:] or PARTS:
+        PARTS[part]()

@@ -34,10 +34,10 @@ def demo(
     Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
     """
     exit_on_signals(130)
-    from tendond.cli.common import profile_text, say
-    from tendond.model.numerics.announce import announce_compilation
-    from tendond.model.warm import warm_up
+    from tendond.cli.common import profile_text
+    from tendond.cli.warm.progress import compile_with_progress
     from tendond.offline.demo.scenarios import SCENARIOS, run_plane
+    from tendond.offline.kernels import SHOOTING
 
     if scenario not in SCENARIOS:
         raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(SCENARIOS)}", param_hint="--scenario")
@@ -46,8 +46,7 @@ def demo(
         raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")
     if profile is not None:
         profile_text(profile)
-    announce_compilation(say)
-    warm_up()
+    compile_with_progress([[SHOOTING]])
     if profile is not None:
         run_plane(folder, profile)
     else:

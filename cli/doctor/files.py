@@ -92,7 +92,7 @@ def kernels(rig: Rig) -> CheckResult:
         return passed("compiled, for this user and processor")
     return warned(
         f"not compiled for this user: {', '.join(missing)}; the first start takes a minute or two",
-        "python -m tendond.model.warm, as the user that runs the controller (deploy/install does it for the service)",
+        "tendond warm, as the user that runs the controller (deploy/install does it for the service)",
     )
 
 

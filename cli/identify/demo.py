@@ -13,7 +13,7 @@ from tendond.cli.common import say
 from tendond.cli.identify.fit import print_results
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
-from tendond.model.warm import warm_up
+from tendond.model.warm import warm_up, warm_up_trajectories
 from tendond.offline.demo.identification import SUMMARY, validate
 from tendond.offline.identification.proof.rigs import truth
 from tendond.offline.identification.results.report import write_results
@@ -28,6 +28,7 @@ def run_identify_demo(out: Path, seeds: int, jobs: int | None) -> None:
     """
     announce_compilation(say)
     warm_up()
+    warm_up_trajectories()
     console = Console()
     workers = jobs or len(os.sched_getaffinity(0))
     try:

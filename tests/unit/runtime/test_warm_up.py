@@ -11,7 +11,7 @@ from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
 from tendond.daemon.control.setup import CycleSetup
 from tendond.model.numerics import compile as compiling
 from tendond.model.numerics.rotation import quaternion
-from tendond.model.warm import warm_up, warm_up_general
+from tendond.model.warm import PARTS
 from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import TipPose
 from tendond.schemas.requests import ControlAction
@@ -43,7 +43,7 @@ BROUGHT = {
 
 
 def test_setting_up_runs_every_kernel() -> None:
-    code = "warm_up()\nwarm_up_general()\nprint(*(name for name, count in loaded().items() if not count))"
+    code = "for part in PARTS.values():\n    part()\nprint(*(name for name, count in loaded().items() if not count))"
     assert set(run_fresh(code).split()) <= BROUGHT
 
 

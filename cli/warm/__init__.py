@@ -1,0 +1,1 @@
+"""`tendond warm`: the kernels compiled before they are needed."""

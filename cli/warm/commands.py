@@ -1,0 +1,29 @@
+"""`tendond warm`: options and help."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendond.cli.signals import exit_on_signals
+
+
+def warm(
+    config_file: Annotated[
+        Path | None,
+        typer.Option("-c", "--config", help="Compile what this configuration needs. Default: every kernel."),
+    ] = None,
+) -> None:
+    """Compile the model's kernels, so that no later start has to.
+
+    Takes a minute or two, once for each user and version; a second when they are compiled. Kernels do not depend on
+    the numbers of tendons and sections. Ctrl-C ends it at once; what is compiled by then is kept.
+
+    Example: tendond warm -c rig.toml
+    """
+    exit_on_signals(130)
+    from tendond.cli.common import load_config
+    from tendond.cli.warm.progress import compile_with_progress
+    from tendond.offline.kernels import ALL, parts_of
+
+    compile_with_progress(ALL if config_file is None else parts_of(load_config(config_file)))

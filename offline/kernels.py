@@ -1,0 +1,81 @@
+"""Compilation of the kernels before they are needed, in child processes: they end at once with Ctrl-C.
+
+numba stays in the compiler for seconds, in which no signal is handled; a process that only waits handles it.
+"""
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from tendond.daemon.errors import DaemonError
+from tendond.schemas.config.rig import RigConfig
+
+SHOOTING, TRAJECTORIES, GENERAL = "shooting", "trajectories", "general"
+
+NAMES = {SHOOTING: "shooting rod", GENERAL: "general rod"}
+"""Name for people of a list of parts, by its first."""
+
+ALL = ((SHOOTING, TRAJECTORIES), (GENERAL,))
+"""Parts of `tendond.model.warm`; each list is compiled in a process of its own."""
+
+Progress = Callable[[str, int, str], None]
+"""Name of the rod, functions compiled until now, and the last one's name; from a thread of each list of parts."""
+
+
+def parts_of(config: RigConfig) -> tuple[tuple[str, ...], ...]:
+    """Return the parts that a controller and a simulator with this configuration need, and `tendond config check`."""
+    from tendond.model.rods.selection import solver_of
+
+    plant = config.simulator
+    solvers = {solver_of(config.rod, config.control.solver), solver_of(plant.rod, plant.solver), GENERAL}
+    return tuple((solver,) for solver in NAMES if solver in solvers)
+
+
+def compile_kernels(parts: Sequence[Sequence[str]], progress: Progress) -> dict[str, float]:
+    """Compile what is not cached; return the time that each list of parts took [s], by the rod's name.
+
+    Args:
+        parts: lists of names in `tendond.model.warm.PARTS`, compiled beside each other.
+        progress: called for each function.
+
+    Raises:
+        DaemonError: a process failed, with its last line.
+    """
+    start = time.monotonic()
+    children = {NAMES[part[0]]: _start(part) for part in parts}
+    took: dict[str, float] = {}
+    errors: dict[str, str] = {}
+
+    def follow(name: str, child: "subprocess.Popen[str]") -> None:
+        assert child.stdout is not None
+        with child.stdout as lines:
+            for count, line in enumerate(lines, 1):
+                progress(name, count, line.strip())
+                errors[name] = line.strip()
+        if child.wait() == 0:
+            errors.pop(name, None)
+        took[name] = time.monotonic() - start
+
+    threads = [threading.Thread(target=follow, args=item, daemon=True) for item in children.items()]
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        for child in children.values():
+            child.kill()
+            child.wait()
+    for name, line in errors.items():
+        raise DaemonError(f"kernels of the {name} could not be compiled: {line}")
+    return took
+
+
+def _start(part: Sequence[str]) -> "subprocess.Popen[str]":
+    """Start the process that compiles these parts; the terminal's Ctrl-C does not reach it."""
+    command = [sys.executable, "-P", "-m", "tendond.model.warm", *part]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )

@@ -46,9 +46,10 @@ paper: .venv/.packages ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond study paper --out out/paper
 
 # The kernels are compiled beside the checks, which do not need them.
+# A test of real time that fails beside the others is run once more, alone; whatever fails then fails the run.
 test: .venv/.dev ## run all checks, then the tests
 	@$(MAKE) --no-print-directory -j 2 .venv/.runtime checked
-	$(BIN)/python -m pytest -n 3
+	$(BIN)/python -m pytest -n 4 || $(BIN)/python -m pytest --last-failed --last-failed-no-failures none
 
 checked: check docs
 

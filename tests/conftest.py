@@ -1,9 +1,9 @@
-"""Distribution of the tests over processes (`pytest -n 3`, as `make test` does).
+"""Distribution of the tests over processes (`pytest -n 4`, as `make test` does).
 
-Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder runs in one
-process, one test after the other, the two folders beside each other. The others compute; they are distributed file by
-file to whichever process is free, the longest first, so that none runs alone at the end, and with a lower priority, so
-that those that wait are not late.
+Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder of them runs in
+one process, one test after the other, beside the others. The rest compute; they are distributed file by file to
+whichever process is free, the longest first, so that none runs alone at the end, and with a lower priority, so that
+those that wait are not late.
 """
 
 import os
@@ -70,7 +70,7 @@ def place_of(path: Path) -> int:
 
 def scope_of(path: Path) -> str:
     """Name what runs in one process: a folder of real-time tests, or a single file."""
-    return next((name for name in REAL_TIME if name in path.parts), str(path))
+    return str(path.parent if "sil" in path.parts else "rig" if is_real_time(path) else path)
 
 
 @pytest.hookimpl(optionalhook=True)

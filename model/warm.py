@@ -62,6 +62,7 @@ def warm_up_general() -> None:
     rod.energy(rod.step(rod.rest(), rod.loads()))
     model.tip(model.step(model.solve_static()))
     linear = Linearisation(rod)
+    linear.step(rod.rest(), rod.loads())
     linear.tip(rod.rest(), rod.loads())
     linear.rest(rod.rest(), rod.loads())
 

@@ -4,7 +4,7 @@ What a law knows of the tip is that of whole steps: with x the tip's position,
 
     v(k) = (x(k) - x(k-1)) / h,    (v(k+1) - v(k)) / h = a_c + b_c T,    b_c = dx(k+1)/dT / h^2
 
-by the exact derivative of the discrete step (`strain.derivatives`). The paper's own b_c belongs to one cross-section of
+by the derivative of the discrete step (`Linearisation.inputs`). The paper's own b_c belongs to one cross-section of
 a continuous rod; it vanishes where that is straight, and for tendons that end before the tip. This one is what a
 tension does to the tip within a cycle, of any robot. v is the mean velocity over a step: that at its end alternates
 from step to step, as no scheme that conserves energy damps modes which are faster than the step.
@@ -23,7 +23,7 @@ from tendond.model.rod.prediction import TipPrediction
 from tendond.model.rod.tip import Tip
 from tendond.model.rods.equivalent import arm_stiffness, equivalent_rod
 from tendond.model.strain.derivatives.linearise import Linearisation
-from tendond.model.strain.derivatives.results import Outputs, StepSensitivity
+from tendond.model.strain.derivatives.results import InputSensitivity
 from tendond.model.strain.kinematics import Shape, empty_shape, find_shape
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import StrainRod, StrainState
@@ -151,9 +151,9 @@ class GeneralRod:
         """Return the tip, with a_c and b_c of the coming step; zeros where that has no solution: laws hold then."""
         acceleration, gain, h = np.zeros(3), np.zeros((3, len(state.tensions))), self.time_step
         with suppress(ConvergenceError):  # the step itself will say so
-            step, outputs = self._ahead(state, state.tensions, state.tip_force)
+            step = self._ahead(state, state.tensions, state.tip_force)
             acceleration = ((self._rod.tip(step.state)[0] - state.position) / h - state.velocity) / h
-            gain = outputs.position @ step.b / h**2
+            gain = step.position / h**2
         rotation = self._rod.tip(state.strain)[1]
         return Tip(state.position.copy(), rotation, state.velocity.copy(), acceleration, gain, state.tensions)
 
@@ -163,26 +163,24 @@ class GeneralRod:
         return shortening + state.tensions / self.tendon_stiffness if elastic else shortening
 
     def predict(self, state: GeneralState, tensions: Array, inputs: Array, tip_force: Array) -> TipPrediction:
-        """Predict the tip after the coming step; see `ModelRod`. It is the step itself, with its exact derivatives.
+        """Predict the tip after the coming step; see `ModelRod`. It is the step itself, with its derivatives.
 
         Raises:
             ConvergenceError: not a finite state.
         """
-        step, outputs = self._ahead(state, tensions, tip_force)
+        step = self._ahead(state, tensions, tip_force)
         position, rotation = self._rod.tip(step.state)
-        by_input = step.b @ inputs.T
         direction = rotation[:, 2]
-        turned = np.cross((outputs.rotation @ by_input).T, direction).T
+        turned = np.cross((step.rotation @ inputs.T).T, direction).T
         velocity = (position - state.position) / self.time_step
-        return TipPrediction(position, velocity, direction, outputs.position @ by_input, turned)
+        return TipPrediction(position, velocity, direction, step.position @ inputs.T, turned)
 
     def velocity_jacobian(self, state: GeneralState, tendon: int) -> Array:
         """Return the derivative of the tip's velocity over the coming step by a tension [m/s/N], shape (3,)."""
         return np.asarray(self.tip(state).input_gain[:, tendon] * self.time_step)
 
-    def _ahead(self, state: GeneralState, tensions: Array, tip_force: Array) -> tuple[StepSensitivity, Outputs]:
-        step = self._linear.step(state.strain, self.loads(tensions, tip_force))
-        return step, self._linear.outputs(step.state)
+    def _ahead(self, state: GeneralState, tensions: Array, tip_force: Array) -> InputSensitivity:
+        return self._linear.inputs(state.strain, self.loads(tensions, tip_force))
 
     def node_positions(self, state: GeneralState) -> Array:
         """Return points of the backbone with equal parts of the compliance between them [m], shape (points, 3)."""

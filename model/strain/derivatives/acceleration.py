@@ -13,11 +13,11 @@ from tendond.model.numerics.columns import solve_symmetric_columns
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.elimination import factor_symmetric
 from tendond.model.numerics.products import padded
-from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import find_rates
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.curvature import add_curvature
 from tendond.model.strain.stepping.mass import find_mass
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendon_stiffness import add_tendon_stiffness

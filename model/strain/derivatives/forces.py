@@ -4,9 +4,9 @@ from typing import Any
 
 from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.products import Lines, add_products, padded
-from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.curvature import add_curvature
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendon_stiffness import add_tendon_stiffness
 

@@ -15,8 +15,9 @@ from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.numerics.compile import Bound
 from tendond.model.numerics.products import padded
 from tendond.model.strain.derivatives.acceleration import accelerate, tangent_stiffness
+from tendond.model.strain.derivatives.by_inputs import differentiate_inputs
 from tendond.model.strain.derivatives.rates import find_rates
-from tendond.model.strain.derivatives.results import Outputs, Rest, StepSensitivity, TipDynamics
+from tendond.model.strain.derivatives.results import InputSensitivity, Outputs, Rest, StepSensitivity, TipDynamics
 from tendond.model.strain.derivatives.room import mirrored_room, room_for
 from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.kinematics import find_shape
@@ -56,10 +57,13 @@ class Linearisation:
         n, m = rod.modes, len(rod.robot.tendons)
         self._work = scratch_for(rod.layout)
         self._next = mirrored(self._work)
-        self._last: StrainState | None = None  # whose shape is in `_work.after`
+        self._last: StrainState | None = None  # whose shape is in `_work.after`,
+        self._rated = False  # and its motion in `_room.rates1`
         self._room = room_for(rod.layout, (point,), (node,))
         self._next_room = mirrored_room(self._room)
         self._advance, self._differentiate = Bound(advance), Bound(differentiate)
+        self._by_inputs = Bound(differentiate_inputs)
+        self._by_input, self._found = np.zeros(n * padded.py_func(m + 6)), np.zeros((6 + m, m + 6))
         self._accelerations = np.zeros(n * padded.py_func(1 + m))
         self._tangent = np.zeros((n, n))
 
@@ -71,34 +75,64 @@ class Linearisation:
         Raises:
             ConvergenceError: not a finite state, or not finite loads.
         """
-        rod = self.rod
-        _check_base(state)
-        n, m = rod.modes, len(rod.robot.tendons)
-        q, w = state.strain.copy(), state.rate.copy()
-        before = q.copy(), w.copy()
+        n, m, h = self.rod.modes, len(self.rod.robot.tendons), self.rod.time_step
+        rated = self._rated
+        after, known = self._advanced(state, loads)
+        analytic = after.steps == 1 and after.damped == 0
         out = np.empty((2 * n, 2 * n + m + 6))
-        known = state is self._last
-        if known:
-            self._work, self._next = self._next, self._work
-            self._room, self._next_room = self._next_room, self._room
-        self._last = None
-        work, h = self._work, rod.time_step
-        count, steps, damped = self._advance.call(rod.layout, loads, q, w, h, STEP_TOLERANCE, work, known)
-        if not math.isfinite(q @ q + w @ w):
-            raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
-        analytic = steps == 1 and damped == 0
         if analytic:
-            analytic = self._differentiate.call(rod.layout, loads, *before, h, known, work, self._room, out)
-        earlier = (before[1], before[1] if state.earlier is None else state.earlier[0])
-        after = StrainState(q, w, count, steps, damped, earlier)
+            before, known = (state.strain, state.rate), known and rated
+            analytic = self._differentiate.call(self.rod.layout, loads, *before, h, known, self._work, self._room, out)
         if analytic:
-            self._last = after
+            self._last, self._rated = after, True
         else:
             out = self._differences(state, loads)
         return StepSensitivity(
             after, out[:, : 2 * n], out[:, 2 * n : 2 * n + m],
             out[:, 2 * n + m : 2 * n + m + 3], out[:, 2 * n + m + 3 :], analytic,
         )  # fmt: skip
+
+    def inputs(self, state: StrainState, loads: Loads) -> InputSensitivity:
+        """Return the state one time step on, with the tip's and the tendons' derivatives by what acts during it.
+
+        A fraction of the price of `step`: the derivatives are those of Newton's method, see `derivatives.by_inputs`.
+
+        Raises:
+            ConvergenceError: not a finite state, or not finite loads.
+        """
+        rod, m = self.rod, len(self.rod.robot.tendons)
+        after, _ = self._advanced(state, loads)
+        analytic, found = after.steps == 1 and after.damped == 0, self._found
+        if analytic:
+            places = (self._tip, self._point, self._node)
+            work, room = self._work, self._by_input
+            analytic = self._by_inputs.call(rod.layout, loads, rod.time_step, *places, work, room, found)
+        if analytic:
+            self._last, self._rated = after, False
+        else:
+            differences = self._differences(state, loads)
+            outputs = self.outputs(after)
+            rows = np.concatenate((outputs.position, outputs.rotation, outputs.displacement))
+            found[:] = rows @ differences[:, 2 * rod.modes :]
+        found = found.copy()
+        return InputSensitivity(after, found[:3, :m], found[3:6, :m], found[6:, :m], found[:3, m : m + 3], analytic)
+
+    def _advanced(self, state: StrainState, loads: Loads) -> tuple[StrainState, bool]:
+        """Take a step in `_work`; return the state after it, and whether the shape before it was there already."""
+        _check_base(state)
+        q, w = state.strain.copy(), state.rate.copy()
+        known = state is self._last
+        if known:
+            self._work, self._next = self._next, self._work
+            self._room, self._next_room = self._next_room, self._room
+        self._last = None
+        count, steps, damped = self._advance.call(
+            self.rod.layout, loads, q, w, self.rod.time_step, STEP_TOLERANCE, self._work, known
+        )
+        if not math.isfinite(q @ q + w @ w):
+            raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
+        earlier = (state.rate, state.rate if state.earlier is None else state.earlier[0])
+        return StrainState(q, w, count, steps, damped, earlier), known
 
     def outputs(self, state: StrainState) -> Outputs:
         """Return the derivatives of what is measured at a state."""

@@ -4,11 +4,11 @@ from tendond.model.numerics.columns import add_transformed, solve_symmetric_colu
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.products import padded
 from tendond.model.numerics.vectors import cross
-from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.inertia_rows import write_momenta, write_node_momenta
 from tendond.model.strain.derivatives.room import Room
 from tendond.model.strain.derivatives.rows import add_all_nodes, add_all_points
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.curvature import add_curvature
 from tendond.model.strain.stepping.scratch import Scratch
 
 

@@ -19,10 +19,10 @@ from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, rotate
-from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, vector_by_modes
 from tendond.model.strain.kinematics import Shape, aligned, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.bends import Bends
 from tendond.model.strain.twists import (
     COMMUTATOR,
     bracket,

@@ -32,6 +32,25 @@ class StepSensitivity:
 
 
 @dataclass(frozen=True)
+class InputSensitivity:
+    """One step, and what the actuation during it does to tip and tendons, as `StepSensitivity` has it; world frame.
+
+    Attributes:
+        state: after the step.
+        position: of the tip by the actuation, shape (3, m). rotation: of the tip, as a small rotation vector, (3, m).
+        displacement: of the tendons, shape (m, m). by_force: of the tip by a dead force on it [m/N], shape (3, 3).
+        analytic: false where the step had to be split, and was differenced.
+    """
+
+    state: StrainState
+    position: Array
+    rotation: Array
+    displacement: Array
+    by_force: Array
+    analytic: bool
+
+
+@dataclass(frozen=True)
 class Outputs:
     """Measured quantities, by x = (q, w); the tip's in the world frame.
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import HALF, padded
-from tendond.model.strain.derivatives.bends import Bends, bends_of
 from tendond.model.strain.derivatives.rates import Rates, empty_rates
 from tendond.model.strain.kinematics import aligned
 from tendond.model.strain.layout import Index, Layout
+from tendond.model.strain.second_derivatives.bends import Bends, bends_of
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from tendond.model.numerics.compile import inlined, lean
 from tendond.model.numerics.products import BLOCK, HALF
 from tendond.model.numerics.simd import simd_load, simd_store
 from tendond.model.numerics.vectors import Vector, add, cross, dot, rotate, scale
-from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, vector_by_modes
 from tendond.model.strain.kinematics import Shape, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.bends import Bends
 from tendond.model.strain.twists import COMMUTATOR, load_six, polynomial, strain_rate
 
 

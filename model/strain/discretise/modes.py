@@ -37,7 +37,7 @@ class ModeTable:
         """Values of all modes at a place in a section, `part` of its length from its base; shape (n,)."""
         found = np.zeros(self.count)
         first, last = self.ranges[section]
-        found[first:last] = legendre.legval(2.0 * part - 1.0, self._each)[self.order[first:last]]
+        found[first:last] = np.asarray(legendre.legval(2.0 * part - 1.0, self._each))[self.order[first:last]]
         return found
 
 

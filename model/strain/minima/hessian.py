@@ -7,6 +7,7 @@ from tendond.model.numerics.compile import lean
 from tendond.model.strain.composites import curvature_of_points
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
+from tendond.model.strain.second_derivatives.curvature import add_curvature
 from tendond.model.strain.stepping.scratch import Loads, Scratch
 from tendond.model.strain.tendon_stiffness import add_tendon_stiffness
 
@@ -14,14 +15,20 @@ Array = NDArray[np.float64]
 
 
 @lean
-def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scratch) -> None:
-    """Write the second derivative of the energy at q to `work.hessian`, shape (n, n), after `find_energy` there."""
+def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, exact: bool, work: Scratch) -> None:
+    """Write the second derivative of the energy at q to `work.hessian`, shape (n, n), after `find_energy` there.
+
+    If not `exact`, without what the intervals between nodes do by themselves, which vanishes as they become short.
+    """
     n = len(q)
     out, one, two = work.hessian, work.before, work.after
     for a in range(n):
         for b in range(n):
             out[a, b] = layout.stiffness[a, b] + rate * layout.damping[a, b]
-    curvature_of_points(layout, two, work.force, work, out)
+    if exact:
+        add_curvature(layout, two, work.force, work.quiet, work.calm, work.bends, out)
+    else:
+        curvature_of_points(layout, two, work.force, work, out)
     if len(work.taut) > 0:
         add_tendon_stiffness(work.taut, work.paths_after, out)
     for i in range(len(work.taut)):
@@ -64,5 +71,5 @@ def find_hessian(layout: Layout, loads: Loads, q: Array, rate: float, work: Scra
 def stiffness_of(layout: Layout, loads: Loads, q: Array, work: Scratch) -> Array:
     """Return the second derivative of the energy at an equilibrium, shape (n, n); its eigenvalues tell stability."""
     find_energy(layout, loads, q, 0.0, work)
-    find_hessian(layout, loads, q, 0.0, work)
+    find_hessian(layout, loads, q, 0.0, True, work)
     return work.hessian.copy()

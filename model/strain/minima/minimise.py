@@ -30,6 +30,11 @@ ATTAINED = 1e-12
 iterations, the minimum is reached to rounding. A hundred times `ROUNDING`: soft rods in coils wander at 4e-14 of it for
 ever (`tendond bench rod --survey 1 --first 9466`)."""
 
+APPROXIMATE = 12
+"""Iterations with an approximate second derivative, which is cheaper. Statics from a neighbour take
+2 to 4; near a coil of silicone the approximate one contracts by a hundredth only, and what goes down is lost in
+rounding (`tendond bench rod --survey 1 --first 51814`)."""
+
 CONTRACTION = 0.05
 """Ratio of the decrement in one step, above which a new second derivative is worth its price. Chosen: it moves
 time, not results, beyond the tolerance."""
@@ -66,7 +71,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
     for count in range(1, ITERATIONS + 1):
         last_decrement = np.inf  # of an undamped step from here
         if not fresh:
-            find_hessian(layout, loads, q, rate, work)
+            find_hessian(layout, loads, q, rate, count > APPROXIMATE, work)
         while True:
             if not fresh:
                 for a in range(n):
@@ -102,7 +107,7 @@ def minimise(layout: Layout, loads: Loads, q: Array, rate: float, tolerance: flo
             if fresh:
                 fresh = False
                 find_energy(layout, loads, q, rate, work)
-                find_hessian(layout, loads, q, rate, work)
+                find_hessian(layout, loads, q, rate, count > APPROXIMATE, work)
                 continue
             damping = max(4.0 * damping, 1e-3)
             if damping > 1e15:  # nothing goes down: this is the place, if rounding is what hides it

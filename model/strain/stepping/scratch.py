@@ -10,6 +10,7 @@ from tendond.model.numerics.products import padded
 from tendond.model.strain.discretise.modes import BENDING_Y, STRETCH
 from tendond.model.strain.kinematics import Shape, empty_shape
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.bends import Bends, bends_of
 from tendond.model.strain.spans import spans_of
 from tendond.model.strain.tendons import Paths, empty_paths
 
@@ -51,6 +52,7 @@ class Scratch(NamedTuple):
         share: derivative of what the balance lacks, a padded row. spun: of own turns, padded rows.
         base: of the step, if it moves, shape (25,); carried: its motion over the step, shape (15,): see `carried`.
         moved: of the mass points beside the base, shape (P, 3).
+        bends: of second derivatives. quiet, calm: no moments on the nodes, shapes (K + 1, 3) and (K + 1,).
         left, right, total: matrices for `add_products`, as are `matrix` and `mass`: rows one after the other, padded.
     """
 
@@ -96,6 +98,9 @@ class Scratch(NamedTuple):
     carried: Array
     moved: Array
     share: Array
+    bends: Bends
+    quiet: Array
+    calm: Array
 
 
 def scratch_for(layout: Layout) -> Scratch:
@@ -117,6 +122,7 @@ def scratch_for(layout: Layout) -> Scratch:
         spin=np.zeros(nodes), torque=np.zeros(nodes), taut=np.zeros(tendons), slack=np.zeros(tendons), scale=scale,
         unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
         base=np.zeros(25), carried=np.zeros(15), moved=np.zeros((points, 3)),
+        bends=bends_of(layout), quiet=np.zeros((nodes, 3)), calm=np.zeros(nodes),
         solving=np.zeros(3 * width), apart=np.zeros(2 * 36), share=np.zeros(width),
         **{name: np.zeros(6 * spans_of(layout).width[0]) for name in ("pushes", "others", "turns")},
         **{name: np.zeros(width**2) for name in ("total", "spun", "matrix", "mass")},

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tendond.model import Rod, RodParameters
 from tendond.model.strain import Robot, Section, StrainRod, StrainState, Tendon
 from tendond.model.strain.derivatives.linearise import Linearisation
+from tendond.model.strain.derivatives.results import InputSensitivity, StepSensitivity
 from tendond.model.strain.stepping.scratch import Loads
 from tendond.offline.bench.general_rod.batch import bench_batch
 from tendond.offline.bench.general_rod.batch import robot as one_section
@@ -26,6 +27,11 @@ STEPS = 200
 REPEATS = 5
 BATCH = 200
 TIME_STEP, SHORT = 0.01, 0.001
+
+MORE = "on top of a step"
+BY_INPUTS = f"{MORE}, tip and tendons by actuation and force"
+LINEAR_MODEL = f"{MORE}, its whole linear model"
+"""Rows of what derivatives take."""
 
 Run = Callable[[], Array]
 """Times of calls [s], shape (k,)."""
@@ -79,7 +85,8 @@ def bench_general(
         runs[f"{name}: 10 ms"] = _along(rod, steps, rod.step)
         runs[f"{name}: 1 ms"] = _along(short, steps, short.step)
         runs[f"{name}: statics from a neighbour"] = _along(rod, steps, _statics(rod))
-        runs[f"{name}: 10 ms with derivatives"] = _along(rod, steps, _states(linear))
+        runs[f"{name}: {BY_INPUTS}"] = _along(rod, steps, _states(linear.inputs))
+        runs[f"{name}: {LINEAR_MODEL}"] = _along(rod, steps, _states(linear.step))
     found: dict[str, list[Array]] = {name: [] for name in runs}
     for _ in range(REPEATS):
         for name, run in runs.items():
@@ -87,16 +94,12 @@ def bench_general(
             found[name].append(run())
     times = {name: 1e6 * np.concatenate(one) for name, one in found.items()}
     shooting = float(np.median(times["shooting rod, 10 ms"]))
-    rows = [_row(name, one, shooting, math.nan) for name, one in times.items() if "derivatives" not in name]
+    rows = [_row(name, one, shooting, math.nan) for name, one in times.items() if MORE not in name]
     for robot_name in robots:
-        step = times[f"{robot_name}: 10 ms"]
-        whole = times[f"{robot_name}: 10 ms with derivatives"]
-        more = float(np.median(whole) - np.median(step))
-        rows.append(
-            GeneralRow(
-                f"{robot_name}: derivatives of a step", more, math.nan, more / shooting, more / float(np.median(step))
-            )
-        )
+        step = float(np.median(times[f"{robot_name}: 10 ms"]))
+        for what in (BY_INPUTS, LINEAR_MODEL):
+            more = float(np.median(times[f"{robot_name}: {what}"])) - step
+            rows.append(GeneralRow(f"{robot_name}: {what}", more, math.nan, more / shooting, more / step))
     progress("many at once")
     many = bench_batch(batch).step_us
     own = float(np.median(times["one section, 4 tendons: 10 ms"]))
@@ -122,8 +125,8 @@ def _statics(rod: StrainRod) -> Advance:
     return lambda state, loads: rod.solve_static(loads, state)
 
 
-def _states(linear: Linearisation) -> Advance:
-    return lambda state, loads: linear.step(state, loads).state
+def _states(derive: Callable[[StrainState, Loads], StepSensitivity | InputSensitivity]) -> Advance:
+    return lambda state, loads: derive(state, loads).state
 
 
 def _shooting(steps: int) -> Run:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from tendond.model.numerics.parked import park
 from tendond.model.strain import Body, Robot, Section, StrainRod, Tendon
 from tendond.model.strain.composites import curvature_of_points
-from tendond.model.strain.derivatives.bends import bends_of
-from tendond.model.strain.derivatives.curvature import add_curvature
 from tendond.model.strain.derivatives.rates import empty_rates, find_rates
 from tendond.model.strain.kinematics import empty_shape, find_shape
+from tendond.model.strain.second_derivatives.bends import bends_of
+from tendond.model.strain.second_derivatives.curvature import add_curvature
 from tendond.model.strain.stepping.scratch import Scratch
 
 Array = NDArray[np.float64]

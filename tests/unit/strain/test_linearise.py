@@ -122,6 +122,40 @@ def test_the_linear_model_is_the_derivative_of_the_step(
             assert error < bound * whole
 
 
+@pytest.mark.parametrize(
+    ("robot", "time_step", "program", "bound"),
+    [
+        (lambda: paper(), 0.01, pulled, 1e-4),
+        (two_sections, 0.01, pushed, 2e-3),
+        (lambda: paper(damping=1e-3, drag=50.0), 0.005, driven, 1e-2),
+        (lambda: paper(damping=0.0, drag=0.0), 0.02, lambda rod, k: rod.loads([200.0, 0.0, 0.0, 0.0]), 1e-9),
+    ],
+    ids=["tensions", "two sections with loads", "displacements with drag", "split"],
+)
+def test_what_acts_during_a_step_moves_tip_and_tendons_as_the_whole_linear_model_says(
+    robot: Callable[[], Robot], time_step: float, program: Callable[[StrainRod, int], Loads], bound: float
+) -> None:
+    """Newton's matrix leaves out that axes turn with the rod, those of drag above all. Calls in turn share arrays."""
+    rod = StrainRod(robot(), time_step)
+    linear, both = Linearisation(rod), Linearisation(rod)
+    state = rod.rest()
+    for k in range(3):
+        loads = program(rod, k)
+        whole = linear.step(state, loads)
+        c = linear.outputs(whole.state)
+        found = both.inputs(state, loads)
+        expected = (c.position @ whole.b, c.rotation @ whole.b, c.displacement @ whole.b, c.position @ whole.by_force)
+        ours = (found.position, found.rotation, found.displacement, found.by_force)
+        for mine, theirs in zip(ours, expected, strict=True):
+            assert mine == pytest.approx(theirs, abs=bound * max(float(np.abs(theirs).max()), 1e-12))
+        assert found.analytic == whole.analytic
+        after = both.step(state, loads)
+        assert np.array_equal(found.state.strain, whole.state.strain)
+        assert np.array_equal(after.state.rate, whole.state.rate)
+        assert after.a == pytest.approx(whole.a, rel=1e-9, abs=1e-9 * float(np.abs(whole.a).max()))
+        state = whole.state
+
+
 def test_a_step_that_is_split_is_differenced_and_says_so() -> None:
     rod = StrainRod(paper(damping=0.0, drag=0.0), 0.02)
     found = Linearisation(rod).step(rod.rest(), rod.loads([200.0, 0.0, 0.0, 0.0]))

@@ -16,10 +16,10 @@ from tendond.model.numerics.products import BLOCK, HALF, Lines, add_products, pa
 from tendond.model.numerics.simd import simd_load, simd_multiply_add, simd_store
 from tendond.model.numerics.vectors import add, cross, dot, plus_outer, rotate_back, scale
 from tendond.model.strain.composites import NONE, ZERO, add_three, own_lanes, turned_push, write_turn
-from tendond.model.strain.derivatives.bends import Bends
 from tendond.model.strain.directions import DIRECTIONS, by_modes
 from tendond.model.strain.kinematics import Shape, axis_of, point_of, rotation_of, strain_of
 from tendond.model.strain.layout import Layout
+from tendond.model.strain.second_derivatives.bends import Bends
 from tendond.model.strain.twists import (
     COMMUTATOR,
     Six,

@@ -15,7 +15,7 @@ from tendond.model.numerics.parked import address_of
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
-from tendond.model.strain.stepping.many import Inputs, Kinds, Motion, Room, advance_many, measures_of
+from tendond.model.strain.stepping.many import Inputs, Kinds, Motion, Room, Track, advance_many, measures_of
 from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 
 Array = NDArray[np.float64]
@@ -131,6 +131,32 @@ class RodBatch:
                 displacement, or a displacement of a tendon without stiffness.
             ConvergenceError: a state is not finite.
         """
+        self._take(tension, displacement, tip_force, steps, run, 0)
+
+    def follow(
+        self,
+        tension: ArrayLike | None = None,
+        displacement: ArrayLike | None = None,
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        steps: int = 1,
+        run: Run = map,
+    ) -> Track:
+        """Advance every rod as `step` does, and return the tips and the tendons' displacements after each step.
+
+        Raises:
+            ParameterError, ConvergenceError: see `step`.
+        """
+        return self._take(tension, displacement, tip_force, steps, run, steps)
+
+    def _take(
+        self,
+        tension: ArrayLike | None,
+        displacement: ArrayLike | None,
+        tip_force: ArrayLike,
+        steps: int,
+        run: Run,
+        kept: int,
+    ) -> Track:
         if (tension is None) == (displacement is None):
             raise ParameterError("batch: give tension or displacement, one of them")
         name, value = ("displacement", displacement) if tension is None else ("tension", tension)
@@ -142,19 +168,21 @@ class RodBatch:
         force = self._given("tip_force", tip_force, 3, steps)
 
         motion = Motion(self._strain, self._rate, self.counts)
+        track = Track(np.zeros((kept, len(self), 3)), np.zeros((kept, *self._stiffness.shape)))
 
         def part(worker: int) -> None:
             self._rooms[worker].loads.driven[:] = tension is None
             rods = int(self._edges[worker]), int(self._edges[worker + 1])
             self._advance[worker].call(
-                self._like, self._rooms[worker], self._kinds, Inputs(given, force), motion, self.time_step,
-                STEP_TOLERANCE, rods, steps,
+                self._like, self._rooms[worker], self._kinds, Inputs(given, force), motion, track,
+                self.time_step, STEP_TOLERANCE, rods, steps,
             )  # fmt: skip
 
         for _ in run(part, range(len(self._rooms))):
             pass
         if not (np.all(np.isfinite(self.strain)) and np.all(np.isfinite(self.rate))):
             raise ConvergenceError("batch: a step from a state that is not finite", 0.0, 0.0, 0)
+        return track
 
     def _given(self, name: str, value: ArrayLike | None, width: int, steps: int) -> Array:
         """Return numbers per step and rod, shape (1 or steps, N, width)."""

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from tendond.offline.identification.configured import nominal, parameters_of
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import PARAMETERS, Parameter, nominal
+from tendond.offline.identification.parameters import PARAMETERS, Parameter
 from tendond.offline.identification.recordings.recording import Recording
 
 
@@ -25,8 +26,9 @@ def force_scale(recordings: Sequence[Recording], parameters: Sequence[Parameter]
     values = nominal(recordings[0].config)
     for held in ("rho", "E", "tip_mass"):
         if held not in names and values[held] > 0.0:
-            key = PARAMETERS[held].key
-            return f"{held}, which is not fitted: all others are relative to rod.{key} = {values[held]:g}", True
+            (used,) = parameters_of(recordings[0].config.rod, (PARAMETERS[held],))
+            at = f"{used.section}.{used.key} = {values[held]:g}"
+            return f"{held}, which is not fitted: all others are relative to {at}", True
     return (
         "nothing: displacements and poses fix only ratios of E, rho, Bbt, C, tendon_stiffness and tip_mass. Record a "
         "log with a known weight on the tip ('tendond identify run --weight 0.05'), use the servos' load (--load 2), "

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendond.offline.identification.configured import absent, nominal, parameters_of, starts
 from tendond.offline.identification.fitting.evaluations import EvaluationCache
 from tendond.offline.identification.fitting.problem import FitProblem, Report
 from tendond.offline.identification.fitting.servo_start import servo_start
@@ -14,7 +15,7 @@ from tendond.offline.identification.fitting.solve import FitResult, fit
 from tendond.offline.identification.fitting.statistics import ALIKE, Statistics, statistics
 from tendond.offline.identification.force_scale import force_scale, weight_hides_tip_mass
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import Parameter, chosen, nominal, starts
+from tendond.offline.identification.parameters import Parameter, chosen
 from tendond.offline.identification.recordings.checks import Finding, check, errors
 from tendond.offline.identification.recordings.recording import DataError, Recording
 from tendond.offline.identification.results.result import Found, HeldOut, Identification, Ratio
@@ -48,7 +49,8 @@ def identify(
         UsageError: parameters that cannot be fitted.
         FitError, SimulationError: no result.
     """
-    parameters = chosen(options.parameters)
+    config = recordings[0].config
+    parameters = parameters_of(config.rod, chosen(options.parameters))
     drive = options.drive or ("measured" if all(r.has_reports for r in recordings) else "command")
     everything = [*recordings, *held_out]
     findings = check(everything, drive)
@@ -57,17 +59,16 @@ def identify(
     bad = errors(findings)
     if bad:
         raise DataError("\n".join(finding.text for finding in bad))
-    config = recordings[0].config
-    starts(config, parameters)  # refused before anything is computed
-    scale, known = force_scale(recordings, parameters, options)
+    why = absent(config, parameters)
+    free = [parameter for parameter in parameters if parameter.name not in why]
+    starts(config, free)  # refused before anything is computed
+    scale, known = force_scale(recordings, free, options)
     simulations = tuple(Simulation(recording, drive) for recording in recordings)
     noise = float(np.median([recording.noise for recording in recordings])) or 1e-5
     kept = EvaluationCache(memory, {
         "logs": [_digest(recording) for recording in recordings], "options": asdict(options) | {"jobs": 0},
         "source": source_hash(SOURCES), "drive": drive,
     })  # fmt: skip
-    why: dict[str, str] = {}
-    free = list(parameters)
     if known and weight_hides_tip_mass(recordings, parameters, options):
         why["tip_mass"] = "the same weight hangs in every log, so only the sum is identifiable: add a log without it"
         free = [parameter for parameter in free if parameter.name != "tip_mass"]

@@ -1,20 +1,10 @@
 """Parameters that can be identified: name, unit, key in the configuration, and coordinate in the fit."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
-from tendond.model.errors import ParameterError
-from tendond.model.rod.parameters import RodParameters
-from tendond.schemas.assumed_rig import TENDON_STIFFNESS
-from tendond.schemas.config.rig import RigConfig
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -120,84 +110,6 @@ def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
     if not wanted:
         raise UsageError(f"--parameters: choose among {', '.join(PARAMETERS)}")
     return tuple(parameter for parameter in PARAMETERS.values() if parameter.name in wanted)
-
-
-def nominal(config: RigConfig) -> dict[str, float]:
-    """Return the configured values by name; of diagonals the first entry, to which the others keep their ratio."""
-    rod, observer = config.rod, config.observer
-    return {
-        "E": rod.youngs_modulus,
-        "rho": rod.density,
-        "Bbt": rod.bending_damping[0],
-        "C": rod.drag[0],
-        "tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS,  # a displacement-driven rod needs elastic tendons
-        "tip_mass": rod.tip_mass,
-        "spool": 1.0,
-        "backlash": 0.0,
-        "delay": observer.delay,
-        "lag": observer.lag,
-        "zero": 0.0,
-    }
-
-
-def rod_parameters(config: RigConfig, values: Mapping[str, float]) -> RodParameters:
-    """Build the rod of a configuration with other values, by name.
-
-    Raises:
-        ParameterError: invalid values.
-    """
-    if config.rod.not_uniform:
-        raise ParameterError(f"{config.rod.not_uniform}: only one straight, uniform section is identified so far")
-    fields = config.rod.parameters()
-    fields["tendon_stiffness"] = values["tendon_stiffness"]
-    fields["youngs_modulus"], fields["density"] = values["E"], values["rho"]
-    fields["bending_damping"] = _diagonal(config.rod.bending_damping, values["Bbt"])
-    fields["drag"] = _diagonal(config.rod.drag, values["C"])
-    fields["tip_mass"] = values["tip_mass"]
-    return RodParameters(**fields)
-
-
-def with_values(config: RigConfig, values: Mapping[str, float]) -> RigConfig:
-    """Return the configuration with these values; others keep the configured one."""
-    known = {**nominal(config), **values}
-    rod: dict[str, Any] = {
-        "youngs_modulus": known["E"],
-        "density": known["rho"],
-        "bending_damping": _diagonal(config.rod.bending_damping, known["Bbt"]),
-        "drag": _diagonal(config.rod.drag, known["C"]),
-        "tip_mass": known["tip_mass"],
-    }
-    if "tendon_stiffness" in values:
-        rod["tendon_stiffness"] = known["tendon_stiffness"]
-    observer = {"delay": known["delay"], "lag": known["lag"]}
-    return config.model_copy(
-        update={
-            "rod": config.rod.model_copy(update=rod),
-            "observer": config.observer.model_copy(update=observer),
-        }
-    )
-
-
-def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, float]:
-    """Return the start of a fit by name: the configured values, moved off bounds where they are to be fitted.
-
-    Raises:
-        UsageError: a value of zero, which has no logarithm.
-    """
-    values = nominal(config)
-    for parameter in parameters:
-        if parameter.logarithmic and values[parameter.name] <= 0.0:
-            raise UsageError(f"{parameter.section}.{parameter.key} = 0 is no start for a fit: set a first guess")
-        values[parameter.name] = max(values[parameter.name], FROM.get(parameter.name, -math.inf))
-    return values
-
-
-def _diagonal(entries: tuple[float, ...], first: float) -> tuple[float, float, float]:
-    """Scale `entries` so that the first is `first`."""
-    if entries[0] == 0.0:
-        return (first, first, first)
-    a, b, c = (first * entry / entries[0] for entry in entries)
-    return a, b, c
 
 
 def bounds(parameter: Parameter, start: float) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from tendond.model.rod.tip_body import ball_inertia
-from tendond.offline.identification.parameters import with_values
+from tendond.offline.identification.configured import with_values
 from tendond.offline.identification.proof.rigs import BUILT, CONTROLLER, FACTORS, TIP_MASS
 from tendond.offline.robustness.evaluate import PointResult, evaluate
 from tendond.offline.robustness.points import Point

@@ -13,6 +13,7 @@ from tendond.schemas.config.rod.bodies import RodBase, RodTip
 from tendond.schemas.config.rod.inherit import SHORT_FORM, over
 from tendond.schemas.config.rod.mean_wire import mean_keys
 from tendond.schemas.config.rod.presets import PRESETS, PresetName
+from tendond.schemas.config.rod.scale import RodScale
 from tendond.schemas.config.rod.section import BackboneSection
 from tendond.schemas.config.rod.short_form import NotShortError, backbone_keys, damping_of, tendon_keys
 from tendond.schemas.config.rod.table import end_of
@@ -87,6 +88,7 @@ class RodSection(Schema):
     tendon: tuple[RodTendon, ...] = Field((), max_length=16, description="tendons; instead of tendon_positions")
     tip: RodTip | None = None
     base: RodBase | None = None
+    scale: RodScale | None = None
     space: Literal["euler", "rk4", "rk6"] = Field(
         "rk6", description="integration scheme along the rod; euler is the paper's"
     )
@@ -116,7 +118,7 @@ class RodSection(Schema):
             raise ValueError("\n".join(wrong))
         try:
             values = self._short_form()
-            values |= {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None}
+            values |= {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None, "scale": None}
         except NotShortError:
             values = self._outline()
         for name, value in values.items():
@@ -176,13 +178,14 @@ class RodSection(Schema):
             names = ("length", "radius", "youngs_modulus", "poisson_ratio", "density")
             known = {name: getattr(self, name) for name in (*names, "tip_mass", "tip_inertia", "tip_offset")}
             found["bending_damping"] = damping_of(ratio, known | found)
-        return found
+        return found if self.scale is None else found | self.scale.on_keys(dict(self) | found)
 
     def _outline(self) -> dict[str, Any]:
         """Length, mean wire, tendons at the base and gravity, for checks and limits of other tables."""
         found: dict[str, Any] = {"length": self.backbone_length, "gravity": self.world_gravity}
         if self.section:
             found |= mean_keys(self.section)
+            found |= {} if self.scale is None else self.scale.on_keys(found)
         if self.tip is not None:
             found["tip_mass"] = self.tip.mass
         if self.tendon:

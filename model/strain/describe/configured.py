@@ -10,6 +10,7 @@ import numpy as np
 
 from tendond.model.strain.describe.damping import with_damping_ratios
 from tendond.model.strain.describe.profile import PropertyProfile, Rows, combined
+from tendond.model.strain.describe.scaled import scaled
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
 from tendond.schemas.config.control import LoopSection
@@ -84,15 +85,20 @@ def robot_from_section(rod: RodSection) -> Robot:
         sections, wanted = (_uniform(rod),), [rod.damping_ratio]
     length = sum(section.length for section in sections)
     base = np.eye(3) if rod.base is None else np.array([rod.base.to_world(axis) for axis in AXES]).T
+    disks, tip = tuple(_disks(rod.section)), tuple(_tip(rod, length))
     robot = Robot(
         sections=sections,
         tendons=_tendons(rod, length),
-        bodies=(*_disks(rod.section), *_tip(rod, length)),
+        bodies=(*disks, *tip),
         gravity=rod.world_gravity,
         base=base,
         origin=(0.0, 0.0, 0.0) if rod.base is None else rod.base.position,
     )
-    return with_damping_ratios(robot, wanted)
+    robot = with_damping_ratios(robot, wanted)
+    if rod.scale is None:
+        return robot
+    robot = scaled(replace(robot, bodies=disks), rod.scale)
+    return replace(robot, bodies=(*robot.bodies, *tip))
 
 
 def _uniform(rod: RodSection) -> Section:

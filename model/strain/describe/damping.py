@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from tendond.model.strain.describe.profile import PropertyProfile, combined
+from tendond.model.strain.describe.profile import Factor, PropertyProfile, combined
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.discretise.modes import BENDING_X, BENDING_Y
 from tendond.model.strain.kinematics import empty_shape, find_shape
@@ -62,19 +62,9 @@ def first_bending_frequency(robot: Robot) -> float:
 def _damped(section: Section, time: float) -> Section:
     """The section with Bbt = time (EI, EI, GJ)."""
     parts = [section.profile(name) for name in ("bending_stiffness", "torsion_stiffness")]
-    damping: PropertyProfile = combined(_Times(time), *parts)
+    damping: PropertyProfile = combined(Factor(time), *parts)
     if damping.knots:
         return replace(section, tables={**section.tables, "bending_damping": damping})
     tables = {name: table for name, table in section.tables.items() if name != "bending_damping"}
     x, y, z = damping(0.0)
     return replace(section, bending_damping=(x, y, z), tables=tables)
-
-
-class _Times:
-    """Multiplies stiffness by a time [s]; a class, so that a robot can be pickled."""
-
-    def __init__(self, time: float) -> None:
-        self.time = time
-
-    def __call__(self, *values: float) -> tuple[float, ...]:
-        return tuple(self.time * one for one in values)

@@ -82,3 +82,13 @@ def _linear(at: Values, values: tuple[Values, ...], s: float) -> Values:
     right = bisect_right(at, s)
     share = (s - at[right - 1]) / (at[right] - at[right - 1])
     return tuple(a + share * (b - a) for a, b in zip(values[right - 1], values[right], strict=True))
+
+
+class Factor:
+    """Multiplies numbers by a factor; a class, so that a robot can be pickled."""
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+    def __call__(self, *values: float) -> tuple[float, ...]:
+        return tuple(self.factor * one for one in values)

@@ -59,6 +59,13 @@ class Motion(NamedTuple):
     counts: Index
 
 
+class Track(NamedTuple):
+    """Motion that is kept, of all steps or of none: tips [m], shape (S, N, 3); displacements [m], shape (S, N, m)."""
+
+    tip: Array
+    displacement: Array
+
+
 def measures_of(layout: Layout) -> Array:
     """Parameters that scratch arrays hold, in a row: measures of strains and of energy, modes and routes at points."""
     work = scratch_for(layout)
@@ -103,12 +110,14 @@ def advance_many(
     kinds: Kinds,
     inputs: Inputs,
     motion: Motion,
+    track: Track,
     h: float,
     tolerance: float,
     rods: tuple[int, int],
     steps: int,
 ) -> None:
     """Advance the rods from the first of `rods` to before the last by some steps, in place; see `RodBatch`."""
+    kept = len(track.tip) > 0
     work, other, loads = room
     held, tip = -1, kinds.tip[0]
     for i in range(rods[0], rods[1]):
@@ -123,6 +132,11 @@ def advance_many(
             for c in range(3):
                 loads.force[tip, c] = inputs.tip_force[pushed, i, c]
             total, parts, damped = advance(layout, loads, motion.strain[i], motion.rate[i], h, tolerance, work, k > 0)
+            if kept:
+                for c in range(3):
+                    track.tip[k, i, c] = work.after.position[-1, c]
+                for a in range(len(loads.tension)):
+                    track.displacement[k, i, a] = work.paths_after.displacement[a]
             work, other = other, work
             motion.counts[i, 0] += total
             motion.counts[i, 1] += parts

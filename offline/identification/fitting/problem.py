@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.offline.identification.parameters import Parameter, bounds
-from tendond.offline.identification.simulation.simulate import MOTIONLESS, Simulation, SimulationError, TipMotion
+from tendond.offline.identification.simulation.motion import SimulationError, TipMotion
+from tendond.offline.identification.simulation.simulate import MOTIONLESS, Simulation
 
 Array = NDArray[np.float64]
 
@@ -122,18 +123,26 @@ class FitProblem:
 
     def _motions(self, runs: Sequence[Mapping[str, float]], what: str) -> list[list[TipMotion]]:
         """Compute the tip's motion of each recording for each set of values."""
-        tasks = [(simulation, values) for values in runs for simulation in self.simulations]
-        found: list[TipMotion] = []
+        tasks = [
+            (number, first, runs[first : first + size])
+            for number, simulation in enumerate(self.simulations)
+            for size in (self._together(len(runs), simulation),)
+            for first in range(0, len(runs), size)
+        ]
+        found: dict[tuple[int, int], TipMotion] = {}
         pool = ThreadPoolExecutor(self._jobs)
         try:
-            futures = [pool.submit(simulation.motion, values) for simulation, values in tasks]
-            for future in futures:
-                found.append(future.result())
-                self._report(what, len(found), len(tasks))
+            futures = [pool.submit(self.simulations[number].motions, sets) for number, _, sets in tasks]
+            for future, (number, first, _) in zip(futures, tasks, strict=True):
+                found |= {(first + index, number): motion for index, motion in enumerate(future.result())}
+                self._report(what, len(found), len(runs) * len(self.simulations))
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
-        n = len(self.simulations)
-        return [found[i : i + n] for i in range(0, len(found), n)]
+        return [[found[row, number] for number in range(len(self.simulations))] for row in range(len(runs))]
+
+    def _together(self, runs: int, simulation: Simulation) -> int:
+        """Return the number of sets of values that one task simulates: as many as leave each thread a task."""
+        return max(1, runs * len(self.simulations) // self._jobs) if simulation.general else 1
 
 
 def _row(blocks: Sequence[Sequence[Array]]) -> Array:

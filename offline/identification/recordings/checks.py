@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from tendond.offline.identification.parameters import nominal
+from tendond.offline.identification.configured import nominal
 from tendond.offline.identification.recordings.recording import Recording
-from tendond.offline.identification.simulation.simulate import Drive, Simulation, SimulationError
+from tendond.offline.identification.simulation.motion import SimulationError
+from tendond.offline.identification.simulation.simulate import Drive, Simulation
 
 MIN_MOTION = 0.01
 """Minimum travel of the tip, as a fraction of the rod's length; and fifty times the poses' noise."""
@@ -72,6 +73,12 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
         found.append(Finding(level, name, f"{path}: {name}: {text}"))
 
     length = recording.config.rod.length
+    if recording.ideal_drive:
+        say("error", "ideal drive", (
+            "a simulator's servos that impose the tension: it reports the tendons' paths, not their ends, and a fit "
+            'would take that for a finding; set simulator.drive = "displacement" and record again'
+        ))  # fmt: skip
+        return found
     if recording.fault:
         say("warning", "fault", f"the controller faulted ({recording.fault}); what comes after is left out")
     if recording.duration < MIN_SECONDS:
@@ -185,7 +192,11 @@ def _together(first: Recording, other: Recording) -> list[Finding]:
         if ours != theirs:
             text = f"{other.path}: wrong rig: rod.{key} = {theirs}, in {first.path.name} {ours}; use logs of one set-up"
             found.append(Finding("error", "wrong rig", text))
-    ours, theirs = first.config.rod.tip_mass, other.config.rod.tip_mass
+    for key in ("section", "tendon", "base"):
+        if getattr(first.config.rod, key) != getattr(other.config.rod, key):
+            text = f"{other.path}: wrong rig: rod.{key} is not that of {first.path.name}; use logs of one set-up"
+            found.append(Finding("error", "wrong rig", text))
+    ours, theirs = (nominal(one.config)["tip_mass"] for one in (first, other))
     if ours != theirs:
         text = (
             f"{other.path}: tip mass: rod.tip_mass = {theirs:g} kg, in {first.path.name} {ours:g} kg; one body is "

@@ -83,6 +83,7 @@ def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
         limited=float(np.mean(limited[armed[part]])) if np.any(armed[part]) else 0.0,
         missed=int(missed[-1]),
         fault=fault,
+        ideal_drive="truth.position" in arrays.arrays and arrays.config.simulator.drive == "tension",
     )
 
 

@@ -37,6 +37,7 @@ class Recording:
         cycles: cycles in the whole log. hidden: those without a usable pose.
         limited: fraction of the armed cycles with the command at a limit. missed: missed deadlines.
         fault: reason of the fault in which the log ended; empty without one.
+        ideal_drive: true if a simulator imposed the tensions, without servos between.
     """
 
     path: Path
@@ -57,6 +58,7 @@ class Recording:
     limited: float
     missed: int
     fault: str
+    ideal_drive: bool = False
 
     @property
     def name(self) -> str:

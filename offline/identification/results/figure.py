@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendond.offline.identification.parameters import nominal
+from tendond.offline.identification.configured import nominal
 from tendond.offline.identification.results.result import Identification
 from tendond.offline.identification.simulation.simulate import Simulation
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style

@@ -50,7 +50,7 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
     yield f"# The scale of force is fixed by {_wrapped(result.scale)}."
     yield "# To include this file, add a line before a configuration's first table; its own keys take precedence:"
     yield f'#     include = ["{file_name(now)}"]'
-    for section in ("rod", "observer", "servo"):
+    for section in ("rod", "rod.scale", "rod.tip", "observer", "servo"):
         lines = [
             line for found in result.parameters if found.parameter.section == section for line in _value(result, found)
         ]
@@ -92,7 +92,7 @@ def _value(result: Identification, found: Found) -> Iterator[str]:
     if not parameter.key:
         yield f"# {parameter.name} = {found.value:.{DIGITS}g} {known}: {parameter.meaning}"
         return
-    if parameter.name in ("Bbt", "C"):
+    if parameter.key in ("bending_damping", "drag") and parameter.section == "rod":
         was = result.config.rod.bending_damping if parameter.name == "Bbt" else result.config.rod.drag
         entries = ", ".join(f"{found.value * (entry / was[0] if was[0] else 1.0):.{DIGITS}g}" for entry in was)
         yield f"{parameter.key} = [{entries}]  # {parameter.name} {known}"

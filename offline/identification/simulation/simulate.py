@@ -6,21 +6,18 @@ known weight is a rigid body on the tip, with the inertia of a brass ball.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.errors import DaemonError
-from tendond.model.errors import ConvergenceError, ParameterError
-from tendond.model.rod.rod import Rod
-from tendond.model.rod.tip_body import ball_inertia
-from tendond.model.rod.trajectory import simulate_trajectory
-from tendond.offline.identification.parameters import rod_parameters
+from tendond.model.rods.selection import solver_of
 from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.simulation.general import general_motions
+from tendond.offline.identification.simulation.motion import RELEASED, TipMotion
 from tendond.offline.identification.simulation.servos import reported_ends, settled_reports, tendon_ends
+from tendond.offline.identification.simulation.shooting import shooting_motion
 
 Array = NDArray[np.float64]
 
@@ -31,16 +28,8 @@ Drive = Literal["measured", "command"]
 TIME_STEP = 0.005
 """Maximum time step [s]. The controller's 10 ms shift the rod's first frequency by a percent, an error of the density.
 
-The grid lies half a step off the commands: a jump within an implicit step counts as one in its middle.
+Commands change between two steps: the tendons' ends are those of a step's middle.
 """
-
-
-ALPHA = -0.45
-"""Alpha of BDF-alpha: near the trapezoidal rule, since numerical damping would be subtracted from the rod's."""
-
-
-RELEASED = -1.0
-"""Displacement of a tendon whose servo has no torque [m]: slack in every shape."""
 
 
 TRAVEL = 0.002
@@ -51,24 +40,6 @@ PULLING = 3.0
 """Tension, in units of its noise, above which it is used: that of a slack tendon cannot fall below zero."""
 
 
-class SimulationError(DaemonError):
-    """Error of parameters with which the rod has no solution."""
-
-
-@dataclass(frozen=True)
-class TipMotion:
-    """Motion of the rod during a recording.
-
-    Attributes:
-        step: time step [s]. tips: positions at its multiples from zero on [m], shape (steps + 1, 3).
-        tensions: tendon tensions after each step [N], shape (steps, n).
-    """
-
-    step: float
-    tips: Array
-    tensions: Array
-
-
 class Simulation:
     """A recording that can be simulated with any parameters; stateless, for use by several threads.
 
@@ -76,11 +47,15 @@ class Simulation:
         recording: the recording.
         drive: source of the tendons' ends.
         time_step: maximum time step [s].
+
+    Attributes:
+        general: true where the rod is the general one, so that many sets of values are simulated at once.
     """
 
     def __init__(self, recording: Recording, drive: Drive, time_step: float = TIME_STEP) -> None:
         self.recording = recording
         self.drive = drive
+        self.general = solver_of(recording.config.rod, recording.config.control.solver) == "general"
         period = recording.period
         self.step = period / math.ceil(period / time_step - 1e-9)
         last = max(recording.duration, float(recording.pose_times[-1]))
@@ -110,43 +85,33 @@ class Simulation:
         Raises:
             SimulationError: no solution; with the time.
         """
-        recording = self.recording
-        try:
-            rod = Rod(rod_parameters(recording.config, values), time_step=self.step, alpha=ALPHA)
-            rod.load_tip(recording.weight, ball_inertia(recording.weight))
-        except ParameterError as error:
-            raise SimulationError(f"{recording.path}: {error}") from error
+        return self.motions([values])[0]
+
+    def motions(self, sets: Sequence[Mapping[str, float]]) -> list[TipMotion]:
+        """Simulate the rod's motion for several sets of values, in one batch where the rod is the general one.
+
+        Raises:
+            SimulationError: no solution.
+        """
+        ends = np.stack([self._driven(values) for values in sets], axis=1)
+        starts = ends[0] if self._armed[0] else np.full(ends.shape[1:], RELEASED)
+        if self.general:
+            return general_motions(self.recording, sets, starts, ends, self.step)
+        return [
+            shooting_motion(self.recording, values, starts[i], ends[:, i], self.step) for i, values in enumerate(sets)
+        ]
+
+    def _driven(self, values: Mapping[str, float]) -> Array:
+        """Compute the displacements of the tendons' ends in the middle of each step [m], shape (steps, n)."""
         measured = self.drive == "measured"
-        ends = self._ends if measured else tendon_ends(recording, self._ends_at, values["lag"], values["backlash"])
+        ends = self._ends if measured else tendon_ends(self.recording, self._ends_at, values["lag"], values["backlash"])
         ends = values["spool"] * ends + values["zero"]
         ends[~self._armed] = RELEASED
-        start = ends[0] if self._armed[0] else np.full(ends.shape[1], RELEASED)
-        loads = np.tile(rod.loads(start), (len(ends), 1))
-        loads[:, : ends.shape[1]] = ends
-        try:
-            rest = rod.solve_static(displacements=start)
-        except ConvergenceError as error:
-            raise SimulationError(f"{recording.path}: the rod has no rest to start from: {error}") from error
-        found = simulate_trajectory(rod, rest, loads)
-        if found.solved < len(loads):
-            at = self._ends_at[found.solved]
-            shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items())
-            raise SimulationError(f"{recording.path}: the rod has no solution at {at:.2f} s with {shown}")
-        return TipMotion(self.step, np.vstack([rod.tip(rest).position, found.tips]), found.tensions)
+        return ends
 
     def predicted_poses(self, motion: TipMotion, delay: float) -> Array:
         """Predict the recording's poses [m], shape (m, 3): the tip `delay` [s] before, by cubic interpolation."""
-        at = np.clip((self.recording.pose_times - delay) / motion.step + 0.5, 0.0, len(motion.tips) - 1.001)
-        whole = at.astype(np.intp)
-        t = (at - whole)[:, None]
-        tips = motion.tips
-        before, after = tips[np.maximum(whole - 1, 0)], tips[np.minimum(whole + 2, len(tips) - 1)]
-        one, two = tips[whole], tips[whole + 1]
-        return np.asarray(
-            0.5 * (2.0 * one + t * (two - before)
-            + t**2 * (2.0 * before - 5.0 * one + 4.0 * two - after)
-            + t**3 * (3.0 * (one - two) + after - before))
-        )  # fmt: skip
+        return motion.at(self.recording.pose_times - delay)
 
     def residuals(self, values: Mapping[str, float], motion: TipMotion, load_noise: float | None) -> list[Array]:
         """Compute model minus measurement, a row for each sample, in metres of the tip.
@@ -166,9 +131,10 @@ class Simulation:
             found.append(self.servos_apart(values))
         if load_noise is not None:
             count = self.reports_count
-            rows = np.searchsorted(self._ends_at, recording.report_times[count] - 1e-9)
+            ahead = recording.report_times[count] - motion.first
+            rows = np.ceil(ahead / motion.step - 1e-6).astype(np.intp) - 1
             scale = max(recording.noise, 1e-5) / load_noise
-            tensions = motion.tensions[np.minimum(rows, len(motion.tensions) - 1)]
+            tensions = motion.tensions[np.clip(rows, 0, len(motion.tensions) - 1)]
             pulled = recording.pulled[count]
             found.append(np.where(pulled > PULLING * load_noise, scale * (tensions - pulled), 0.0))
         return found

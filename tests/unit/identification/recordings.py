@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.offline.identification.parameters import nominal
+from tendond.offline.identification.configured import nominal
 from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.simulation.servos import tendon_ends
 from tendond.offline.identification.simulation.simulate import Simulation

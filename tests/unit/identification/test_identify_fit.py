@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tendond.daemon.errors import UsageError
+from tendond.offline.identification.configured import starts, with_values
 from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import chosen, starts, with_values
+from tendond.offline.identification.parameters import chosen
 from tendond.offline.identification.recordings.recording import DataError, Recording
 from tendond.offline.identification.results.result import Identification
 from tests.unit.identification.recordings import CONFIG, NAMES, TRUE, recording

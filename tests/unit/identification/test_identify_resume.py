@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from tendond.offline.identification.configured import nominal, starts
 from tendond.offline.identification.fitting.evaluations import EvaluationCache
 from tendond.offline.identification.fitting.problem import FitProblem
 from tendond.offline.identification.fitting.solve import bounded_step
 from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import chosen, nominal, starts
+from tendond.offline.identification.parameters import chosen
 from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.simulation.simulate import Simulation
 from tests.unit.identification.recordings import CONFIG

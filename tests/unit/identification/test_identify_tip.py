@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tendond.model.rod.tip_body import ball_inertia
+from tendond.offline.identification.configured import with_values
 from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import with_values
 from tendond.offline.identification.recordings.recording import Recording
 from tendond.offline.identification.results.parameter_file import parameter_file
 from tendond.offline.identification.results.report import report

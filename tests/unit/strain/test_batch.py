@@ -52,6 +52,20 @@ def test_rods_of_different_shape_and_routes_step_as_they_do_alone_to_the_last_bi
         assert np.array_equal(batch.strain[index], state.strain)
 
 
+def test_tips_and_displacements_that_are_followed_are_those_after_each_step() -> None:
+    rng = np.random.default_rng(6)
+    tensions = rng.uniform(0.0, 20.0, (5, 3, 4))
+    batch = RodBatch(ROBOTS)
+    track = batch.follow(tensions, steps=5)
+    for index, robot in enumerate(ROBOTS):
+        rod = StrainRod(robot)
+        state = rod.rest()
+        for k in range(5):
+            state = rod.step(state, rod.loads(tensions[k, index]))
+            assert np.allclose(track.tip[k, index], rod.tip(state)[0], rtol=0.0, atol=1e-14)
+            assert np.allclose(track.displacement[k, index], rod.displacements(state), rtol=0.0, atol=1e-14)
+
+
 def test_states_that_are_written_are_copied_in() -> None:
     batch, rod = RodBatch(ROBOTS[:2]), StrainRod(ROBOTS[1])
     bent = rod.solve_static(rod.loads([5.0, 0.0, 0.0, 0.0])).strain

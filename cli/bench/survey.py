@@ -2,6 +2,9 @@
 
 from collections import Counter
 
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.bench.general_rod.survey import Outcome, survey
@@ -13,6 +16,7 @@ def run_survey(count: int, first: int) -> bool:
 
     def note(outcome: Outcome) -> None:
         total.update(split=outcome.split, damped=outcome.damped)
+        progress.advance(task)
         if outcome.failed:
             one = outcome.draw
             print(
@@ -22,7 +26,11 @@ def run_survey(count: int, first: int) -> bool:
             )
 
     announce_compilation(say)
-    failed = survey(count, first, progress=note)
+    console = Console(stderr=True)
+    columns = (TextColumn("draws"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=count)
+        failed = survey(count, first, progress=note)
     print(
         f"{len(failed)} of {count} draws failed; {total['split']} steps were split, "
         f"{total['damped']} parts of steps taken as implicit Euler steps"

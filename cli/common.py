@@ -70,18 +70,6 @@ def load_runnable(path: Path | None) -> RigConfig:
     return config
 
 
-def load_uniform(path: Path | None) -> RigConfig:
-    """Load a configuration whose robot is one straight, uniform section, for studies of the shooting rod.
-
-    Raises:
-        ConfigError: see `load_config`; or it is not.
-    """
-    config = load_config(path)
-    if config.rod.not_uniform:
-        raise ConfigError(f"{path}: {config.rod.not_uniform}: this study is of one straight, uniform section")
-    return config
-
-
 def read_samples(path: Path) -> list[tuple[float, ...]]:
     """Read the samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
 

@@ -4,13 +4,14 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from tendond.cli.common import load_uniform
-from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, loop_rows, stiffness_rows
+from tendond.cli.common import load_runnable
+from tendond.offline.robustness.bent_stiffness import stiffness_rows
+from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, loop_rows
 
 
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
     """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
-    config = load_uniform(config_file)
+    config = load_runnable(config_file)
     gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
     if not as_json:
         print("gains that the margin admits\n")
@@ -25,7 +26,7 @@ def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: 
         print("| mass g | tension N | tip across mm | arm | observer |\n| --- | --- | --- | --- | --- |")
         for one in stiffnesses:
             print(
-                f"| {one.mass * 1e3:.0f} | {one.tension:.0f} | {one.across * 1e3:.0f} | {one.arm:.2f} "
+                f"| {one.mass * 1e3:.3g} | {one.tension:.3g} | {one.across * 1e3:.0f} | {one.arm:.2f} "
                 f"| {one.observer:.2f} |"
             )
         print("\nthe loop in lockstep\n")
@@ -56,6 +57,6 @@ def _line(run: LoopRow) -> str:
     ripple = "-" if run.ripple is None else f"{run.ripple * 1e3:.3f}"
     verdict = "pass" if run.passes else f"FAIL {run.reason}".rstrip()
     return (
-        f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.0f} | {run.stiffness:g} "
+        f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.3g} | {run.stiffness:g} "
         f"| {run.delay_known} | {run.delay_unknown} | {settling} | {ripple} | {verdict} |"
     )

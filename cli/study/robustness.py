@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from tendond.cli.common import load_uniform, say
+from tendond.cli.common import load_runnable, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -43,7 +43,7 @@ def run_robustness(
     """
     if cluster is not None:
         check_cluster_extra()
-    settings = Settings(points, count, seed, laws, feedbacks, load_uniform(config))
+    settings = Settings(points, count, seed, laws, feedbacks, load_runnable(config))
     announce_compilation(say)
     warm_up()  # here once, so that the workers find the kernels in the cache
     execute: Executor = (

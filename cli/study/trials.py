@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tendond.cli.common import load_uniform, say
+from tendond.cli.common import load_runnable, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -27,10 +27,10 @@ def run_trials(
     Raises:
         TendondError: an invalid configuration, or a folder that cannot be written.
     """
-    base = load_uniform(config)
+    base = load_runnable(config)
     announce_compilation(say)
     warm_up()
-    some, console = [trial for trial in trials() if chosen(trial)], Console()
+    some, console = [trial for trial in trials(base) if chosen(trial)], Console()
     try:
         out.mkdir(parents=True, exist_ok=True)
         with console.status("running the trajectories"), ProcessPoolExecutor(jobs) as pool:

@@ -39,8 +39,8 @@ class PlantRod(Protocol):
     def tendon_stiffness(self) -> float | Array:
         """Force per stretch [N/m], of all tendons or one each, shape (n,)."""
 
-    def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO) -> Any:
-        """Find the equilibrium at rest."""
+    def solve_static(self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO, start: Any = None) -> Any:
+        """Find the equilibrium at rest, from a neighbouring one."""
 
     def step(
         self,

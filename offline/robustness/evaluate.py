@@ -11,7 +11,7 @@ from tendond.daemon.control.reference.planar import PLANES
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
-from tendond.model.rods.selection import rod_from_section
+from tendond.model.rods.selection import RodSource, source_of
 from tendond.offline.logs.metrics import metrics, tracking_of
 from tendond.offline.robustness.alarms import judge_alarm
 from tendond.offline.robustness.plants import IDLE_CYCLES, IMPACT_CYCLES, TRACKING_CYCLES, impact_tick, rig_of
@@ -125,7 +125,7 @@ def _tracked(
     run = tracking_of([watched.record for watched in trace[:impact]], config, str(point))
     tip = np.array([watched.truth.position for watched in part])
     control = config.control
-    curve = _curve(config.rod, control.agonist, control.plane, config.limits.tension_max, config.loop.period)
+    curve = _curve(source_of(config), control.agonist, control.plane, config.limits.tension_max)
     values = metrics(run, curve, tip=tip)
     settling, cost = _settling(config, part, TRACKING_CYCLES)
     commanded = np.array([watched.record.command.tension for watched in trace[IDLE_CYCLES:]])
@@ -157,9 +157,9 @@ def _tracked(
 
 
 @functools.lru_cache(maxsize=4)
-def _curve(rod: RodSection, agonist: int, plane: str, tension_max: float, period: float) -> StaticCurve:
+def _curve(rod: RodSource, agonist: int, plane: str, tension_max: float) -> StaticCurve:
     """Compute the reference's curve of resting tips: many points have the same one."""
-    return static_curve(rod_from_section(rod, period), agonist, tension_max, PLANES[plane])
+    return static_curve(rod.rod(), agonist, tension_max, PLANES[plane])
 
 
 def _settling(config: RigConfig, part: Sequence[Watched], cycles: int) -> tuple[int | None, int]:

@@ -1,4 +1,4 @@
-"""The margin for a mass on the tip: the gains that it admits, what it assumes of a bent arm, and the real loop."""
+"""The margin for a mass on the tip: the gains that it admits, and the real loop."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -13,11 +13,11 @@ from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.errors import ConvergenceError
-from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.margin import min_stiffness_ratio
 from tendond.model.estimation.poles import FeedbackGains, UnknownPlant, loop_poles
-from tendond.model.rods.selection import rod_from_section
+from tendond.model.rods.selection import model_rod
 from tendond.offline.logs.metrics import SETTLED
+from tendond.offline.robustness.unlike import unlike
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
@@ -57,22 +57,6 @@ class GainsRow:
 
 
 @dataclass(frozen=True)
-class StiffnessRow:
-    """Stiffness of the tip in its min_stiffness_ratio direction, of the straight rod's 3 EI/L^3 [-].
-
-    Attributes:
-        mass: mass on the tip [kg]. tension: tension of the agonist [N]. across: the tip's position [m].
-        arm: stiffness of the arm, from the solver's own derivative. observer: the observer's value.
-    """
-
-    mass: float
-    tension: float
-    across: float
-    arm: float
-    observer: float
-
-
-@dataclass(frozen=True)
 class LoopRow:
     """A run of the real loop in lockstep on a plant that its model does not know.
 
@@ -106,7 +90,7 @@ def at_rate(config: RigConfig, rate: float, delay: int) -> RigConfig:
 
 def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
     """Yield the gains that the margin admits, by rate and delay."""
-    rod = rod_from_section(config.rod, config.loop.period).parameters
+    rod = model_rod(config).parameters
     for rate, delay in product(RATES, range(4)):
         changed = at_rate(config, rate, delay)
         gains, mass = observer_gains(changed, rod), unknown_tip_mass(changed, rod)
@@ -137,32 +121,9 @@ def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
         )
 
 
-def stiffness_rows(config: RigConfig) -> Iterator[StiffnessRow]:
-    """Yield a mass's effect on the bent arm's stiffness, the source of `BENT_STIFFNESS` and `GRAVITY_SOFTENING`."""
-    rod = rod_from_section(config.rod, config.loop.period)
-    parameters, control = rod.parameters, config.control
-    straight = 3.0 * parameters.bending_stiffness / parameters.length**3
-    plane = np.ix_(PLANES[control.plane], PLANES[control.plane])
-    largest = unknown_tip_mass(config, parameters)
-    for mass in (0.0, 0.5 * largest, largest):
-        rod.load_tip(mass)
-        state, tension = rod.solve_static(np.zeros(parameters.tendon_count)), np.zeros(parameters.tendon_count)
-        for pull in np.linspace(0.0, 0.8 * config.limits.tension_max, 13):
-            tension[control.agonist] = pull
-            try:
-                state = rod.solve_static(tension, start=state)
-                compliance = rod.sensitivity(state).position_force[plane]
-            except ConvergenceError:
-                break
-            arm = 1.0 / float(np.max(np.linalg.eigvals(compliance).real))
-            observer = 1.0 / float(np.max(np.linalg.eigvalsh(tip_compliance(rod, state)[plane])))
-            across = float(rod.tip(state).position[PLANES[control.plane][0]])
-            yield StiffnessRow(mass, float(pull), across, arm / straight, observer / straight)
-
-
 def loop_cases(config: RigConfig, *, short: bool = False) -> list[LoopRow]:
     """List the runs without their results; `short`: the corners of one rate."""
-    largest = unknown_tip_mass(config, rod_from_section(config.rod, config.loop.period).parameters)
+    largest = unknown_tip_mass(config, model_rod(config).parameters)
     masses = (0.0, largest) if short else (0.0, 0.2 * largest, 0.5 * largest, largest)
     stiffnesses = (0.85, 1.15) if short else (0.85, 1.0, 1.15)
     delays = DELAYS[3:] if short else DELAYS
@@ -180,8 +141,7 @@ def run_loop(config: RigConfig, case: LoopRow) -> LoopRow:
     """Run a case, and what came of it."""
     values = at_rate(config, case.rate, case.delay_known).model_dump()
     values["control"]["law"] = case.law
-    rod = dict(values["rod"])
-    rod["youngs_modulus"] *= case.stiffness
+    rod = unlike(config.rod, case.stiffness).model_dump()
     period = 1.0 / case.rate
     values["simulator"] = {
         "period": period,

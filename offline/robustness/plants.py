@@ -4,7 +4,8 @@ import hashlib
 import math
 
 from tendond.offline.robustness.points import Point
-from tendond.schemas.assumed_rig import SERVO_RATE, TENDON_STIFFNESS
+from tendond.offline.robustness.unlike import unlike, with_elastic_tendons
+from tendond.schemas.assumed_rig import SERVO_RATE
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.robot import RodSection
 
@@ -39,20 +40,14 @@ def rig_of(base: RigConfig, point: Point, seed: int, model: RodSection | None = 
     """
     period, rod, limits = base.loop.period, base.rod, base.limits
     if point.drive == "displacement":
-        rod = rod.model_copy(update={"tendon_stiffness": rod.tendon_stiffness or TENDON_STIFFNESS})
+        rod = with_elastic_tendons(rod)
         rate = min(base.with_own_rates().limits.displacement_rate, SERVO_RATE)
         limits = limits.model_copy(update={"displacement_rate": rate, "slack": limits.slack or SLACK})
     configured_delay = point.delay_cycles + {"delay+1": 1, "delay-1": -1}.get(point.configured, 0)
     configured_lag = point.lag_factor + {"lag+0.1": 0.1, "lag-0.1": -0.1}.get(point.configured, 0.0)
     feedback = "direct" if point.feedback == "direct" else "observer"
     kind = "offset" if point.feedback == "offset" else "force"
-    plant = rod.model_copy(
-        update={
-            "youngs_modulus": rod.youngs_modulus * point.youngs_factor,
-            "bending_damping": tuple(value * point.bending_damping_factor for value in rod.bending_damping),
-            "drag": tuple(value * point.drag_factor for value in rod.drag),
-        }
-    )
+    plant = unlike(rod, point.youngs_factor, point.bending_damping_factor, point.drag_factor)
     impacts = []
     if point.impact_n:
         force = [0.0, 0.0, 0.0]

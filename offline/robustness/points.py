@@ -172,7 +172,13 @@ POINT_SETS = ("default", "axes", "corners", "grid", "sample")
 
 
 def points_of(
-    name: str, laws: Sequence[str], feedbacks: Sequence[str] | None = None, *, count: int = SAMPLE_SIZE, seed: int = 0
+    name: str,
+    laws: Sequence[str],
+    feedbacks: Sequence[str] | None = None,
+    *,
+    count: int = SAMPLE_SIZE,
+    seed: int = 0,
+    load: float = 1.0,
 ) -> list[Point]:
     """Return a set of points, without repetition, in an order that depends on the arguments alone.
 
@@ -182,6 +188,7 @@ def points_of(
         feedbacks: feedbacks to run; none: all of them for the axes, the default observer for the others.
         count: random points per law.
         seed: seed of the random points.
+        load: factor on masses and impacts, which are those for the paper's robot [-]; see `unlike.load_factor`.
     """
     default = FEEDBACKS[:1]
     makers: dict[str, tuple[Sequence[str], Callable[[str, str], list[Point]]]] = {
@@ -203,8 +210,14 @@ def points_of(
     ]
     unique: dict[str, Point] = {}
     for point in points:
-        unique.setdefault(point.key, point)
+        scaled = replace(point, load_g=_rounded(load * point.load_g), impact_n=_rounded(load * point.impact_n))
+        unique.setdefault(scaled.key, scaled)
     return list(unique.values())
+
+
+def _rounded(value: float) -> float:
+    """Round to six digits: a product with 1 is the number itself."""
+    return float(f"{value:.6g}")
 
 
 def _factorial(

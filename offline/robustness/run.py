@@ -8,6 +8,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from tendond.daemon.control.setup import CycleSetup
+from tendond.model.rods.selection import model_rod
 from tendond.offline.files import write_whole
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
@@ -15,6 +16,7 @@ from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import AXES, Point, points_of
 from tendond.offline.robustness.results import ResultsFile
 from tendond.offline.robustness.settings import Settings
+from tendond.offline.robustness.unlike import load_factor
 
 POINT_COLUMNS = tuple(field.name for field in fields(Point))
 
@@ -38,7 +40,10 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
         TendondError: settings or a folder that cannot be used; what `execute` raises.
         OSError: the folder cannot be written.
     """
-    points = points_of(settings.points, settings.laws, settings.feedbacks, count=settings.count, seed=settings.seed)
+    load = load_factor(model_rod(settings.config).parameters)
+    points = points_of(
+        settings.points, settings.laws, settings.feedbacks, count=settings.count, seed=settings.seed, load=load
+    )
     for law in settings.laws:  # what is wrong with the configuration is said before anything is run
         for drive in AXES["drive"]:
             CycleSetup.from_config(rig_of(settings.config, Point("", law, "force", drive=str(drive)), settings.seed))

@@ -11,7 +11,7 @@ from tendond.schemas.config.rig import RigConfig
 SOURCES = (
     "model", "schemas", "drivers/simulator", "daemon/control", "offline/logs/metrics.py",
     "offline/robustness/alarms.py", "offline/robustness/points.py", "offline/robustness/evaluate.py",
-    "offline/robustness/plants.py",
+    "offline/robustness/plants.py", "offline/robustness/unlike.py",
 )  # fmt: skip
 """Modules of the package that a result depends on. A better figure does not make results stale."""
 

@@ -201,6 +201,8 @@ class RodSection(Schema):
                 data = {name: value for name, value in data.items() if name not in short}
         if self.base is not None and self.base.down is not None:
             data.pop("gravity", None)
+        if self.damping_ratio is not None:  # of which bending_damping, the default here, is another description
+            data.pop("bending_damping", None)
         return data
 
     @property

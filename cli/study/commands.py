@@ -131,6 +131,27 @@ def margin(
         raise typer.Exit(1)
 
 
+@study.command("servo")
+def servo(
+    period: Annotated[float, typer.Option("--period", min=1.0, max=60.0, help="Period of the circle [s].")] = 4.0,
+    processes: Processes = None,
+    json: Json = False,
+) -> None:
+    """Take the drive's error apart: a circle in space, cause by cause.
+
+    Servos' steps, backlash, profile and lag, the tendons' friction, the pose's delay and noise: each alone, all
+    together, and all with what the controller is told of them right or wrong; in lockstep, half a minute. Exit status
+    1: a chain of which the controller is told everything misses a goal.
+
+    Example: tendond study servo --period 2
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.servo import run_servo_study
+
+    if not run_servo_study(period, processes or processor_count(), as_json=json):
+        raise typer.Exit(1)
+
+
 @study.command("wiring")
 def wiring(
     law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,

@@ -91,7 +91,7 @@ def _next_offset(state: CycleState, wanted: Wanted | None, reference: ReferenceP
     if rule is None or wanted is None or wanted.situation is None:
         return state.reference_offset
     situation = wanted.situation
-    return rule.advance(state.reference_offset, situation.position, reference, situation.elapsed)
+    return rule.advance(state.reference_offset, situation.position, situation.reference, situation.elapsed)
 
 
 def command_of(state: CycleState) -> TendonCommand:

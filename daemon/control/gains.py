@@ -24,13 +24,15 @@ def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> Observe
         LawError: no such law, or a wrong parameter.
     """
     section, period = config.observer, config.loop.period
+    delay = section.delay + section.command_delay  # the model is ahead of the plant by the latter
     mass = unknown_tip_mass(config, rod)
     wanted = FeedbackGains(section.integral, section.proportional, section.derivative, INNOVATION_TIME, NOISE_SHARE)
-    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config, *laws), section.delay, mass)
+    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config, *laws), delay, mass)
     return ObserverGains(
         kind=section.kind if config.control.feedback == "observer" else "offset",
         period=period,
-        delay=section.delay,
+        delay=delay,
+        delay_max=delay + config.faults.pose_age if section.stamps else delay,
         integral=gains.integral,
         proportional=gains.proportional,
         derivative=gains.derivative,

@@ -10,11 +10,13 @@ from tendond.daemon.control.commissioning.rests import RestFamily
 from tendond.daemon.control.commissioning.tracking import TrackingBounds
 from tendond.daemon.control.gains import observer_gains
 from tendond.daemon.control.selection import PlanCache, Selection
+from tendond.daemon.control.servos import configured_servo
 from tendond.daemon.control.thresholds import Thresholds
 from tendond.model.errors import ParameterError
 from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.rods.interface import ModelRod
 from tendond.model.rods.selection import model_rod
+from tendond.model.tendons.servo import ServoDynamics
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.rig import RigConfig
 
@@ -33,6 +35,7 @@ class CycleSetup:
         selection: law and reference that the configuration names.
         observer: its gains.
         lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
+        servo: dynamics of the servos, where they have more than that lag.
         thresholds: thresholds of faults, in cycles.
         rests: all that a right rig may have; none: they are not compared.
         probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
@@ -46,6 +49,7 @@ class CycleSetup:
     selection: Selection
     observer: ObserverGains
     lag_factor: float
+    servo: ServoDynamics | None
     thresholds: Thresholds
     rests: RestFamily | None
     probe: ProbePlan
@@ -76,6 +80,7 @@ class CycleSetup:
             selection=Selection.from_config(config, rod),
             observer=observer_gains(config, rod.parameters),
             lag_factor=lag_factor_of(section.lag, period),
+            servo=configured_servo(config),
             thresholds=Thresholds.from_config(config),
             rests=rests,
             probe=ProbePlan.from_config(config, rod.parameters, rests),

@@ -12,6 +12,7 @@ from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.tracking import TrackingWatch
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import Selection
+from tendond.daemon.control.servos import ServoMotion
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.sources import Sources
 from tendond.model.estimation.observer import ObserverState, start_observer
@@ -102,6 +103,7 @@ class CycleState:
         tension_command: tension last commanded [N], shape (n,).
         displacement_estimate: displacement that the actuators are estimated to hold [m], shape (n,).
         displacement_command: displacement last commanded [m], shape (n,).
+        servo_motion: estimated motion of the servos; none where they have but a lag.
         reference_offset: shift of the reference along the straight rod [m], where that is not part of the target.
         release_pending: the tendons are being released, and the rate limit still holds the displacement back.
         sources: publishers in use.
@@ -132,6 +134,7 @@ class CycleState:
     tension_command: Array
     displacement_estimate: Array
     displacement_command: Array
+    servo_motion: ServoMotion | None = None
     reference_offset: float = 0.0
     path_length: float = 0.0
     tendon_age: int = 0

@@ -37,8 +37,9 @@ RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 
 
 def without_servos(config: RigConfig) -> RigConfig:
-    """Return the configuration of a plant behind emulated servos, whose rate, acceleration and ticks are their own."""
-    bare = SimulatedServos(friction=config.simulator.servo.friction)
+    """Return the configuration of a plant behind emulated servos, which have dynamics of their own."""
+    servo = config.simulator.servo
+    bare = SimulatedServos(friction=servo.friction, backlash=servo.backlash)
     return config.model_copy(update={"simulator": config.simulator.model_copy(update={"servo": bare})})
 
 

@@ -63,7 +63,7 @@ class ObserverState:
 def start_observer(gains: ObserverGains, model_tip: Array, force: Array | None = None) -> ObserverState:
     """Start the observer of a model that has rested at `model_tip` [m], shape (3,), under `force` [N], if any."""
     zero = np.zeros(3)
-    rows = int(gains.delay / gains.period) + 2
+    rows = int((gains.delay if gains.delay_max is None else gains.delay_max) / gains.period) + 2
     at_rest = zero if force is None else np.array(force, dtype=np.float64)
     return ObserverState(np.tile(model_tip, (rows, 1)), zero, zero, zero, at_rest, zero)
 
@@ -83,6 +83,7 @@ def observe(
     model: ModelState,
     model_tip: Array,
     measured: Array | None,
+    delay: float | None = None,
 ) -> ObserverState:
     """Compute one cycle of the observer.
 
@@ -91,14 +92,17 @@ def observe(
         state: state of the last cycle.
         rod, model: the model and its state now.
         model_tip: its tip [m], shape (3,).
-        measured: a new measurement [m], shape (3,), as old as the observer's delay; none to coast.
+        measured: a new measurement [m], shape (3,); none to coast.
+        delay: its age [s], limited to what is remembered; default: the observer's delay.
     """
     past = np.empty_like(state.past)
     past[:-1] = state.past[1:]
     past[-1] = model_tip
     if measured is None:
         return ObserverState(past, state.innovation, state.mean, state.offset, state.force, np.zeros(3))
-    whole, part = divmod(gains.delay / gains.period, 1.0)
+    oldest = (len(past) - 2) * gains.period
+    age = gains.delay if delay is None else min(max(delay, 0.0), oldest)
+    whole, part = divmod(age / gains.period, 1.0)
     arm = bent_arm(rod, model)
     last = _Last(state.mean, state.offset, state.force)
     new = np.empty((5, 3))

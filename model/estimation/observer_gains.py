@@ -70,6 +70,7 @@ class ObserverGains:
         kind: 'force' or 'offset'.
         period: period of the cycle [s].
         delay: age of a measurement [s].
+        delay_max: largest age that a measurement may bring with it [s]; none: it is always `delay`.
         integral: Li [1/s].
         proportional: Kp [-].
         derivative: Kd [s].
@@ -99,6 +100,7 @@ class ObserverGains:
     innovation_limit: float = INNOVATION_LIMIT
     lateral_variance: float = LATERAL_VARIANCE
     unobservable: float = UNOBSERVABLE
+    delay_max: float | None = None
 
     @cached_property
     def per_cycle(self) -> CycleGains:

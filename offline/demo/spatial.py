@@ -10,6 +10,7 @@ from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError
 from tendond.offline.demo.chain import run_chain, run_wired_chain
+from tendond.offline.demo.truth import true_tips
 from tendond.offline.logs.arrays import load
 from tendond.offline.trials.measure import TrialOutcome, outcome_of
 from tendond.offline.trials.paths import Trial
@@ -80,7 +81,7 @@ def outcome_from_log(path: Path) -> TrialOutcome:
     part = slice(first, first + count)
     trajectory = CycleSetup.from_config(run.config).selection.reference
     assert isinstance(trajectory, SpatialReference)
-    truth = np.asarray(run["truth.position"][part], dtype=np.float64)
+    truth = true_tips(run, part)
     recorded = ~np.isnan(truth[:, 0])
     ticks = np.asarray(run["tick"][part], dtype=np.float64)
     return outcome_of(

@@ -1,11 +1,11 @@
-"""[commissioning]: checks that the rig is the one that the configuration describes."""
+"""[commissioning], [pretension]: checks before the first pull, and the tensions before tracking."""
 
 from typing import Annotated
 
 from pydantic import Field
 
 from tendond.schemas.base import Schema
-from tendond.schemas.config.ranges import Positive
+from tendond.schemas.config.ranges import NotNegative, Positive
 
 
 class CommissioningSection(Schema):
@@ -51,3 +51,18 @@ class CommissioningSection(Schema):
     gain_max: Annotated[float, Field(gt=1.0, le=3.0)] = Field(
         1.5, description="largest ratio of measured to expected motion [-]"
     )
+
+
+class PretensionSection(Schema):
+    """[pretension]: tensions between arming and tracking, and the lower bounds while tracking."""
+
+    tension: NotNegative = Field(
+        0.5, description="tension of the agonist before tracking begins [N]; the laws need a bent rod"
+    )
+    antagonist: NotNegative = Field(
+        0.0, description="smallest tension of agonist and antagonist while the law pulls, where there are both [N]"
+    )
+    tension_min: NotNegative = Field(
+        1.0, description="smallest tension of every tendon under a law that moves the tip in space [N]"
+    )
+    duration: Annotated[float, Field(ge=0.0, le=60.0, description="duration of the pretension ramp [s]")] = 0.2

@@ -1,4 +1,4 @@
-"""[loop], [control], [observer], [limits], [pretension], [faults]: how the robot is controlled, and its limits."""
+"""[loop], [control], [observer], [limits], [faults]: how the robot is controlled, and its limits."""
 
 from typing import Annotated, Literal
 
@@ -66,7 +66,26 @@ class ObserverSection(Schema):
         " its tip",
     )
     delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
+    stamps: bool = Field(
+        False,
+        description="take a pose's age from its stamp, where that is of this host's clock: a late one is compared with"
+        " the model of its own time; false: its age is delay",
+    )
     lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
+    command_delay: Annotated[
+        float,
+        Field(
+            ge=0.0, le=0.2, description="dead time from a command to the motion of the actuators, and a short lag [s]"
+        ),
+    ] = 0.0
+    servo_acceleration: NotNegative = Field(
+        0.0,
+        description="acceleration of the servos' profile, as that of a tendon [m/s^2]; 0: none; by [servo]:"
+        " profile_acceleration times spool_radius",
+    )
+    backlash: Annotated[
+        float, Field(ge=0.0, le=0.05, description="travel of a tendon that is lost when its servo reverses [m]")
+    ] = 0.0
     tip_mass_max: NotNegative | None = Field(
         None,
         description="largest unknown mass on the tip for which the gains are stable [kg]; default: from the rod's"
@@ -148,21 +167,6 @@ class LimitsSection(Schema):
         if self.tension_min >= self.tension_max:
             raise ValueError("tension_min must be below tension_max")
         return self
-
-
-class PretensionSection(Schema):
-    """[pretension]: tensions between arming and tracking, and the lower bounds while tracking."""
-
-    tension: NotNegative = Field(
-        0.5, description="tension of the agonist before tracking begins [N]; the laws need a bent rod"
-    )
-    antagonist: NotNegative = Field(
-        0.0, description="smallest tension of agonist and antagonist while the law pulls, where there are both [N]"
-    )
-    tension_min: NotNegative = Field(
-        1.0, description="smallest tension of every tendon under a law that moves the tip in space [N]"
-    )
-    duration: Annotated[float, Field(ge=0.0, le=60.0, description="duration of the pretension ramp [s]")] = 0.2
 
 
 class FaultsSection(Schema):

@@ -2,11 +2,16 @@
 
 from tendond.schemas.assumed_rig import (
     BACKLASH,
+    COMMAND_DELAY,
+    FRICTION,
     POSE_DELAY,
     POSE_NOISE,
     RESOLUTION,
+    SERVO_ACCELERATION,
+    SERVO_LAG,
     SERVO_RATE,
     TENDON_STIFFNESS,
+    WIRED_DELAY,
 )
 from tendond.schemas.paper_robot import TARGET_X
 
@@ -43,8 +48,8 @@ rate = 20.0
 _SERVOS = """\
 # The paper's robot with real hardware: XL430 servos, elastic tendons on spools of 15 mm, and motion capture at 100 Hz
 # with noise and 10 ms of delay. 57 rpm give 90 mm/s without load; 85 mm/s are assumed, with the servos' profile
-# acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Backlash and the tendons' stiffness are
-# assumptions. The paper's reference is too fast for these servos: this one takes longer.
+# acceleration of 200 rad/s^2. The smallest step is one of 4096 ticks. Lag and backlash of the servos, friction and
+# stiffness of the tendons are assumptions. The paper's reference is too fast for these servos: this one takes longer.
 
 [rod]
 tendon_stiffness = {stiffness}
@@ -68,10 +73,12 @@ drive = "displacement"
 
 [simulator.servo]
 rate = {servo_rate}
-acceleration = 3.0
+acceleration = {acceleration}
+lag = {lag}
 backlash = {backlash}
+friction = {friction}
 resolution = {resolution}
-{servo}
+
 [simulator.rod]
 tendon_stiffness = {stiffness}
 {rod}
@@ -81,24 +88,34 @@ latency = {latency}
 {mocap}"""
 
 
+def _observer(command_delay: float) -> str:
+    """Write the keys of [observer] that describe the camera and the servos."""
+    return (
+        f"delay = {POSE_DELAY}\ncommand_delay = {command_delay}\n"
+        f"servo_acceleration = {SERVO_ACCELERATION}\nbacklash = {BACKLASH}"
+    )
+
+
 def _servos(**different: object) -> str:
     """Write the configuration of the rig with servos, with some of its numbers and lines replaced."""
     assumed: dict[str, object] = {
         "rate": SERVO_RATE, "servo_rate": SERVO_RATE, "stiffness": TENDON_STIFFNESS, "resolution": RESOLUTION,
         "backlash": BACKLASH, "noise": POSE_NOISE, "latency": POSE_DELAY, "duration": 2.0,
-        "observer": f"delay = {POSE_DELAY}", "servo": "", "rod": "", "mocap": "",
+        "acceleration": SERVO_ACCELERATION, "lag": SERVO_LAG, "friction": FRICTION,
+        "observer": _observer(COMMAND_DELAY), "rod": "", "mocap": "",
     }  # fmt: skip
     return _SERVOS.format(**assumed | different)
 
 
 RIG = _servos()
 
-WIRED = _servos(rate=0.08, duration=2.5, observer="delay = 0.02\nlag = 0.03")
-"""RIG behind the real drivers, whose delay and lag are configured; the reference is slower."""
+WIRED = _servos(rate=0.08, duration=2.5, observer=_observer(WIRED_DELAY) + "\nstamps = true")
+"""RIG behind the real drivers, whose dead time is longer; the reference is slower."""
 
 NASTY = _servos(
     backlash=3e-4,
-    servo="lag = 0.02  # unknown to the controller, like all that follows\nfriction = 0.1\n",
+    observer=f"delay = {POSE_DELAY}",  # it knows nothing of the servos, nor of what follows
+    friction=0.1,
     rod="youngs_modulus = 171e9  # -10 %\nbending_damping = [0.0056, 0.0056, 0.0056]  # times 0.7\n",
     noise=3e-4,
     mocap="""\

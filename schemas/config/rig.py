@@ -9,14 +9,13 @@ from pydantic import ValidationError, model_validator
 
 from tendond import TendondError
 from tendond.schemas.base import Schema
-from tendond.schemas.config.commissioning import CommissioningSection
+from tendond.schemas.config.commissioning import CommissioningSection, PretensionSection
 from tendond.schemas.config.control import (
     ControlSection,
     FaultsSection,
     LimitsSection,
     LoopSection,
     ObserverSection,
-    PretensionSection,
 )
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.rates import with_own_rates, with_servo_limits

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.probe import probe_tension
 from tendond.daemon.control.law_state import LawState
+from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tasks.decision import Decision
@@ -71,7 +72,7 @@ def _situation(
     setup: CycleSetup, state: CycleState, measured: Array | None, reference: ReferencePoint
 ) -> Situation | None:
     """Return what is known of the tip; none where feedback is direct and there is no new pose: the command is held."""
-    tip, period = state.tip, setup.config.loop.period
+    tip, period, ahead = state.tip, setup.config.loop.period, setup.config.observer.command_delay
     if setup.config.control.feedback == "observer":
         position, velocity = tip.position + state.observer.offset, tip.velocity
     elif measured is not None:
@@ -81,6 +82,9 @@ def _situation(
     else:
         return None
     elapsed, offset = tracking_time(setup, state), state.reference_offset
+    if ahead:  # the model is where the plant will be by then
+        elapsed += ahead
+        reference = moved_point(state.selection.task.reference.at(elapsed), offset)
     return Situation(
         setup.rod,
         state.rod,

@@ -42,7 +42,9 @@ def _observe(setup: CycleSetup, state: CycleState, measured: Array | None) -> Cy
         measured = None
     elif state.mode is Mode.PROBE and state.probe is not None and measured is not None and state.pose is not None:
         measured = np.array(state.probe.in_base(state.pose.position))
-    observer = observe(setup.observer, state.observer, setup.rod, state.rod, state.tip.position, measured)
+    observer = observe(
+        setup.observer, state.observer, setup.rod, state.rod, state.tip.position, measured, _age(setup, state)
+    )
     jump = watch_jumps(setup, state, measured is not None, observer)
     if jump.withheld:
         measured = None
@@ -59,6 +61,14 @@ def _observe(setup: CycleSetup, state: CycleState, measured: Array | None) -> Cy
         if slack or bad.slack:
             bad = changed(bad, slack=lengthened(bad.slack, state.tendon_interval) if slack else 0)
     return changed(state, observer=observer, path_length=path_length, bad_cycles=bad, jump_watch=jump)
+
+
+def _age(setup: CycleSetup, state: CycleState) -> float | None:
+    """Return the age of the newest pose against the model [s], by its stamp; none where it is the configured one."""
+    section = setup.config.observer
+    if not section.stamps or state.stamp_age.stamp_ns < 0:
+        return None
+    return state.stamp_age.seconds + section.command_delay
 
 
 def _probe(setup: CycleSetup, state: CycleState, fresh: bool) -> CycleState:

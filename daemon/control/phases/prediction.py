@@ -10,6 +10,7 @@ from tendond.daemon.control.actuation import attainable, follow, lead, limit_dis
 from tendond.daemon.control.commissioning.probe import TAKE_UP
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.modes import ACTIVE, enter
+from tendond.daemon.control.servos import compensate, servos_at
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.model.errors import ConvergenceError
@@ -92,6 +93,7 @@ def predict(setup: CycleSetup, state: CycleState, limited: Limited) -> Predicted
             tension_estimate=zeros,
             displacement_estimate=zeros,
             displacement_command=zeros,
+            servo_motion=None,
         )
     return Predicted(after, bool(step.met), met, step.error)
 
@@ -126,8 +128,12 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
         wanted = setup.rod.displacements(rod, elastic=config.rod.has_elastic_tendons)
     release = max(config.limits.slack, setup.probe.slack) if state.mode is Mode.PROBE else config.limits.slack
     slack = np.where(tension > 0.0, 0.0, 0.0 if error else release)
-    asked = lead(wanted - slack, state.displacement_estimate, setup.lag_factor)
-    last, estimate = state.displacement_command, state.displacement_estimate
+    last, estimate, motion = state.displacement_command, state.displacement_estimate, state.servo_motion
+    asked, beyond = lead(wanted - slack, estimate, setup.lag_factor), np.zeros_like(wanted)
+    if setup.servo is not None:
+        motion = servos_at(wanted - slack) if motion is None or state.mode is Mode.PROBE else motion
+        beyond, motion = compensate(setup.servo, motion, wanted - slack, config.loop.period)
+        asked = asked + beyond
     if state.mode is Mode.PROBE and state.probe is not None:  # slowly: a tendon that is wired wrongly is pulled by it
         rests = state.probe.phase is Phase.REST
         if rests and state.probe.since <= 1:
@@ -144,8 +150,9 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
         bad_cycles=bad,
         tension_estimate=tension,
         tension_command=command,
-        displacement_estimate=follow(displacement, estimate, setup.lag_factor),
+        displacement_estimate=follow(displacement - beyond, estimate, setup.lag_factor),
         displacement_command=displacement,
+        servo_motion=motion,
     )
     return _Step(after, asked, displacement, met, error)
 

@@ -1,0 +1,114 @@
+"""Chains of the study: each cause of the circle's error alone, all of them, and what the controller is told of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tendond.schemas.assumed_rig import (
+    BACKLASH,
+    COMMAND_DELAY,
+    FRICTION,
+    POSE_DELAY,
+    POSE_NOISE,
+    RESOLUTION,
+    SERVO_ACCELERATION,
+    SERVO_LAG,
+    SERVO_RATE,
+)
+from tendond.schemas.config.presets import RIG
+from tendond.schemas.config.rig import RigConfig, check_config, parse_config
+
+Section = Mapping[str, float]
+
+IDEAL_SERVO: Section = dict.fromkeys(("rate", "acceleration", "lag", "backlash", "resolution", "friction"), 0.0)
+IDEAL_CAMERA: Section = {"noise": 0.0, "latency": 0.0}
+NOTHING: Section = {"delay": 0.0, "command_delay": 0.0, "servo_acceleration": 0.0, "backlash": 0.0}
+
+CAMERA: Section = {"noise": POSE_NOISE, "latency": POSE_DELAY}
+KNOWS_CAMERA: Section = {**NOTHING, "delay": POSE_DELAY}
+TOLD: Section = {
+    "delay": POSE_DELAY,
+    "command_delay": COMMAND_DELAY,
+    "servo_acceleration": SERVO_ACCELERATION,
+    "backlash": BACKLASH,
+}
+REAL: Section = {
+    "rate": SERVO_RATE,
+    "acceleration": SERVO_ACCELERATION,
+    "lag": SERVO_LAG,
+    "backlash": BACKLASH,
+    "resolution": RESOLUTION,
+    "friction": FRICTION,
+}
+
+EMULATED_DELAY = COMMAND_DELAY + 0.005
+"""Dead time through emulated servos, which a command reaches half a cycle later [s]."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A chain on which the circle is run.
+
+    Attributes:
+        name: in words.
+        servo: keys of [simulator.servo]. camera: of [simulator.mocap]. told: of [observer].
+        emulated: emulated servos take the place of the simulated ones.
+        goal: the controller is told of everything, and the goals are to be met.
+    """
+
+    name: str
+    servo: Section = field(default_factory=lambda: IDEAL_SERVO)
+    camera: Section = field(default_factory=lambda: IDEAL_CAMERA)
+    told: Section = field(default_factory=lambda: NOTHING)
+    emulated: bool = False
+    goal: bool = False
+
+
+def cases() -> list[Case]:
+    """List the chains."""
+    alone = [
+        Case(f"{word} alone", servo={**IDEAL_SERVO, **{key: REAL[key] for key in keys}})
+        for word, keys in (
+            ("steps of 0.088 degrees", ("resolution",)),
+            ("backlash", ("backlash",)),
+            ("friction", ("friction",)),
+            ("profile", ("rate", "acceleration")),
+            ("lag", ("lag",)),
+        )
+    ]
+    camera = Case("pose delay and noise alone", camera=CAMERA, told=KNOWS_CAMERA)
+    real = Case("all, of which only the pose's delay is told", REAL, CAMERA, KNOWS_CAMERA)
+    inverted = {**TOLD, "command_delay": 0.004, "lag": SERVO_LAG}
+    wrong = [
+        Case(f"all, {word} told {percent} %", REAL, CAMERA, {**TOLD, key: 0.01 * percent * TOLD[key]})
+        for word, key in (("dead time", "command_delay"), ("backlash", "backlash"), ("profile", "servo_acceleration"))
+        for percent in (50, 150)
+    ]
+    frictions = [
+        Case(f"all told, friction {coefficient:g}", {**REAL, "friction": coefficient}, CAMERA, TOLD, goal=True)
+        for coefficient in (0.1, 0.3)
+    ]
+    return [
+        Case("ideal servos on elastic tendons"),
+        camera,
+        *alone,
+        real,
+        Case("all told, the lag inverted", REAL, CAMERA, inverted),
+        Case("all told: profile 'rig'", REAL, CAMERA, TOLD, goal=True),
+        *frictions,
+        *wrong,
+        Case("emulated servos, all told", REAL, CAMERA, {**TOLD, "command_delay": EMULATED_DELAY}, True, True),
+    ]
+
+
+def config_of(case: Case, period: float) -> RigConfig:
+    """Return the configuration of a case: the circle of 250 mm in `period` [s] on the paper's robot."""
+    values: dict[str, Any] = parse_config(RIG, "profile 'rig'").model_dump()
+    values["control"]["law"] = "sensitivity"
+    values["reference"] = {"kind": "circle", "radius": 0.25, "period": period, "duration": 2.0}
+    values["observer"].update(case.told)
+    values["simulator"]["servo"] = dict(case.servo)
+    values["simulator"]["mocap"].update(case.camera)
+    if case.emulated:
+        values["servo"] = {}
+    return check_config(values, f"case '{case.name}'")

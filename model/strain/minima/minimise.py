@@ -18,9 +18,9 @@ from tendond.model.strain.stepping.scratch import Loads, Scratch
 
 Array = NDArray[np.float64]
 
-ITERATIONS = 400
+ITERATIONS = 200
 """Largest number of Newton steps, beyond which a minimum counts as not found: a coil of silicone, in three sections,
-needs 301 (`tendond bench rod --survey 1 --first 9932`)."""
+needs 53 (`tendond bench rod --survey 1 --first 9932`)."""
 
 ROUNDING = 1e-14
 """Part of the energies' sum below which a decrease is lost in rounding: 45 times that of a double."""
@@ -30,10 +30,10 @@ ATTAINED = 1e-12
 iterations, the minimum is reached to rounding. A hundred times `ROUNDING`: soft rods in coils wander at 4e-14 of it for
 ever (`tendond bench rod --survey 1 --first 9466`)."""
 
-APPROXIMATE = 12
+APPROXIMATE = 4
 """Iterations with an approximate second derivative, which is cheaper. Statics from a neighbour take
-2 to 4; near a coil of silicone the approximate one contracts by a hundredth only, and what goes down is lost in
-rounding (`tendond bench rod --survey 1 --first 51814`)."""
+3; near a coil of silicone the approximate one contracts by a hundredth only, and what goes down is lost in rounding
+(`tendond bench rod --survey 1 --first 51814`), or it leads nowhere (`--first 23923`)."""
 
 CONTRACTION = 0.05
 """Ratio of the decrement in one step, above which a new second derivative is worth its price. Chosen: it moves

@@ -150,7 +150,7 @@ def test_one_tendon_coils_the_rod_to_the_exact_arc(degrees: float) -> None:
     assert tip == pytest.approx(stretch / curvature * np.array(arc), abs=5e-6)
 
 
-@pytest.mark.parametrize("number", [7459, 7777, 9466, 9932, 51814])
+@pytest.mark.parametrize("number", [7459, 7777, 9466, 9932, 23923, 51814])
 def test_rests_of_soft_coils_that_rounding_hides_are_found(number: int) -> None:
     """Draws of `tendond bench rod --survey` whose energy is flat to the last digits long before Newton's step is."""
     assert run(draw(number)).failed == ""

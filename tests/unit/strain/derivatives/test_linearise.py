@@ -8,51 +8,14 @@ import pytest
 from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
-from tendond.model.strain import Body, Robot, Section, StrainRod, StrainState, Tendon
+from tendond.model.strain import Robot, StrainRod, StrainState
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.scratch import Loads, scratch_for
+from tests.unit.strain.derivatives.programs import driven, pulled, pushed, sheared, tugged, two_sections
 from tests.unit.strain.robots import paper
 
 Array = NDArray[np.float64]
-
-TOOL = Body(0.4, 0.05, (1e-5, 2e-5, 1.5e-5), (0.01, 0.0, 0.02))
-
-
-def two_sections(damping: float = 1e-3) -> Robot:
-    """Precurved halves, a helical tendon and one that ends in the middle, a tool off the axis, gravity aslant."""
-    half = Section.round(
-        0.2, 1e-3, 190e9, 8000.0, torsion_modes=2, bending_modes=3, curvature=(1.0, -3.0, 4.0), drag=(0.1,) * 3,
-        bending_damping=(damping,) * 3,
-    )  # fmt: skip
-    tendons = (Tendon.helical(0.4, 0.008, 0.5), Tendon(0.2, (0.01, 0.002)))
-    return Robot((half, half), tendons, (TOOL, Body(0.2, 0.01)), (1.0, -9.0, 2.0))
-
-
-def sheared() -> Robot:
-    """An undamped nylon rod whose first section shears and whose second does not even twist, with a body at its tip."""
-    first = Section.round(0.2, 2e-3, 2e9, 1100.0, bending_modes=2, shear_modes=1, shear_stiffness=1e4)
-    second = Section.round(0.15, 2e-3, 2e9, 1100.0, bending_modes=3, torsion_modes=0)
-    tendons = (Tendon.helical(0.35, 0.006, 0.4), Tendon.converging(0.2, (0.01, 0.0), (0.006, 0.004)))
-    return Robot((first, second), tendons, (Body(0.35, 0.01, offset=(0.0, 0.004, 0.01)),), (0.0, -9.81, 0.0))
-
-
-def tugged(rod: StrainRod, k: int) -> Loads:
-    return rod.loads([0.5 + 0.1 * k, 0.4])
-
-
-def pulled(rod: StrainRod, k: int) -> Loads:
-    return rod.loads([5.0 + 2.0 * k, 4.0, 1.0, 1.0])
-
-
-def pushed(rod: StrainRod, k: int) -> Loads:
-    return rod.loads(
-        [8.0 + 2.0 * k, 3.0], tip_force=(0.1 * k, 0.2, 0.1), wrenches=[(0.2, (0.1, 0.0, 0.2), (0.01, 0.02, 0.01))]
-    )
-
-
-def driven(rod: StrainRod, k: int) -> Loads:
-    return rod.loads(displacement=[3e-3 + 4e-4 * k, 2e-3 + 2e-4 * k, -9e-3, -9e-3])
 
 
 def differences(rod: StrainRod, state: StrainState, loads: Loads) -> Array:
@@ -120,40 +83,6 @@ def test_the_linear_model_is_the_derivative_of_the_step(
         for half in (slice(0, n), slice(n, 2 * n)):  # strains and rates, in the measure of energy
             error, whole = (np.abs(one[half] * size / measure[half, None]).max() for one in (mine - theirs, theirs))
             assert error < bound * whole
-
-
-@pytest.mark.parametrize(
-    ("robot", "time_step", "program", "bound"),
-    [
-        (lambda: paper(), 0.01, pulled, 1e-4),
-        (two_sections, 0.01, pushed, 2e-3),
-        (lambda: paper(damping=1e-3, drag=50.0), 0.005, driven, 1e-2),
-        (lambda: paper(damping=0.0, drag=0.0), 0.02, lambda rod, k: rod.loads([200.0, 0.0, 0.0, 0.0]), 1e-9),
-    ],
-    ids=["tensions", "two sections with loads", "displacements with drag", "split"],
-)
-def test_what_acts_during_a_step_moves_tip_and_tendons_as_the_whole_linear_model_says(
-    robot: Callable[[], Robot], time_step: float, program: Callable[[StrainRod, int], Loads], bound: float
-) -> None:
-    """Newton's matrix leaves out that axes turn with the rod, those of drag above all. Calls in turn share arrays."""
-    rod = StrainRod(robot(), time_step)
-    linear, both = Linearisation(rod), Linearisation(rod)
-    state = rod.rest()
-    for k in range(3):
-        loads = program(rod, k)
-        whole = linear.step(state, loads)
-        c = linear.outputs(whole.state)
-        found = both.inputs(state, loads)
-        expected = (c.position @ whole.b, c.rotation @ whole.b, c.displacement @ whole.b, c.position @ whole.by_force)
-        ours = (found.position, found.rotation, found.displacement, found.by_force)
-        for mine, theirs in zip(ours, expected, strict=True):
-            assert mine == pytest.approx(theirs, abs=bound * max(float(np.abs(theirs).max()), 1e-12))
-        assert found.analytic == whole.analytic
-        after = both.step(state, loads)
-        assert np.array_equal(found.state.strain, whole.state.strain)
-        assert np.array_equal(after.state.rate, whole.state.rate)
-        assert after.a == pytest.approx(whole.a, rel=1e-9, abs=1e-9 * float(np.abs(whole.a).max()))
-        state = whole.state
 
 
 def test_a_step_that_is_split_is_differenced_and_says_so() -> None:

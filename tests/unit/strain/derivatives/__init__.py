@@ -1,0 +1,1 @@
+"""Derivatives of the general rod: linear models, second derivatives."""

@@ -141,3 +141,25 @@ def servo_pretension(
     from tendond.cli.servo.tendons import pretension_servos
 
     pretension_servos(config, store, yes, ask_terminal)
+
+
+@servo.command("identify")
+def servo_identify(
+    tendon: Annotated[int, typer.Argument(metavar="TENDON", min=0, max=15, help="Number of a slack tendon.")],
+    config: Config = None,
+    travel: Annotated[
+        float, typer.Option("--travel", min=1.0, max=50.0, help="Length that is paid out and taken up again [mm].")
+    ] = 6.0,
+    yes: Yes = False,
+) -> None:
+    """Identify a servo's dynamics by steps of a slack tendon.
+
+    Fits dead time, lag, speed and acceleration to the servo's own readings, and prints keys for the configuration. Only
+    slack is made and taken up. Refused while the rig is armed, or its servo driver runs.
+
+    Example: tendond servo identify 0 --config rig.toml
+    """
+    from tendond.cli.servo.identify import identify_servo
+    from tendond.cli.servo.rig import ask_terminal
+
+    identify_servo(config, tendon, 1e-3 * travel, yes, ask_terminal)

@@ -137,11 +137,11 @@ def servo(
     processes: Processes = None,
     json: Json = False,
 ) -> None:
-    """Take the drive's error apart: a circle in space, cause by cause.
+    """Take the drive's error apart by its causes.
 
-    Servos' steps, backlash, profile and lag, the tendons' friction, the pose's delay and noise: each alone, all
-    together, and all with what the controller is told of them right or wrong; in lockstep, half a minute. Exit status
-    1: a chain of which the controller is told everything misses a goal.
+    A circle in space, with the servos' steps, backlash, profile and lag, the tendons' friction, the pose's delay and
+    noise: each alone, all together, and all with what the controller is told of them right or wrong; in lockstep,
+    about a minute. Exit status 1: a chain of which the controller is told everything misses a goal.
 
     Example: tendond study servo --period 2
     """

@@ -108,7 +108,7 @@ class ServoMotion:
             self._bus.write_all(table.GOAL_POSITION, {self.id: self.spool.ticks(goal)})
             if self.look():
                 lowest = min(lowest, self.load)
-                self._judge(goal, lowest if releasing else None)
+                self.judge(goal, lowest if releasing else None)
                 if self.load >= load or (goal == target and abs(self.displacement - target) < self.arrival):
                     return self.latest
             if stopped():
@@ -120,8 +120,12 @@ class ServoMotion:
         """Load at the latest reading, as a fraction of the stall torque [-]."""
         return abs(self.latest.load) * table.LOAD_UNIT
 
-    def _judge(self, goal: float, lowest: float | None) -> None:
+    def judge(self, goal: float, lowest: float | None = None) -> None:
         """Check torque, load and following error.
+
+        Args:
+            goal: [m].
+            lowest: smallest load of a release so far [-]; none where it is no release.
 
         Raises:
             ServoError: one of them is wrong.

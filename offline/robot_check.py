@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tendond.model.rods.selection import solver_of
 from tendond.model.strain import StrainRod
 from tendond.model.strain.analysis.summary import Summary, summarise
 from tendond.model.strain.describe.configured import robot_from_section
@@ -174,8 +175,8 @@ def _geometry(robot: Robot, config: RigConfig) -> Iterator[str]:
             yield f"rod: tendon {index} runs inside the backbone, {arm * 1e3:.3g} mm from its axis: check its position"
         if arm > 0.5 * robot.length:
             yield f"rod: tendon {index} is {arm * 1e3:.3g} mm from the axis, more than half the length: metres wanted"
-        if tendon.friction > 0.0:
-            yield f"rod: the friction of tendon {index} is kept, but no model uses it yet"
+        if tendon.friction > 0.0 and solver_of(config.rod, config.control.solver) == "shooting":
+            yield f"rod: the friction of tendon {index} has no effect on control.solver = shooting"
 
 
 def _data(found: Summary) -> dict[str, Any]:

@@ -24,9 +24,11 @@ from tendond.model.rod.tip import Tip
 from tendond.model.rods.equivalent import arm_stiffness, equivalent_rod
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.derivatives.results import InputSensitivity
+from tendond.model.strain.friction.along import stretches, tension_along
 from tendond.model.strain.kinematics import Shape, empty_shape, find_shape
 from tendond.model.strain.robot import Robot
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]
@@ -41,7 +43,7 @@ class GeneralState:
 
     Attributes:
         strain: strains and rates.
-        tensions: of the tendons [N], shape (n,). tip_force: world frame [N], shape (3,).
+        tensions: of the tendons, at the servos' ends [N], shape (n,). tip_force: world frame [N], shape (3,).
         position: of the tip [m]; velocity: mean of it over the last step [m/s]; world frame, shape (3,).
     """
 
@@ -160,7 +162,17 @@ class GeneralRod:
     def displacements(self, state: GeneralState, *, elastic: bool = False) -> Array:
         """Return the tendons' displacements [m], shape (n,); `elastic`: with the tendons' own stretch."""
         shortening = self._rod.displacements(state.strain)
-        return shortening + state.tensions / self.tendon_stiffness if elastic else shortening
+        if not elastic:
+            return shortening
+        return shortening + stretches(self._rod.layout, state.strain.pulls, state.tensions, self.tendon_stiffness)
+
+    def end_tensions(self, state: GeneralState) -> Array:
+        """Return the tensions where the tendons are fixed to the robot [N], shape (n,); less or more by friction."""
+        ends = state.tensions.copy()
+        for index, tendon in enumerate(self.robot.tendons):
+            if tendon.friction > 0.0:
+                ends[index] = tension_along(self._rod, state.strain, index)[1][-1]
+        return ends
 
     def predict(self, state: GeneralState, tensions: Array, inputs: Array, tip_force: Array) -> TipPrediction:
         """Predict the tip after the coming step; see `ModelRod`. It is the step itself, with its derivatives.

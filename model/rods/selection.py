@@ -61,10 +61,14 @@ def rod_from_section(section: RodSection, time_step: float, compliance: float = 
 
 
 def solver_of(section: RodSection, wanted: Solver | None) -> Solver:
-    """Return the solver: the one wanted, else the shooting rod where it describes the robot and its steps converge."""
+    """Return the solver: the one wanted, else the shooting rod where it describes the robot and its steps converge.
+
+    The shooting rod has one tension for each tendon, and no friction of tendons.
+    """
     if wanted is not None:
         return wanted
-    return "general" if section.not_uniform or damping_ratio(section) < DAMPING_MIN else "shooting"
+    rubs = section.tendon_friction > 0.0 or any(one.friction > 0.0 for one in section.tendon)
+    return "general" if section.not_uniform or rubs or damping_ratio(section) < DAMPING_MIN else "shooting"
 
 
 def source_of(config: RigConfig) -> RodSource:

@@ -10,6 +10,7 @@ and external loading", IEEE T-RO 27 (2011).
 from tendond.model.strain.describe.base import Base
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 
 __all__ = ["Base", "Body", "Robot", "Section", "StrainRod", "StrainState", "Tendon"]

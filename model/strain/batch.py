@@ -14,7 +14,8 @@ from tendond.model.numerics.compile import Bound
 from tendond.model.numerics.parked import address_of
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.robot import Robot
-from tendond.model.strain.rod import STEP_TOLERANCE, StrainState
+from tendond.model.strain.rod import STEP_TOLERANCE
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.many import Inputs, Kinds, Motion, Room, Track, advance_many, measures_of
 from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 
@@ -45,6 +46,12 @@ class RodBatch:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step = {time_step!r} must be finite and above 0")
         self.time_step = time_step
+        rubbing = [str(index) for index, robot in enumerate(robots) if any(one.friction > 0.0 for one in robot.tendons)]
+        if rubbing:
+            raise ParameterError(
+                f"batch: robot {rubbing[0]} has a tendon with friction, whose tensions along it a batch does not carry:"
+                " set its friction to 0"
+            )
         layouts: dict[int, Layout] = {}
         for robot in robots:
             if id(robot) not in layouts:

@@ -37,7 +37,10 @@ class Layout(NamedTuple):
         weight: of a point for each tendon [m], 0 beyond its end, shape (Q, m); route, slope: (x, y) and its derivative
             by s, shape (Q, m, 2).
         straight: path lengths in the reference shape [m], shape (m,).
-        tendon_stiffness: [N/m], 0: none, shape (m,).
+        tendon_stiffness: [N/m], 0: none, shape (m,). friction: coefficients of the tendons on their guides, shape (m,).
+        compliance: of the tendon at a point, with its weight [m/N], shape (Q, m).
+        reach: of the section before a point from the point before it, and of its own, shape (Q, 2) [m]; the first has
+            its distance from the base, as a part of that to the second point, instead.
         gravity: world frame [m/s^2], shape (3,). base: row by row, shape (9,). origin: of the base [m], shape (3,).
     """
 
@@ -64,6 +67,9 @@ class Layout(NamedTuple):
     slope: Array
     straight: Array
     tendon_stiffness: Array
+    friction: Array
+    compliance: Array
+    reach: Array
     gravity: Array
     base: Array
     origin: Array

@@ -31,7 +31,8 @@ class Tendon:
         end: arc length at which it is fixed to the backbone [m].
         route: (x, y) in the cross-section [m], constant or a function of the arc length of the backbone [m].
         stiffness: force per stretch [N/m]; none: inextensible, so that it can only be driven by tension.
-        friction: coefficient on its guides [-]; kept for those who use it, the rod's own equations are without it.
+        friction: Coulomb's coefficient on its guides [-]. What lets it stick is its stretch: by `stiffness`, or 20 kN/m
+            where none is given.
         knots: arc lengths between which the route is smooth [m].
     """
 
@@ -66,7 +67,9 @@ class Tendon:
             angle = start + 2.0 * math.pi * turns * s / end
             return radius * math.cos(angle), radius * math.sin(angle)
 
-        return Tendon(end, route, stiffness, friction)
+        quarters = math.ceil(4.0 * abs(turns)) if friction > 0.0 else 0  # its path bends from point to point
+        knots = tuple(end * (index + 1) / quarters for index in range(quarters - 1))
+        return Tendon(end, route, stiffness, friction, knots)
 
     @staticmethod
     def converging(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +14,15 @@ from tendond.model.numerics.compile import Bound
 from tendond.model.strain.describe.base import Base
 from tendond.model.strain.describe.configured import described
 from tendond.model.strain.discretise.places import Places
+from tendond.model.strain.friction.hold import hold, hold_profiles
+from tendond.model.strain.friction.statics import FrictionStatics, pulls_of
 from tendond.model.strain.kinematics import Shape, empty_shape, find_shape
 from tendond.model.strain.layout import Layout, lay_out
 from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
 from tendond.model.strain.minima.hessian import stiffness_of
 from tendond.model.strain.minima.minimise import ITERATIONS, minimise
 from tendond.model.strain.robot import Body, Robot
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.carried import put_base
 from tendond.model.strain.stepping.energies import energies
@@ -30,6 +33,7 @@ from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 STATIC_TOLERANCE = 1e-10
 """Tolerance of a rest [rad], as that of a step: a hundredth of it. Chosen; `pytest
@@ -38,27 +42,6 @@ tests/unit/strain/test_dynamics.py -k changes_nothing` steps from a rest and sta
 STEP_TOLERANCE = 1e-8
 """Tolerance of the strains [rad]: relative to the energy of the robot's softest section when bent by 1 rad. Chosen;
 `tendond bench rod --references` has the errors that remain."""
-
-
-@dataclass(frozen=True)
-class StrainState:
-    """State of the robot at one instant.
-
-    Attributes:
-        strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).
-        iterations: Newton's, of the solution that led here. steps: that the last step was split into.
-        damped: how many of these were implicit Euler's, where no other solution was found: they take energy away.
-        earlier: rates one and two steps before, for an estimate of the error in time (`analysis.accuracy`).
-        base: pose and motion of the base; none: at rest, as the robot has it.
-    """
-
-    strain: Array
-    rate: Array
-    iterations: int = 0
-    steps: int = 0
-    damped: int = 0
-    earlier: tuple[Array, Array] | None = None
-    base: Base | None = None
 
 
 class StrainRod:
@@ -87,6 +70,8 @@ class StrainRod:
         self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
         self._paths = empty_paths(self.layout)
+        self._rubbing: Index = self._work.grip.tendon  # tendons with friction
+        self._statics = FrictionStatics(self.layout, self._work, STATIC_TOLERANCE)
 
     @staticmethod
     def from_config(source: RigConfig | RodSection | str | Path, time_step: float | None = None) -> "StrainRod":
@@ -149,12 +134,17 @@ class StrainRod:
         self._last = None
         rest = None if base is None else base.at_rest()
         self._put(rest)
-        count = self._minimise.call(self.layout, loads, q, 0.0, STATIC_TOLERANCE, self._work)
+        pulls, lost = None, 0.0
+        if len(self._rubbing) > 0:
+            before = self._work.grip.start * 0.0 if start is None or start.pulls is None else start.pulls
+            count, q, pulls, lost = self._statics.solve(loads, q, before, start is None)
+        else:
+            count = self._minimise.call(self.layout, loads, q, 0.0, STATIC_TOLERANCE, self._work)
         if count < 0 or not np.all(np.isfinite(q)):
             raise ConvergenceError(
                 "statics: no equilibrium downhill from this start", 0.0, self._residual(), ITERATIONS
             )
-        return StrainState(q, np.zeros(self.modes), int(count), 0, base=rest)
+        return StrainState(q, np.zeros(self.modes), int(count), 0, base=rest, pulls=pulls, friction_work=lost)
 
     def step(self, state: StrainState, loads: Loads, base: Base | None = None) -> StrainState:
         """Return the state one time step on, under loads that are held over it.
@@ -176,6 +166,8 @@ class StrainRod:
         if base is None and state.base is not None:
             base = state.base.at_rest()
         self._put(base)
+        if len(self._rubbing) > 0:
+            self._work.grip.start[:] = 0.0 if state.pulls is None else state.pulls
         count, steps, damped = self._advance.call(
             self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work, known and base is None
         )
@@ -183,7 +175,7 @@ class StrainRod:
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         earlier = (state.rate, state.rate if state.earlier is None else state.earlier[0])
         ahead = None if base is None else base.after(self.time_step)
-        self._last = StrainState(q, w, count, steps, damped, earlier, ahead)
+        self._last = StrainState(q, w, count, steps, damped, earlier, ahead, *pulls_of(self._work))
         return self._last
 
     def _put(self, base: Base | None) -> None:
@@ -229,20 +221,25 @@ class StrainRod:
 
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
-        self._last = None
-        self._put(state.base)
-        tangent = stiffness_of(self.layout, loads, state.strain, self._work)
+        tangent = self._tangent(state, loads)
         return float(eigh(tangent, self.layout.stiffness, eigvals_only=True)[0])
 
     def frequencies(self, state: StrainState, loads: Loads) -> Array:
         """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""
-        self._last = None
-        self._put(state.base)
-        tangent = stiffness_of(self.layout, loads, state.strain, self._work)
+        tangent = self._tangent(state, loads)
         lower = np.linalg.cholesky(mass_matrix(self.layout, self._work.after, self._work))
         inner = np.linalg.solve(lower, np.linalg.solve(lower, tangent).T)
         squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+    def _tangent(self, state: StrainState, loads: Loads) -> Array:
+        """Tangent stiffness at a state, shape (n, n); leaves its shape in `_work.after`."""
+        self._last = None
+        self._put(state.base)
+        held = hold(self.layout, loads, state.pulls, self._work)
+        found = stiffness_of(self.layout, held, state.strain, self._work)
+        hold_profiles(self.layout, None, self._work)
+        return found
 
     def energy(self, state: StrainState) -> float:
         """Return kinetic, elastic and gravity's energy [J]."""

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
 from tendond.model.strain.analysis.frames import frames, strength, tendon_path
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, style
 
 Array = NDArray[np.float64]

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from tendond.model.errors import ParameterError
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Robot
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]

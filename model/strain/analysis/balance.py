@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.model.strain.friction.along import cell_shortening
 from tendond.model.strain.kinematics import empty_shape, find_shape
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.energies import energies
 from tendond.model.strain.stepping.scratch import Loads
 
@@ -54,7 +56,8 @@ def energy_of(rod: StrainRod, state: StrainState) -> Energy:
 def balance_of(rod: StrainRod, before: StrainState, after: StrainState, loads: Loads) -> Balance:
     """Return the balance between two states, one step apart, under the loads that acted over it.
 
-    The tension of a tendon that is driven by displacement is taken as in the step, at the mean of both ends.
+    The tension of a tendon that is driven by displacement is taken as in the step, at the mean of both ends; those
+    along a tendon with friction at the step's end, so that what is lost does not hold friction's work on the tendon.
     """
     layout = rod.layout
     one, two = empty_shape(layout), empty_shape(layout)
@@ -63,11 +66,16 @@ def balance_of(rod: StrainRod, before: StrainState, after: StrainState, loads: L
     start, end = rod.displacements(before), rod.displacements(after)
     stretch = np.maximum(0.0, loads.tension - 0.5 * (start + end))
     tension = np.where(loads.driven, layout.tendon_stiffness * stretch, loads.tension)
+    pulled = float(tension @ (end - start))
+    if after.pulls is not None:
+        rubbing = layout.friction > 0.0
+        change = cell_shortening(rod, after) - cell_shortening(rod, before)
+        pulled = float((tension * ~rubbing) @ (end - start)) + float(np.sum(after.pulls[:, 1:] * change))
     turned = 0.5 * (one.twist + two.twist)[:, :3, : rod.modes] @ (after.strain - before.strain)
     return Balance(
         energy_of(rod, before),
         energy_of(rod, after),
-        float(tension @ (end - start)),
+        pulled,
         float(np.sum(loads.force * (two.point - one.point))),
         float(np.sum(loads.moment * turned)),
     )

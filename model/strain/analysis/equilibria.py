@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from tendond.model.errors import ConvergenceError
 from tendond.model.strain.analysis.potential import ITERATIONS, SETTLED, STRIDE, Equilibrium, Potential, solved
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from scipy.linalg import expm
 
 from tendond.model.errors import ParameterError
 from tendond.model.strain.discretise.modes import ModeTable, section_at
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.twists import COMMUTATOR
 
 Array = NDArray[np.float64]

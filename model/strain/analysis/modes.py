@@ -8,7 +8,8 @@ from scipy.linalg import eigh
 
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.minima.hessian import stiffness_of
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.mass import mass_matrix
 from tendond.model.strain.stepping.scratch import Loads, scratch_for
 

@@ -12,7 +12,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from tendond.model.strain.minima.energy import find_energy
 from tendond.model.strain.minima.hessian import stiffness_of
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.scratch import Loads, scratch_for
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from tendond.model.errors import ConvergenceError
 from tendond.model.strain.analysis.frames import bend, strength
 from tendond.model.strain.analysis.modes import natural_modes
 from tendond.model.strain.describe.section import Section
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,8 @@ from tendond.model.strain.derivatives.acceleration import tangent_stiffness
 from tendond.model.strain.derivatives.room import Room, room_for
 from tendond.model.strain.kinematics import empty_shape, find_shape
 from tendond.model.strain.loads import Wrench
-from tendond.model.strain.rod import StrainRod, StrainState
+from tendond.model.strain.rod import StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.scratch import Loads, Scratch, scratch_for
 
 Array = NDArray[np.float64]

@@ -3,6 +3,7 @@
     x1 = A x0 + B u + E f,     y = C x     (deviations from a step; u tensions or displacement commands, f loads)
 
 For estimators, predictive laws and identification. Derivatives are analytic and exact for the discrete rod; see `step`.
+Friction of tendons is held in them: `friction.hold`.
 """
 
 import math
@@ -20,11 +21,13 @@ from tendond.model.strain.derivatives.rates import find_rates
 from tendond.model.strain.derivatives.results import InputSensitivity, Outputs, Rest, StepSensitivity, TipDynamics
 from tendond.model.strain.derivatives.room import mirrored_room, room_for
 from tendond.model.strain.derivatives.step import differentiate
+from tendond.model.strain.friction.hold import check_drive, hold, hold_profiles, without_friction
 from tendond.model.strain.kinematics import find_shape
-from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod, StrainState
+from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod
+from tendond.model.strain.state import StrainState
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
-from tendond.model.strain.tendons import find_paths
+from tendond.model.strain.tendons import empty_paths, find_paths
 
 Array = NDArray[np.float64]
 
@@ -43,7 +46,8 @@ class Linearisation:
         at: arc length at which loads are differentiated, a node's [m]; default: the tip.
 
     Raises:
-        ParameterError: there is no node at this place; from any method, a state whose base moves, or moved.
+        ParameterError: there is no node at this place; from any method, a state whose base moves, or moved; from all
+            but `stability`, a tendon with friction that is driven by displacement.
     """
 
     def __init__(self, rod: StrainRod, at: float | None = None) -> None:
@@ -55,11 +59,14 @@ class Linearisation:
         self._node, self._point = node, point
         self._tip = rod.node(rod.robot.length)[1]
         n, m = rod.modes, len(rod.robot.tendons)
-        self._work = scratch_for(rod.layout)
+        self._rubs = bool(np.any(rod.layout.friction > 0.0))
+        self._layout = without_friction(rod.layout) if self._rubs else rod.layout
+        self._paths = empty_paths(rod.layout)  # without a weight
+        self._work = scratch_for(self._layout)
         self._next = mirrored(self._work)
         self._last: StrainState | None = None  # whose shape is in `_work.after`,
         self._rated = False  # and its motion in `_room.rates1`
-        self._room = room_for(rod.layout, (point,), (node,))
+        self._room = room_for(self._layout, (point,), (node,))
         self._next_room = mirrored_room(self._room)
         self._advance, self._differentiate = Bound(advance), Bound(differentiate)
         self._by_inputs = Bound(differentiate_inputs)
@@ -82,7 +89,7 @@ class Linearisation:
         out = np.empty((2 * n, 2 * n + m + 6))
         if analytic:
             before, known = (state.strain, state.rate), known and rated
-            analytic = self._differentiate.call(self.rod.layout, loads, *before, h, known, self._work, self._room, out)
+            analytic = self._differentiate.call(self._layout, loads, *before, h, known, self._work, self._room, out)
         if analytic:
             self._last, self._rated = after, True
         else:
@@ -106,9 +113,12 @@ class Linearisation:
         if analytic:
             places = (self._tip, self._point, self._node)
             work, room = self._work, self._by_input
-            analytic = self._by_inputs.call(rod.layout, loads, rod.time_step, *places, work, room, found)
+            analytic = self._by_inputs.call(self._layout, loads, rod.time_step, *places, work, room, found)
         if analytic:
             self._last, self._rated = after, False
+            if self._rubs:
+                find_paths(rod.layout, after.strain, self._paths)
+                found[6:] = self._paths.gradient @ self._by_input.reshape(rod.modes, -1)[:, : m + 6]
         else:
             differences = self._differences(state, loads)
             outputs = self.outputs(after)
@@ -120,25 +130,32 @@ class Linearisation:
     def _advanced(self, state: StrainState, loads: Loads) -> tuple[StrainState, bool]:
         """Take a step in `_work`; return the state after it, and whether the shape before it was there already."""
         _check_base(state)
+        check_drive(self.rod.layout, loads)
+        pulls, lost = None, 0.0
+        if self._rubs:
+            real = self.rod.step(state, loads)
+            pulls, lost = real.pulls, real.friction_work
+            hold_profiles(self.rod.layout, pulls, self._work)
         q, w = state.strain.copy(), state.rate.copy()
-        known = state is self._last
+        known = state is self._last and not self._rubs  # its paths have other weights
         if known:
             self._work, self._next = self._next, self._work
             self._room, self._next_room = self._next_room, self._room
         self._last = None
         count, steps, damped = self._advance.call(
-            self.rod.layout, loads, q, w, self.rod.time_step, STEP_TOLERANCE, self._work, known
+            self._layout, loads, q, w, self.rod.time_step, STEP_TOLERANCE, self._work, known
         )
         if not math.isfinite(q @ q + w @ w):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         earlier = (state.rate, state.rate if state.earlier is None else state.earlier[0])
-        return StrainState(q, w, count, steps, damped, earlier), known
+        return StrainState(q, w, count, steps, damped, earlier, None, pulls, lost), known
 
     def outputs(self, state: StrainState) -> Outputs:
         """Return the derivatives of what is measured at a state."""
         _check_base(state)
         self._last = None
-        layout, work, rates = self.rod.layout, self._work, self._room.rates1
+        layout, work, rates = self._layout, self._work, self._room.rates1
+        hold_profiles(self.rod.layout, None, work)
         n, shape = self.rod.modes, work.after
         find_shape(layout, state.strain, shape)
         find_rates(layout, state.rate, shape, self._room.bends, rates)
@@ -160,7 +177,8 @@ class Linearisation:
         _check_base(state)
         self._last = None
         work, rates, found = self._work, self._room.rates1, self._accelerations
-        done = accelerate(self.rod.layout, loads, state.strain, state.rate, work, self._room, found)
+        loads = hold(self.rod.layout, loads, state.pulls, self._work)
+        done = accelerate(self._layout, loads, state.strain, state.rate, work, self._room, found)
         if not (done and np.all(np.isfinite(found))):
             raise ConvergenceError("dynamics: the mass matrix is singular at this state", 0.0, 0.0, 0)
         moved = work.after.jacobian[self._tip, :, : self.rod.modes]
@@ -177,7 +195,8 @@ class Linearisation:
         """
         _check_base(state)
         self._last = None
-        layout, work = self.rod.layout, self._work
+        check_drive(self.rod.layout, loads)
+        layout, work, loads = self._layout, self._work, hold(self.rod.layout, loads, state.pulls, self._work)
         tangent_stiffness(layout, loads, state.strain, work, self._room, self._tangent)
         given = np.where(loads.driven & (work.taut > 0.0), layout.tendon_stiffness, 1.0)
         given[loads.driven & (work.taut <= 0.0)] = 0.0
@@ -196,13 +215,13 @@ class Linearisation:
         """Return the min. eigenvalue of the exact tangent stiffness, relative to the unloaded robot's stiffness."""
         _check_base(state)
         self._last = None
-        layout = self.rod.layout
+        layout, loads = self._layout, hold(self.rod.layout, loads, state.pulls, self._work)
         tangent_stiffness(layout, loads, state.strain, self._work, self._room, self._tangent)
         return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])
 
     def _differences(self, state: StrainState, loads: Loads) -> Array:
         """Central differences of the step, as `StepSensitivity` orders them."""
-        rod, layout, work = self.rod, self.rod.layout, self._work
+        rod, layout, work = self.rod, self._layout, self._work
         n, m, h = rod.modes, len(rod.robot.tendons), rod.time_step
         soft = DIFFERENCE * np.sqrt(work.unit[0] / np.diag(layout.stiffness))
         force = DIFFERENCE * work.unit[0] / rod.robot.length

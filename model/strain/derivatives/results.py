@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.strain.rod import StrainState
+from tendond.model.strain.state import StrainState
 
 Array = NDArray[np.float64]
 

@@ -17,6 +17,9 @@ TENDON_POINTS = 8
 TENDON_POINTS_MIN = 3
 """The same, for a piece that is short beside its section."""
 
+STIFFNESS = 2e4
+"""Stiffness of a tendon with friction for which none is given [N/m]: the shooting rod's."""
+
 
 def _slope(tendon: Tendon, s: float, step: float) -> tuple[float, float]:
     """Derivative of a tendon's place in the cross-section by the arc length."""
@@ -31,6 +34,7 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
     strains: list[Array] = []
     weights: list[list[float]] = []
     routes: list[list[tuple[float, float]]] = []
+    places: list[tuple[float, float]] = []
     slopes: list[list[tuple[float, float]]] = []
     step = 1e-6 * robot.length
     begin = 0.0
@@ -43,6 +47,7 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
             fine = max(TENDON_POINTS_MIN, round(TENDON_POINTS * min(1.0, 2.0 * (right - left) / section.length)))
             for part, weight in zip(*gauss(fine), strict=True):
                 s = left + part * (right - left)
+                places.append((s, begin))
                 values.append(modes.values(number, (s - begin) / section.length))
                 strains.append(np.array((*section.at("curvature", s - begin), 0.0, 0.0, 1.0)))
                 passing = [tendon.end > 0.5 * (left + right) for tendon in robot.tendons]
@@ -56,6 +61,8 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
     weight = np.array(weights, dtype=np.float64).reshape(shape)
     strain = np.array(strains, dtype=np.float64)
     u, v = strain[:, None, :3], strain[:, None, 3:]
+    stiffness = np.array([tendon.stiffness or 0.0 for tendon in robot.tendons], dtype=np.float64)
+    whole = np.where(stiffness > 0.0, stiffness, STIFFNESS) * [tendon.end for tendon in robot.tendons]
     arm = np.concatenate((route, np.zeros((*shape, 1))), axis=2)
     tangent = v + np.cross(u, arm) + np.concatenate((slope, np.zeros((*shape, 1))), axis=2)
     return {
@@ -65,5 +72,18 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
         "route": route,
         "slope": slope,
         "straight": np.einsum("qm,qm->m", weight, np.linalg.norm(tangent, axis=2)),
-        "tendon_stiffness": np.array([tendon.stiffness or 0.0 for tendon in robot.tendons], dtype=np.float64),
+        "tendon_stiffness": stiffness,
+        "friction": np.array([tendon.friction for tendon in robot.tendons], dtype=np.float64),
+        "compliance": weight / whole,
+        "reach": _reach(places),
     }
+
+
+def _reach(places: list[tuple[float, float]]) -> Array:
+    """Return `Layout.reach` for arc lengths of points and of the beginnings of their sections [m]."""
+    reach = np.zeros((len(places), 2))
+    for index, ((before, other), (s, begin)) in enumerate(pairwise(places), 1):
+        edge = begin if begin > other else 0.5 * (before + s)
+        reach[index] = edge - before, s - edge
+    reach[0, 0] = places[0][0] / (places[1][0] - places[0][0])
+    return reach

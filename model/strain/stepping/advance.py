@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from tendond.model.numerics.compile import lean
 from tendond.model.numerics.elimination import factor_symmetric, solve_symmetric
 from tendond.model.numerics.products import padded
+from tendond.model.strain.friction.pulls import accept_friction, begin_friction, find_friction
+from tendond.model.strain.friction.solve import solve_rubbing
 from tendond.model.strain.kinematics import find_shape, point_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.minima.energy import find_energy
@@ -132,7 +134,7 @@ def advance(
     n = len(q)
     q0, w0, q1 = work.q0, work.w0, work.q1
     total = steps = damped = done = 0
-    moving = is_moving(work)
+    moving, rubbing = is_moving(work), len(work.grip.tendon) > 0
     whole = 1 << SPLITS
     part = whole
     for a in range(n):
@@ -146,6 +148,8 @@ def advance(
             if len(work.taut) > 0:
                 find_paths(layout, q0, work.paths_before)
         known = False
+        if rubbing:
+            begin_friction(layout, work)
         while True:
             length = h * part / whole
             if moving:
@@ -153,7 +157,10 @@ def advance(
             begin_step(layout, q0, w0, length, work)
             for a in range(n):
                 q1[a] = q0[a] + length * w0[a]
-            count = solve_step(layout, loads, length, tolerance, work)
+            if rubbing:
+                count = solve_rubbing(layout, loads, length, tolerance, work)
+            else:
+                count = solve_step(layout, loads, length, tolerance, work)
             if count > 0:
                 twice = project_rates(layout, 1.0, 2.0 / length, work)
                 if twice >= 0.0:
@@ -163,7 +170,11 @@ def advance(
                 continue
             count = damped_step(layout, loads, length, tolerance, work)
             damped += 1
+            if rubbing:
+                find_friction(layout, loads, q1, work)
             break
+        if rubbing:
+            accept_friction(work)
         total += count
         steps += 1
         done += part

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.numerics.compile import inlined, lean
+from tendond.model.strain.friction.pulls import add_friction
 from tendond.model.strain.kinematics import find_shape, point_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.carried import BEFORE, TURN, carried_spin, carried_velocity, is_moving, own_move
@@ -64,7 +65,9 @@ def begin_step(layout: Layout, q0: Array, w0: Array, h: float, work: Scratch) ->
 def _find_tensions(layout: Layout, loads: Loads, work: Scratch) -> None:
     """Write the mean tension of each tendon over a step [N], the work of its spring per displacement, and its slope."""
     for i in range(len(work.taut)):
-        if loads.driven[i]:
+        if layout.friction[i] > 0.0:
+            work.taut[i] = work.slack[i] = 0.0  # see `friction.pulls`
+        elif loads.driven[i]:
             k = layout.tendon_stiffness[i]
             before = loads.tension[i] - work.paths_before.displacement[i]
             after = loads.tension[i] - work.paths_after.displacement[i]
@@ -168,3 +171,5 @@ def find_residual(layout: Layout, loads: Loads, q0: Array, q1: Array, h: float, 
     for a in range(n):
         residual[a] += share * layout.stiffness[a, a] * change[a]
     work.unit[1], work.unit[2] = share, norm
+    if len(work.grip.tendon) > 0:
+        add_friction(layout, loads, q1, work)

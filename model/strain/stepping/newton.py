@@ -39,7 +39,7 @@ def _size(work: Scratch, vector: Array) -> float:
 
 
 @inlined
-def _energy(layout: Layout, vector: Array) -> float:
+def energy_of(layout: Layout, vector: Array) -> float:
     """Twice the elastic energy of a change of the modes [J]."""
     total = 0.0
     for a in range(len(vector)):
@@ -48,7 +48,7 @@ def _energy(layout: Layout, vector: Array) -> float:
 
 
 @lean
-def _find_correction(layout: Layout, h: float, work: Scratch) -> bool:
+def find_correction(layout: Layout, h: float, work: Scratch) -> bool:
     """Write Newton's correction at `work.q1` to `work.w1`, with a new matrix; return false where that is singular."""
     n, width = len(work.q1), padded(len(work.q1))
     find_matrix(layout, h, work)
@@ -71,9 +71,9 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
     q1, trial, step, correction = work.q1, work.trial, work.w1, work.correction
     target = tolerance * tolerance * work.unit[0]
     find_residual(layout, loads, work.q0, q1, h, work)
-    if not _find_correction(layout, h, work):
+    if not find_correction(layout, h, work):
         return -1
-    size, energy = _size(work, step), _energy(layout, step)
+    size, energy = _size(work, step), energy_of(layout, step)
     part = 1.0
     for count in range(2, ITERATIONS + 2):
         if not size < 1e300:
@@ -91,7 +91,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
         solve_lu(work.matrix, work.rows, correction, n, width, work.solving)
         left = _size(work, correction)
         if not left <= (1.0 - 0.25 * part) ** 2 * size:
-            left_energy = _energy(layout, correction)
+            left_energy = energy_of(layout, correction)
             if not (part == 1.0 and left_energy <= target):
                 part *= 0.5
                 if part < SHORTEST:
@@ -100,7 +100,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
         for a in range(n):
             q1[a] = trial[a]
         if part == 1.0:
-            reached = _energy(layout, correction)
+            reached = energy_of(layout, correction)
             if reached <= target:
                 return count
             ratio = left / size
@@ -110,7 +110,7 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
                 size = left
                 energy = ratio * reached  # what is left after it
                 continue
-        if not _find_correction(layout, h, work):
+        if not find_correction(layout, h, work):
             return -1
         size, energy = _size(work, step), np.inf
         part = min(1.0, 2.0 * part)

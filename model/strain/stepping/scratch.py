@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from tendond.model.numerics.parked import park
 from tendond.model.numerics.products import padded
 from tendond.model.strain.discretise.modes import BENDING_Y, STRETCH
+from tendond.model.strain.friction.grip import Grip, empty_grip
 from tendond.model.strain.kinematics import Shape, empty_shape
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.second_derivatives.bends import Bends, bends_of
@@ -53,6 +54,7 @@ class Scratch(NamedTuple):
         base: of the step, if it moves, shape (25,); carried: its motion over the step, shape (15,): see `carried`.
         moved: of the mass points beside the base, shape (P, 3).
         bends: of second derivatives. quiet, calm: no moments on the nodes, shapes (K + 1, 3) and (K + 1,).
+        grip: of the tendons that rub on their guides.
         left, right, total: matrices for `add_products`, as are `matrix` and `mass`: rows one after the other, padded.
     """
 
@@ -101,6 +103,7 @@ class Scratch(NamedTuple):
     bends: Bends
     quiet: Array
     calm: Array
+    grip: Grip
 
 
 def scratch_for(layout: Layout) -> Scratch:
@@ -123,7 +126,7 @@ def scratch_for(layout: Layout) -> Scratch:
         unit=np.array([unit, 0.0, 0.0]), left=np.zeros(rows * width), right=np.zeros(rows * width),
         base=np.zeros(25), carried=np.zeros(15), moved=np.zeros((points, 3)),
         bends=bends_of(layout), quiet=np.zeros((nodes, 3)), calm=np.zeros(nodes),
-        solving=np.zeros(3 * width), apart=np.zeros(2 * 36), share=np.zeros(width),
+        grip=empty_grip(layout), solving=np.zeros(3 * width), apart=np.zeros(2 * 36), share=np.zeros(width),
         **{name: np.zeros(6 * spans_of(layout).width[0]) for name in ("pushes", "others", "turns")},
         **{name: np.zeros(width**2) for name in ("total", "spun", "matrix", "mass")},
         **{name: np.zeros((n, n)) for name in ("elastic", "hessian")},

@@ -24,6 +24,7 @@ from tendond.model.strain.composites import (
     own_lanes,
     own_six,
 )
+from tendond.model.strain.friction.pulls import add_friction_curvature, add_friction_slopes
 from tendond.model.strain.kinematics import axis_of, point_of
 from tendond.model.strain.layout import Layout
 from tendond.model.strain.stepping.own_turns import add_spins
@@ -180,8 +181,12 @@ def find_matrix(layout: Layout, h: float, work: Scratch) -> None:
     curvature_of_points(layout, work.after, work.force, work, m)
     if len(work.taut) > 0:
         add_tendon_stiffness(work.taut, work.paths_after, m)
+    if len(work.grip.tendon) > 0:
+        add_friction_curvature(work, m)
     _add_points(layout, h, work)
     _add_pulls(work)
+    if len(work.grip.tendon) > 0:
+        add_friction_slopes(layout, work)
     share, norm = work.unit[1], work.unit[2]
     for b in range(n):
         row[b] -= pull[b] + 2.0 * share * layout.stiffness[b, b] * change[b]

@@ -65,10 +65,10 @@ def general_motions(
 
 
 def _robot(recording: Recording, values: Mapping[str, float]) -> Robot:
-    """Return the recorded robot with these values, elastic tendons, and the known weight on its tip."""
+    """Return the recorded robot with these values, elastic tendons without friction, and the known weight on its tip."""
     with_body = {**values, "tip_mass": max(values["tip_mass"], MASS_MIN)}
     robot = robot_from_section(section_with(recording.config.rod, with_body))
-    tendons = tuple(one if one.stiffness else replace(one, stiffness=TENDON_STIFFNESS) for one in robot.tendons)
+    tendons = tuple(replace(one, stiffness=one.stiffness or TENDON_STIFFNESS, friction=0.0) for one in robot.tendons)
     weight = recording.weight
     hung = (Body(robot.length, weight, ball_inertia(weight)),) if weight > 0.0 else ()
     return replace(robot, tendons=tendons, bodies=(*robot.bodies, *hung))

@@ -1,6 +1,7 @@
 """The general rod behind the shooting rod's interface: the same rests, exact derivatives, states that can be copied."""
 
 import copy
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -173,3 +174,29 @@ def test_a_tip_whose_coming_step_has_no_solution_has_no_gain(monkeypatch: pytest
     assert not found.input_gain.any()
     assert not found.acceleration.any()
     assert (found.position.tolist(), found.rotation.tolist()) == (known.position.tolist(), known.rotation.tolist())
+
+
+def test_a_rod_whose_tendons_rub_steps_and_predicts_in_tension_drive_and_its_state_is_data() -> None:
+    robot = StrainRod.from_config("paper").robot
+    rod = GeneralRod(replace(robot, tendons=tuple(replace(one, friction=0.2) for one in robot.tendons)), 0.01)
+    loose = general("paper")
+    state, free = rod.solve_static([20.0, 1.0, 1.0, 1.0]), loose.solve_static([20.0, 1.0, 1.0, 1.0])
+    assert state.position[0] < free.position[0]
+    ends = rod.end_tensions(state)
+    assert ends[0] < 0.9 * 20.0
+    assert ends[2] > 1.05 * 1.0
+    stretch = rod.displacements(state, elastic=True) - rod.displacements(state)
+    assert ends[0] < stretch[0] * rod.tendon_stiffness[0] < 20.0
+    tensions = np.array([22.0, 1.0, 1.0, 1.0])
+    found = rod.predict(state, tensions, np.eye(4)[:2], np.zeros(3))
+    after = rod.step(state, tensions)
+    np.testing.assert_allclose(found.position, after.position, atol=1e-9)
+    assert rod.tip(after).input_gain[0, 0] != 0.0
+    again = from_plain(GeneralState, to_plain(after), None)
+    np.testing.assert_array_equal(rod.step(again, tensions).position, rod.step(after, tensions).position)
+
+
+def test_a_robot_whose_tendons_rub_is_run_as_the_general_rod() -> None:
+    config = check_config({"rod": {"tendon_friction": 0.1}}, "rig.toml")
+    assert solver_of(config.rod, None) == "general"
+    assert solver_of(config.rod, "shooting") == "shooting"

@@ -153,7 +153,7 @@ def test_the_how_to_prints_what_its_robot_is() -> None:
         ("[rod]\ndensity = 7.85\n", "check the units of radius, density and mass"),
         ("[rod]\ntendon_positions = [[0.0005, 0.0]]\n", "tendon 0 runs inside the backbone"),
         ("[rod]\ntendon_positions = [[20.0, 0.0]]\n", "more than half the length"),
-        ("[rod]\ntendon_friction = 0.1\n", "the friction of tendon 0 is kept"),
+        ('[rod]\ntendon_friction = 0.1\n[control]\nsolver = "shooting"\n', "the friction of tendon 0 has no effect"),
         ('[rod]\npreset = "rao-2021"\nnodes = 20\n', "rod.nodes: is of the shooting rod, which is not this robot's"),
         ("[[rod.section]]\nlength = 0.3\nradius = [[0, 1e-3], [0.3, 8e-4]]\nyoungs_modulus = 2e11\ndensity = 7850.0\n"
          "shear_damping = [1.0, 1.0, 0.0]\n", "rod.section[0].shear_damping: has no effect"),

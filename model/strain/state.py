@@ -1,0 +1,36 @@
+"""State of the general rod at one instant."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.model.strain.describe.base import Base
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StrainState:
+    """State of the robot at one instant.
+
+    Attributes:
+        strain: of the modes [1/m, or - for stretch], shape (n,). rate: of it [1/s], shape (n,).
+        iterations: Newton's, of the solution that led here. steps: that the last step was split into.
+        damped: how many of these were implicit Euler's, where no other solution was found: they take energy away.
+        earlier: rates one and two steps before, for an estimate of the error in time (`analysis.accuracy`).
+        base: pose and motion of the base; none: at rest, as the robot has it.
+        pulls: tensions along the F tendons with friction, in their order: at the servo's end, then at the robot's Q
+            tendon points [N], shape (F, 1 + Q); see `friction.tensions`. None: of slack tendons, or without friction.
+        friction_work: of the last step or rest, which friction took away [J].
+    """
+
+    strain: Array
+    rate: Array
+    iterations: int = 0
+    steps: int = 0
+    damped: int = 0
+    earlier: tuple[Array, Array] | None = None
+    base: Base | None = None
+    pulls: Array | None = None
+    friction_work: float = 0.0

@@ -3,9 +3,10 @@
 Where a tendon's path bends by the angle phi, a pull T before it is T e^(-mu phi) behind it while the tendon slides
 forward, T e^(mu phi) while it slides back, and anything between while it sticks (Euler 1769, Eytelwein 1808; along a
 tendon-driven robot: Kato et al., "Tendon-driven continuum robot for endoscopic surgery: preclinical development and
-validation of a tension propagation model", IEEE/ASME Trans. Mechatronics 20, 2015). The rod has one tension for each
-tendon: it is given that of the path's middle, behind half of the bend, and the tendon stretches half before and half
-behind it.
+validation of a tension propagation model", IEEE/ASME Trans. Mechatronics 20, 2015). This is for the
+shooting rod, which has one tension for each tendon: it is given that of the path's middle, behind half of the bend, and
+the tendon stretches half before and half behind it. The general rod has friction along the whole path
+(`model.strain.friction`).
 """
 
 import math

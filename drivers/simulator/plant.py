@@ -10,7 +10,7 @@ from tendond.drivers.simulator.faults import Faults
 from tendond.drivers.simulator.friction import TendonMiddles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
-from tendond.drivers.simulator.rods import PlantRod
+from tendond.drivers.simulator.rods import GeneralPlantRod, PlantRod
 from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.schemas.config.rig import RigConfig
@@ -49,6 +49,8 @@ class Plant:
         self._section = section
         self._limits = config.limits
         self._rod = rod
+        self._general = rod if isinstance(rod, GeneralPlantRod) else None  # with friction of its own
+        self._friction = section.servo.friction if self._general is None else 0.0
         slack = np.zeros(rod.parameters.tendon_count)
         self._command = slack
         self._by_displacement = False  # servos hold the tendons' displacement; else their tension is as commanded
@@ -101,7 +103,7 @@ class Plant:
             if by_displacement and not self._by_displacement:
                 ends = self._rod.displacements(self._state, elastic=True)
                 self._servos.stand(ends)
-                if self._section.servo.friction > 0.0:
+                if self._friction > 0.0:
                     stiffness, shortening = self._rod.tendon_stiffness, self._rod.displacements(self._state)
                     self._middles = TendonMiddles(stiffness, ends, shortening)
             elif self._by_displacement and not by_displacement:
@@ -121,7 +123,7 @@ class Plant:
             else:  # of several at once along the rod, the last one's place counts for all
                 push = push + force
                 self._rod.spread_push(place, SPREAD)
-        ratio = grip(self._section.servo.friction, self._bend)
+        ratio = grip(self._friction, self._bend)
         if self._by_displacement:
             ends = self._servos.follow_displacement(self._command)
             ends[self.faults.cut] = -CUT_SLACK
@@ -187,7 +189,7 @@ class Plant:
         fx, fy, fz = (self._force + self._hung * np.array(self._section.rod.gravity)).tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
         ends = tuple(self._servos.ends.tolist()) if self._by_displacement else displacement
-        tension = tuple(self._state.tensions.tolist())
+        tensions = self._state.tensions if self._general is None else self._general.mean_tensions(self._state)
         pull, fault = tuple(self._pull.tolist()), self.faults.reported
         state = TendonState(seq=self.seq, stamp_ns=stamp_ns, displacement=ends, tension=pull, fault=fault)
         truth = SimulatorTruth(
@@ -196,7 +198,7 @@ class Plant:
             position=(x, y, z),
             velocity=(vx, vy, vz),
             displacement=displacement,
-            tension=tension,
+            tension=tuple(tensions.tolist()),
             tip_force=(fx, fy, fz),
         )
         return self._mocap.see(tip, self.time, stamp_ns), state, truth

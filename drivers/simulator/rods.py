@@ -1,5 +1,6 @@
 """Rods of the simulated plant: the shooting rod, or the general one for robots that shooting does not solve."""
 
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.rods.selection import rod_from_section, solver_of
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
+from tendond.model.strain.friction.along import stretches
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.stepping.scratch import Loads
 from tendond.schemas.config.simulator import SimulatorSection
@@ -80,7 +82,9 @@ def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
         ParameterError: a robot that cannot be, or that the named solver does not solve.
     """
     if solver_of(section.rod, section.solver) == "general":
-        return GeneralPlantRod(robot_from_section(section.rod), time_step)
+        robot, friction = robot_from_section(section.rod), section.servo.friction
+        tendons = tuple(replace(one, friction=one.friction or friction) for one in robot.tendons)
+        return GeneralPlantRod(replace(robot, tendons=tendons), time_step)
     return rod_from_section(section.rod, time_step)
 
 
@@ -106,6 +110,7 @@ class GeneralPlantRod(GeneralRod):
         layout.tendon_stiffness[:] = self.tendon_stiffness  # the shooting rod's, for those that are given none
         self._own_mass = layout.mass.copy()
         self._push = np.zeros(len(layout.mass))
+        self._rubbing = np.flatnonzero(layout.friction > 0.0)
 
     def step(
         self,
@@ -134,7 +139,16 @@ class GeneralPlantRod(GeneralRod):
         taut = loads.tension
         if displacements is not None:
             taut = np.maximum(0.0, self.tendon_stiffness * (loads.tension - self._rod.displacements(new)))
+            if new.pulls is not None:
+                taut[self._rubbing] = new.pulls[:, 0]
         return self._after(state, new, taut.copy(), tip_force)
+
+    def mean_tensions(self, state: GeneralState) -> Array:
+        """Return the tensions of the tendons, means along those that rub [N], shape (n,)."""
+        layout, tensions = self._rod.layout, state.tensions.copy()
+        stretched = stretches(layout, state.strain.pulls, tensions, self.tendon_stiffness)
+        tensions[self._rubbing] = (stretched * self.tendon_stiffness)[self._rubbing]
+        return tensions
 
     def tip(self, state: GeneralState) -> Tip:
         """Return the tip; without acceleration and input gain, which no plant asks for."""

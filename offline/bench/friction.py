@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.lockstep import open_loop
+from tendond.model.rods.selection import Solver
 from tendond.offline.bench.profiles import LAWS, ProfileRow, profile_config, run_profile
 from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import check_config
@@ -57,8 +58,10 @@ class FrictionLoop:
         return pulled - float(np.interp(x, self.x[back], self.end[back]))
 
 
-def pull_and_release(coefficient: float, stiffness: float = TENDON_STIFFNESS) -> FrictionLoop:
-    """Pull and release a tendon of `stiffness` [N/m] with a friction coefficient [-].
+def pull_and_release(
+    coefficient: float, stiffness: float = TENDON_STIFFNESS, solver: Solver = "shooting"
+) -> FrictionLoop:
+    """Pull and release a tendon of `stiffness` [N/m] with a friction coefficient [-], on the rod of a solver.
 
     Raises:
         ConvergenceError: the plant has no solution.
@@ -69,6 +72,7 @@ def pull_and_release(coefficient: float, stiffness: float = TENDON_STIFFNESS) ->
                 "drive": "displacement",
                 "period": PERIOD,
                 "servo": {"friction": coefficient},
+                "solver": solver,
                 "rod": {"tendon_stiffness": stiffness, "gravity": [0.0, 0.0, 0.0]},
             }
         },

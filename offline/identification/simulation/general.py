@@ -65,7 +65,7 @@ def general_motions(
 
 
 def _robot(recording: Recording, values: Mapping[str, float]) -> Robot:
-    """Return the recorded robot with these values, elastic tendons without friction, and the known weight on its tip."""
+    """Return the recorded robot with these values, elastic tendons that do not rub, and the known weight on its tip."""
     with_body = {**values, "tip_mass": max(values["tip_mass"], MASS_MIN)}
     robot = robot_from_section(section_with(recording.config.rod, with_body))
     tendons = tuple(replace(one, stiffness=one.stiffness or TENDON_STIFFNESS, friction=0.0) for one in robot.tendons)

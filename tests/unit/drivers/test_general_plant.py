@@ -1,6 +1,8 @@
 """The general rod as the simulated plant: as the shooting rod where both solve, and where only it does."""
 
+import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,16 +10,25 @@ import pytest
 from tendond.drivers.simulator.lockstep import open_loop, watched_loop
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.rods import GeneralPlantRod, plant_rod
+from tendond.model import RodParameters
 from tendond.model.errors import ConvergenceError
+from tendond.offline.bench.friction import STEPS, FrictionLoop, pull_and_release
+from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode, TendonCommand
 from tendond.schemas.requests import ControlAction
 
 LENGTH = 0.5
+ROD, ARM, FRICTION = RodParameters(), 0.02, 0.2
 
 
 def rig(**simulator: object) -> RigConfig:
     return check_config({"simulator": simulator}, "test")
+
+
+@cache
+def loop() -> FrictionLoop:
+    return pull_and_release(FRICTION, TENDON_STIFFNESS, "general")
 
 
 def pulls(tensions: tuple[float, ...], cycles: int) -> Iterator[TendonCommand]:
@@ -125,3 +136,20 @@ def test_a_robot_that_shooting_cannot_describe_is_refused_where_it_is_asked_for(
     config = check_config({"rod": {"preset": "rao-2021"}, "simulator": {"solver": "shooting"}}, "test")
     with pytest.raises(ParameterError, match="section"):
         plant_rod(config.simulator, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("pull", "sign"), [(8.0, 1.0), (20.0, 1.0), (40.0, 1.0), (4.0, -1.0), (12.0, -1.0), (20.0, -1.0)]
+)
+def test_a_slow_pull_and_release_on_the_general_rod_is_the_capstans_along_the_whole_path(
+    pull: float, sign: float
+) -> None:
+    """T' = -mu T k, EI k = r T: the bend is log(1 + mu r T L / EI) / mu, pulled; let out with both signs changed."""
+    run = loop()
+    bend = sign * math.log1p(sign * FRICTION * ARM * pull * LENGTH / ROD.bending_stiffness) / FRICTION
+    mean = ROD.bending_stiffness * bend / (ARM * LENGTH)  # of the tension along the path
+    shortening = LENGTH * mean / (ROD.youngs_modulus * ROD.area) + ARM * bend
+    branch = slice(0, STEPS) if sign > 0.0 else slice(2 * STEPS - 1, STEPS - 1, -1)
+    end = shortening + mean / TENDON_STIFFNESS
+    assert np.interp(end, run.end[branch], run.before[branch]) == pytest.approx(pull, rel=6e-3)
+    assert np.interp(end, run.end[branch], run.behind[branch]) == pytest.approx(mean, rel=6e-3)

@@ -1,5 +1,6 @@
 """Load kernels from the cache, or compile them, in parts: `tendond warm` runs this module in child processes."""
 
+import math
 import sys
 from collections.abc import Callable
 
@@ -18,14 +19,24 @@ from tendond.model.strain.analysis.summary import summarise
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.tendons.allocation import Allocation
 
+TENDONS = 4
+"""Of the paper's robot."""
 
-def warm_up() -> None:
+
+def _rod(tendons: int) -> Rod:
+    """Return a shooting rod with this number of tendons around it, on which its kernels depend."""
+    angles = 2.0 * math.pi * np.arange(tendons) / tendons
+    positions = tuple((0.02 * math.cos(angle), 0.02 * math.sin(angle)) for angle in angles)
+    return Rod(RodParameters(tendon_positions=positions), "euler", nodes=10)
+
+
+def warm_up(tendons: int = TENDONS) -> None:
     """Run each kernel of the shooting rod once, as it is controlled; takes a second when they are cached."""
-    rod = Rod(RodParameters(), "euler", nodes=10)
+    rod = _rod(tendons)
     state = rod.step(rod.solve_static())
     rod.tip(state)
     rod.sensitivity(state)
-    rod.predict(state, np.zeros(4), np.ones((2, 4)), np.zeros(3))
+    rod.predict(state, np.zeros(tendons), np.ones((2, tendons)), np.zeros(3))
     rod.velocity_jacobian(state, 0)
     tip = rod.tip(state).position
     gains = ObserverGains(
@@ -43,19 +54,22 @@ def warm_up() -> None:
     )
     observe(gains, start_observer(gains, tip), rod, state, tip, tip)
     tip_compliance(rod, state)
-    rod.solve_static(displacements=[0.0] * 4)
+    rod.solve_static(displacements=[0.0] * tendons)
     allocation = Allocation(rod.parameters.tendon_positions, 0.0, 1.0)
     allocation.tensions(allocation.nearest(np.zeros(2)))
 
 
-def warm_up_trajectories() -> None:
+def warm_up_trajectories(tendons: int = TENDONS) -> None:
     """Run the kernel of whole trajectories of the shooting rod, by which the identification simulates a log."""
-    rod = Rod(RodParameters(), "euler", nodes=10)
-    simulate_trajectory(rod, rod.solve_static(), np.tile(rod.loads([0.0] * 4), (2, 1)))
+    rod = _rod(tendons)
+    simulate_trajectory(rod, rod.solve_static(), np.tile(rod.loads([0.0] * tendons), (2, 1)))
 
 
-def warm_up_general() -> None:
-    """Run the kernels of the general rod once: as `tendond config check` looks at a robot, and as it is controlled."""
+def warm_up_general(tendons: int = TENDONS) -> None:
+    """Run the kernels of the general rod once, as `config check` looks at a robot, and as it is controlled.
+
+    They depend on no number of tendons or sections.
+    """
     robot = Robot((Section.round(0.5, 1e-3, 200e9, 7850.0),), (Tendon(0.5, (0.02, 0.0)),))
     rod, model = StrainRod(robot), GeneralRod(robot, 0.01)
     summarise(rod, 1.0, modes=1)
@@ -67,15 +81,15 @@ def warm_up_general() -> None:
     linear.rest(rod.rest(), rod.loads())
 
 
-PARTS: dict[str, Callable[[], None]] = {
+PARTS: dict[str, Callable[[int], None]] = {
     "shooting": warm_up,
     "trajectories": warm_up_trajectories,
     "general": warm_up_general,
 }
-"""Independent of the numbers of tendons and sections; the second one calls kernels of the first."""
+"""Each takes the number of tendons. The second one calls kernels of the first."""
 
 
 if __name__ == "__main__":
     report_compilation(lambda name: print(name, flush=True))
-    for part in sys.argv[1:] or PARTS:
-        PARTS[part]()
+    for part in sys.argv[2:]:
+        PARTS[part](int(sys.argv[1]))

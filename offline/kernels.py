@@ -12,6 +12,9 @@ from collections.abc import Callable, Sequence
 from tendond.daemon.errors import DaemonError
 from tendond.schemas.config.rig import RigConfig
 
+TENDONS = 4
+"""Number of tendons of the paper's robot."""
+
 SHOOTING, TRAJECTORIES, GENERAL = "shooting", "trajectories", "general"
 
 NAMES = {SHOOTING: "shooting rod", GENERAL: "general rod"}
@@ -33,18 +36,19 @@ def parts_of(config: RigConfig) -> tuple[tuple[str, ...], ...]:
     return tuple((solver,) for solver in NAMES if solver in solvers)
 
 
-def compile_kernels(parts: Sequence[Sequence[str]], progress: Progress) -> dict[str, float]:
+def compile_kernels(parts: Sequence[Sequence[str]], tendons: int, progress: Progress) -> dict[str, float]:
     """Compile what is not cached; return the time that each list of parts took [s], by the rod's name.
 
     Args:
         parts: lists of names in `tendond.model.warm.PARTS`, compiled beside each other.
+        tendons: number of tendons, on which the shooting rod's kernels depend.
         progress: called for each function.
 
     Raises:
         DaemonError: a process failed, with its last line.
     """
     start = time.monotonic()
-    children = {NAMES[part[0]]: _start(part) for part in parts}
+    children = {NAMES[part[0]]: _start(part, tendons) for part in parts}
     took: dict[str, float] = {}
     errors: dict[str, str] = {}
 
@@ -73,9 +77,9 @@ def compile_kernels(parts: Sequence[Sequence[str]], progress: Progress) -> dict[
     return took
 
 
-def _start(part: Sequence[str]) -> "subprocess.Popen[str]":
+def _start(part: Sequence[str], tendons: int) -> "subprocess.Popen[str]":
     """Start the process that compiles these parts; the terminal's Ctrl-C does not reach it."""
-    command = [sys.executable, "-P", "-m", "tendond.model.warm", *part]
+    command = [sys.executable, "-P", "-m", "tendond.model.warm", str(tendons), *part]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
     )

@@ -11,13 +11,14 @@ from tendond.cli.signals import exit_on_signals
 def warm(
     config_file: Annotated[
         Path | None,
-        typer.Option("-c", "--config", help="Compile what this configuration needs. Default: every kernel."),
+        typer.Option("-c", "--config", help="Compile what this configuration needs. Default: all for four tendons."),
     ] = None,
 ) -> None:
     """Compile the model's kernels, so that no later start has to.
 
-    Takes a minute or two, once for each user and version; a second when they are compiled. Kernels do not depend on
-    the numbers of tendons and sections. Ctrl-C ends it at once; what is compiled by then is kept.
+    Takes a minute or two, once for each user and version; a second when they are compiled. The shooting rod's depend
+    on the number of tendons: four, or that of the configuration; the general rod's on none. Ctrl-C ends it at once;
+    what is compiled by then is kept.
 
     Example: tendond warm -c rig.toml
     """
@@ -26,4 +27,8 @@ def warm(
     from tendond.cli.warm.progress import compile_with_progress
     from tendond.offline.kernels import ALL, parts_of
 
-    compile_with_progress(ALL if config_file is None else parts_of(load_config(config_file)))
+    if config_file is None:
+        compile_with_progress(ALL)
+        return
+    config = load_config(config_file)
+    compile_with_progress(parts_of(config), len(config.rod.tendon_positions))

@@ -6,10 +6,10 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from tendond.cli.common import say
-from tendond.offline.kernels import compile_kernels
+from tendond.offline.kernels import TENDONS, compile_kernels
 
 
-def compile_with_progress(parts: Sequence[Sequence[str]]) -> None:
+def compile_with_progress(parts: Sequence[Sequence[str]], tendons: int = TENDONS) -> None:
     """Compile what is not cached, see `compile_kernels`; silent where everything is.
 
     Raises:
@@ -27,6 +27,6 @@ def compile_with_progress(parts: Sequence[Sequence[str]]) -> None:
                     say(f"compiling the kernels of the {name}: takes a minute or two, once")
             progress.update(tasks[name], description=f"compiling the kernels of the {name}: {count}, {function}")
 
-        took = compile_kernels(parts, show)
+        took = compile_kernels(parts, tendons, show)
     for name in tasks:
         say(f"kernels of the {name} compiled in {took[name]:.0f} s")

@@ -101,7 +101,7 @@ def test_kernels_are_missed_only_where_they_are_not_compiled(
     from tendond.model.warm import PARTS
 
     for part in PARTS.values():
-        part()
+        part(4)
     code = "import tendond.model.rod.rod\nfrom tendond.model.numerics.compile import uncached\nprint(uncached())"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"  # in a process without the kernels that other tests have imported

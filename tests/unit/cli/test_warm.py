@@ -62,4 +62,4 @@ def test_a_configuration_needs_the_kernels_of_its_rods(robot: dict[str, str], pa
 def test_a_failed_process_is_reported_with_its_last_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(kernels.NAMES, "absent", "absent rod")
     with pytest.raises(DaemonError, match="kernels of the absent rod could not be compiled: KeyError: 'absent'"):
-        kernels.compile_kernels([["absent"]], lambda name, count, function: None)
+        kernels.compile_kernels([["absent"]], 4, lambda name, count, function: None)

@@ -43,7 +43,7 @@ BROUGHT = {
 
 
 def test_setting_up_runs_every_kernel() -> None:
-    code = "for part in PARTS.values():\n    part()\nprint(*(name for name, count in loaded().items() if not count))"
+    code = "for part in PARTS.values():\n    part(4)\nprint(*(name for name, count in loaded().items() if not count))"
     assert set(run_fresh(code).split()) <= BROUGHT
 
 

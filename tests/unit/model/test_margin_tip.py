@@ -11,8 +11,8 @@ from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.laws import SPACE
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
-from tendond.model.rods.selection import rod_from_section
-from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.model.rods.selection import model_rod, rod_from_section
+from tendond.schemas.config.rig import RigConfig, check_config, parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
@@ -59,6 +59,31 @@ def test_the_law_in_space_is_refused_where_it_would_swing(
     monkeypatch.setattr(selection_module, "tip_objection", lambda config, rod, law: "")
     mode, _ = end_of(config)
     assert mode is Mode.FAULT
+
+
+def on_the_general_rod(mass: float) -> RigConfig:
+    """The same at 100 Hz on the general rod, with a target near the straight rod: farther ones forgive more."""
+    config = with_configured_tip("sensitivity", mass, 100.0).model_dump()
+    config["control"]["solver"] = config["simulator"]["solver"] = "general"
+    config["reference"]["across"] = 0.1
+    return check_config(config, "tip")
+
+
+def test_the_general_rod_settles_with_the_heaviest_tip_too() -> None:
+    config = on_the_general_rod(0.0)
+    bound = SPACE.tip_mass_max(config, model_rod(config).parameters)
+    mode, ripple = end_of(on_the_general_rod(0.97 * bound), 4.0)  # a heavier rod stands for the robot with the mass
+    assert mode is Mode.TRACKING
+    assert ripple < 0.2e-3
+
+
+def test_the_general_rod_would_swing_with_20_grams_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = on_the_general_rod(0.02)
+    with pytest.raises(LawError, match="swings the arm"):
+        end_of(config)
+    monkeypatch.setattr(selection_module, "tip_objection", lambda config, rod, law: "")
+    mode, ripple = end_of(config, 3.0)
+    assert mode is Mode.FAULT or ripple > 0.1
 
 
 @pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])

@@ -1,10 +1,11 @@
 """A client's subscription to one kind of message: decoded, bounded, without waiting."""
 
+import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import zenoh
 
@@ -25,21 +26,42 @@ class Subscription(Generic[M]):
         expression: full key, see `schemas.keys.key`.
         kind: class of the messages.
         size: messages kept between two calls; the oldest are dropped.
+        arrived: set when a message has arrived and can be taken, on Zenoh's thread.
 
     Attributes:
         unreadable: number of samples that could not be decoded, by reason.
     """
 
-    def __init__(self, session: zenoh.Session, expression: str, kind: type[M], size: int = 1) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        expression: str,
+        kind: type[M],
+        size: int = 1,
+        arrived: threading.Event | None = None,
+    ) -> None:
         self.unreadable: Counter[str] = Counter()
+        self._take: Callable[[], zenoh.Sample | None]
         self._kind = kind
         self._size = size
-        self._subscriber = session.declare_subscriber(expression, zenoh.handlers.RingChannel(size))
+        self._subscriber: zenoh.Subscriber[Any]
+        if arrived is None:
+            ring = session.declare_subscriber(expression, zenoh.handlers.RingChannel(size))
+            self._subscriber, self._take = ring, ring.try_recv
+            return
+        kept: deque[zenoh.Sample] = deque(maxlen=size)
+
+        def keep(sample: zenoh.Sample) -> None:
+            kept.append(sample)
+            arrived.set()
+
+        self._subscriber = session.declare_subscriber(expression, keep)
+        self._take = lambda: kept.popleft() if kept else None
 
     def __iter__(self) -> Iterator[M]:
         """Take the messages that have arrived, oldest first; ends after `size` samples, whatever keeps arriving."""
         for _ in range(self._size):
-            if (sample := self._subscriber.try_recv()) is None:
+            if (sample := self._take()) is None:
                 return
             try:
                 if sample.kind != zenoh.SampleKind.PUT:

@@ -49,22 +49,21 @@ def identify_servo(config_file: Path | None, tendon: int, travel: float, yes: bo
         test = step_test(bus, rig.section, located.spool, rig.tension_max, travel, stopped)
     radius, section = located.spool.calibration.spool_radius, rig.section
     fit = fit_steps(test.steps, section.profile_velocity * radius, max(section.profile_acceleration * radius, 0.1))
-    print(report(fit, test.hysteresis, radius, section.period))
+    print(report(fit, test.hysteresis, radius))
     return fit
 
 
-def report(fit: ServoFit, hysteresis: float, radius: float, period: float) -> str:
+def report(fit: ServoFit, hysteresis: float, radius: float) -> str:
     """Write the dynamics with their errors, and the keys of the configuration.
 
     Args:
         fit: dynamics.
         hysteresis: difference of where the servo rests at one goal [m].
         radius: of the spool [m].
-        period: of the servo driver [s].
     """
     servo, (dead, rate, acceleration, lag) = fit.servo, fit.error
     step = table.TICK * radius
-    delay = fit.dead_time + servo.lag + 0.5 * period
+    delay = fit.dead_time + servo.lag
     return "\n".join(
         (
             f"dead time     {fit.dead_time * 1e3:.1f} +- {dead * 1e3:.1f} ms, a read's and a write's included",
@@ -75,7 +74,7 @@ def report(fit: ServoFit, hysteresis: float, radius: float, period: float) -> st
             f"residual      {fit.residual * 1e6:.0f} um RMS",
             "",
             "[observer]",
-            f"command_delay = {delay:.4f}  # dead time, lag, and half of servo.period",
+            f"command_delay = {delay:.4f}  # dead time and lag",
             f"servo_acceleration = {servo.acceleration:.3g}",
             f"backlash = {hysteresis:.2g}",
             "",

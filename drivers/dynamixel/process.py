@@ -14,6 +14,8 @@ from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.bus.subscription import Subscription
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.dynamixel.driver.driver import ServoDriver
+from tendond.drivers.dynamixel.driver.phase import DriverPhase
+from tendond.drivers.dynamixel.pace import CommandPace
 from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_places
 from tendond.drivers.dynamixel.serial.adapter import DELAYED_SECONDS, latency_warning
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
@@ -98,13 +100,14 @@ class ServoProcess:
                 self._host.say(f"stopped; {driver.final_state}")
 
     def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
-        name, period = self._config.rig.name, self._section.period
-        commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
+        name = self._config.rig.name
+        pace = CommandPace(self._section.period)
+        commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE, pace.arrived)
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
         reported, phase = "", driver.phase
         healths = session.declare_publisher(key(name, SERVO_HEALTH), encoding=ENCODING)
-        deadline = before = health_time = time.monotonic()
+        before = health_time = time.monotonic()
         losses = ReadLossLog(before)
         while not self._host.stopped():
             driver.cycle(time.monotonic(), self._newest(commands, driver))
@@ -129,8 +132,7 @@ class ServoProcess:
             if driver.phase is not phase:
                 phase = driver.phase
                 self._host.say(f"servos: {phase.value}")
-            deadline = max(deadline + period, time.monotonic() - period)
-            time.sleep(max(0.0, deadline - time.monotonic()))
+            pace.wait(awaited=driver.phase is DriverPhase.ON)
         counts = driver.commands.counts + Counter({"reads without a reply": driver.lost_reads})
         if counts:
             self._host.say(", ".join(f"{count} {reason}" for reason, count in counts.items()))

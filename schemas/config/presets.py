@@ -109,8 +109,9 @@ def _servos(**different: object) -> str:
 
 RIG = _servos()
 
-WIRED = _servos(rate=0.08, duration=2.5, observer=_observer(WIRED_DELAY) + "\nstamps = true")
-"""RIG behind the real drivers, whose dead time is longer; the reference is slower."""
+WIRED = _servos(rate=0.08, duration=2.5, friction=0.1, observer=_observer(WIRED_DELAY) + "\nstamps = true")
+"""RIG behind the real drivers, whose dead time is longer; the reference is slower, and friction half, so that the load
+of the servos stays well below the one that is a fault."""
 
 NASTY = _servos(
     backlash=3e-4,

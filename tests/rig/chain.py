@@ -33,7 +33,7 @@ class Chain(Rig):
             "[faults]\noverrun_time = 10.0\npose_timeout = 1.0\ntendon_timeout = 2.0\n"
             # a busy machine's plant lags behind, and makes up for it
             "mismatch_time = 10.0\nslack_time = 10.0\ntracking_time = 10.0\njump = 0.2\n"
-            + WIRED.replace("duration = 2.5", "duration = 2.0")
+            + WIRED.replace("duration = 2.5", "duration = 2.0").replace("friction = 0.1", "friction = 0.0")
             + f"\n[vicon]\nport = {port}\n{WIRED_VICON}"
             + f'\n[servo]\nport = "{folder}/ttyUSB0"\n{WIRED_SERVO}hold_time = 0.3\n',
         )

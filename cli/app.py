@@ -20,6 +20,7 @@ from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
 from tendond.cli.signals import INTERRUPTED, exit_at_the_end, exit_on_interrupt, was_interrupted
 from tendond.cli.study.commands import study
+from tendond.cli.validate.commands import validate
 from tendond.cli.warm.commands import warm
 from tendond.schemas.config.renamed import RenamedKeyWarning
 
@@ -57,6 +58,7 @@ study.add_typer(identify)
 for group in (rig, log, servo, config, study, bench):
     app.add_typer(group)
 app.command()(demo)
+app.command()(validate)
 app.command()(warm)
 
 

@@ -1,0 +1,1 @@
+"""`tendond validate`: the general rod beside measured robots."""

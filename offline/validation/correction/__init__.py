@@ -1,0 +1,1 @@
+"""Learned correction of a model's tip, bounded and off outside of its data."""

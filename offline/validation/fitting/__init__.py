@@ -1,0 +1,1 @@
+"""Estimation of a rod's parameters from measured tips."""

@@ -1,0 +1,1 @@
+"""Figures of a validation: errors, repeatability, report and drawings."""

@@ -1,0 +1,1 @@
+"""Rods of measured robots: unknown parameters, and the tips that follow from commands in their order."""

@@ -62,10 +62,7 @@ def _find_slip(layout: Layout, grip: Grip, f: int, begin: int, tension: float, h
 @inlined
 def _find_tension(layout: Layout, grip: Grip, f: int, i: int, slip: float, held: bool) -> float:
     """Return the tension of a cell for which the contact before it slips so far [N]; 0 where it is slack."""
-    found, _ = _find_slip(layout, grip, f, i, 0.0, held)
-    if found >= slip:
-        return 0.0
-    low, high = 0.0, -1.0
+    low, high = -1.0, -1.0
     tension: float = grip.start[f, 1 + i]
     for _ in range(ITERATIONS):
         found, slope = _find_slip(layout, grip, f, i, tension, held)
@@ -76,6 +73,11 @@ def _find_tension(layout: Layout, grip: Grip, f: int, i: int, slip: float, held:
         trial = tension - (found - slip) / slope
         if abs(trial - tension) <= ROUNDING * (tension + grip.start[f, 1 + i]):
             return float(trial)
+        if trial <= 0.0 and low < 0.0:
+            found, _ = _find_slip(layout, grip, f, i, 0.0, held)
+            if found >= slip:
+                return 0.0
+            low = 0.0
         if trial < low or (high >= 0.0 and trial > high):
             trial = 0.5 * (low + high) if high >= 0.0 else low
         tension = trial

@@ -8,7 +8,7 @@ is a ratio.
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ MORE = "on top of a step"
 BY_INPUTS = f"{MORE}, tip and tendons by actuation and force"
 LINEAR_MODEL = f"{MORE}, its whole linear model"
 """Rows of what derivatives take."""
+
+FRICTION = 0.1
+WITH_FRICTION = f"one section, 4 tendons, mu = {FRICTION:g}: 10 ms"
 
 Run = Callable[[], Array]
 """Times of calls [s], shape (k,)."""
@@ -87,6 +90,10 @@ def bench_general(
         runs[f"{name}: statics from a neighbour"] = _along(rod, steps, _statics(rod))
         runs[f"{name}: {BY_INPUTS}"] = _along(rod, steps, _states(linear.inputs))
         runs[f"{name}: {LINEAR_MODEL}"] = _along(rod, steps, _states(linear.step))
+    plain = one_section()
+    rubbing = replace(plain, tendons=tuple(replace(one, friction=FRICTION) for one in plain.tendons))
+    rod = StrainRod(rubbing, TIME_STEP)
+    runs[WITH_FRICTION] = _along(rod, steps, rod.step)
     found: dict[str, list[Array]] = {name: [] for name in runs}
     for _ in range(REPEATS):
         for name, run in runs.items():
@@ -95,6 +102,9 @@ def bench_general(
     times = {name: 1e6 * np.concatenate(one) for name, one in found.items()}
     shooting = float(np.median(times["shooting rod, 10 ms"]))
     rows = [_row(name, one, shooting, math.nan) for name, one in times.items() if MORE not in name]
+    own = float(np.median(times["one section, 4 tendons: 10 ms"]))
+    rubbed = times[WITH_FRICTION]
+    rows[-1] = _row(WITH_FRICTION, rubbed, shooting, float(np.median(rubbed)) / own)
     for robot_name in robots:
         step = float(np.median(times[f"{robot_name}: 10 ms"]))
         for what in (BY_INPUTS, LINEAR_MODEL):
@@ -102,7 +112,6 @@ def bench_general(
             rows.append(GeneralRow(f"{robot_name}: {what}", more, math.nan, more / shooting, more / step))
     progress("many at once")
     many = bench_batch(batch).step_us
-    own = float(np.median(times["one section, 4 tendons: 10 ms"]))
     rows.append(GeneralRow(f"{batch} rods at once: a step", many, math.nan, many / shooting, many / own))
     return rows
 

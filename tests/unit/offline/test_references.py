@@ -8,7 +8,7 @@ import pytest
 
 from tendond.offline.bench.general_rod import references, textbooks
 from tendond.offline.bench.general_rod.references import ReferenceRow
-from tendond.offline.bench.general_rod.timing import bench_general
+from tendond.offline.bench.general_rod.timing import MORE, WITH_FRICTION, bench_general
 from tests.unit.cli.commands import tendond
 
 
@@ -67,6 +67,9 @@ def test_files_that_are_not_there_are_named_and_miss_no_target(tmp_path: Path) -
 def test_the_general_rod_is_timed_beside_the_shooting_rod_in_one_run() -> None:
     rows = {row.name: row for row in bench_general(steps=3, batch=3)}
     assert rows["shooting rod, 10 ms"].to_shooting == 1.0
-    assert sum("derivatives" in name for name in rows) == 2
+    assert sum(MORE in name for name in rows) == 4
+    assert rows[WITH_FRICTION].to_step * rows["one section, 4 tendons: 10 ms"].median_us == pytest.approx(
+        rows[WITH_FRICTION].median_us
+    )
     for row in rows.values():
         assert row.to_shooting * rows["shooting rod, 10 ms"].median_us == pytest.approx(row.median_us)

@@ -25,7 +25,7 @@ COMMAND_DELAY = 0.018
 """Dead time that stands for a servo's lag in lockstep [s]: of 14 to 22 ms the one with the smallest error on circles of
 2 and 4 s (`tendond study servo`)."""
 
-WIRED_DELAY = 0.022
+WIRED_DELAY = 0.024
 """The same through the drivers [s]: the controller's work and the two buses are added."""
 
 POSE_NOISE = 1e-4

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tendond.offline.validation.evaluate import Validation
+from tendond.offline.validation.evaluate import JUMP, Validation
 from tendond.offline.validation.results.metrics import Errors
 
 
@@ -70,7 +70,8 @@ def remarks(found: Validation, target: float | None) -> list[str]:
     if found.jumps:
         largest = max(found.jumps, key=lambda one: one.size)
         said.append(
-            f"{len(found.jumps)} jumps between successive poses that no command explains, the largest "
+            f"At {len(found.jumps)} places the rod's error changes by more than {_mm(JUMP)} mm between successive "
+            "poses with nearly the same commands, and stays; the largest change is "
             f"{_mm(largest.size)} mm at pose {largest.pose}."
         )
     if found.failed:

@@ -9,11 +9,11 @@ import pytest
 
 from tendond.offline.validation.datasets import armlab, opencr
 from tendond.offline.validation.datasets.poses import thinned
-from tendond.offline.validation.fitting.problem import Problem, staged
+from tendond.offline.validation.fitting.problem import staged
 from tendond.offline.validation.results.metrics import errors_of
 from tendond.offline.validation.rods import known
 from tendond.offline.validation.rods.build import build
-from tendond.offline.validation.rods.parameters import BASIC, defaults, parameters_of
+from tendond.offline.validation.rods.parameters import defaults, parameters_of
 from tendond.offline.validation.rods.predict import predict
 from tests.unit.cli.commands import tendond
 from tests.unit.validation.robots import simulated
@@ -92,9 +92,9 @@ def test_a_data_set_that_is_unknown_or_missing_is_an_error_with_its_source(
 
 @needs_armlab
 def test_armlabs_tips_are_within_three_millimetres_by_few_parameters() -> None:
-    design, poses = known.armlab(), thinned(armlab.read(Path(DATA)), 50)
+    design, poses = known.armlab(), thinned(armlab.read(Path(DATA)), 150, turning=False)
     base = {**defaults(parameters_of(design)), **design.start}
-    values, _, _ = staged(design, poses, [(*BASIC, "axial_stiffness", "weight", "marker")], base)
+    values, _, _ = staged(design, poses, [("pose", "radius", "zeros")], base)
     tips = predict(build(design, values), poses.command).tip
     assert errors_of(tips[poses.held_out], poses.tip[poses.held_out]).rms < 3e-3
 
@@ -106,8 +106,7 @@ def test_a_yielding_backbone_explains_where_ftdcrs_slack_arm_rests() -> None:
     slack = poses.command.max(axis=1) < -1e-3
     rests = poses.tip[slack]
     assert np.max(np.linalg.norm(rests[:, None] - rests[None], axis=2)) > 0.02
-    values = {**defaults(parameters_of(design)), "yielding": 0.5, "yield_curvature": 1.0, "tendon_stiffness": 50.0}
-    with_memory = Problem(design, poses, ("pose",), values)
-    without = Problem(design, poses, ("pose",), {**values, "yielding": 0.0})
-    rms = [float(np.sqrt(np.mean(one.residuals(np.zeros(6)) ** 2))) for one in (with_memory, without)]
-    assert rms[0] < 0.8 * rms[1]
+    values = {**defaults(parameters_of(design)), "yielding": 1.0, "yield_curvature": 1.0, "tendon_stiffness": 100.0}
+    predicted = predict(build(design, values), poses.command).tip[slack]
+    measured, found = (one - one.mean(axis=0) for one in (rests, predicted))
+    assert np.sum((measured - found) ** 2) < 0.6 * np.sum(measured**2)  # without memory all rests are one

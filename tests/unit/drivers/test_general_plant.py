@@ -153,3 +153,24 @@ def test_a_slow_pull_and_release_on_the_general_rod_is_the_capstans_along_the_wh
     end = shortening + mean / TENDON_STIFFNESS
     assert np.interp(end, run.end[branch], run.before[branch]) == pytest.approx(pull, rel=6e-3)
     assert np.interp(end, run.end[branch], run.behind[branch]) == pytest.approx(mean, rel=6e-3)
+
+
+def test_a_model_that_rubs_commands_the_displacements_of_a_plant_that_rubs_and_does_not_chatter() -> None:
+    tendons = {"tendon_stiffness": TENDON_STIFFNESS, "tendon_friction": FRICTION}
+    errors = []
+    for friction in (0.0, FRICTION):
+        config = check_config(
+            {
+                "rod": {**tendons, "tendon_friction": friction},
+                "control": {"solver": "general"},
+                "simulator": {"solver": "general", "drive": "displacement", "rod": tendons},
+            },
+            "test",
+        )
+        run = list(watched_loop(config, 250, {5: ControlAction.ARM}))
+        assert run[-1].record.mode is Mode.TRACKING
+        errors.append(max(abs(watched.truth.position[0] - 0.34) for watched in run[200:]))
+        commands = np.array([watched.record.command.displacement for watched in run[200:]])
+    assert errors[1] < 2e-5
+    assert errors[1] < 0.02 * errors[0]
+    assert np.abs(np.diff(commands, axis=0)).max() < 1e-6

@@ -49,13 +49,14 @@ def test_friction_holds_a_released_tendon_where_its_tension_was_higher() -> None
 def test_a_backbone_that_yields_stays_bent_by_the_yielding_share() -> None:
     """Iwan's element: without moment, EI (u - c p) = 0 with |u - p| at the yield curvature, so u = c y / (1 - c)."""
     share, limit = 0.25, 0.5
-    command = np.array([[0.0, -0.01, -0.01], [3e-3, -0.01, -0.01], [-0.01, -0.01, -0.01]])
+    command = np.array([[-0.01, 0.0, -0.01], [-0.01, 3e-3, -0.01], [-0.01, -0.01, -0.01]])
     values = values_of(yielding=share / (1.0 - share), yield_curvature=limit)
     measured = build(DESIGN, values)
     tips = predict(measured, command).tip
     remaining = share * limit / (1.0 - share)
-    arc = np.array([(1.0 - np.cos(remaining * 0.2)) / remaining, 0.0, np.sin(remaining * 0.2) / remaining])
-    np.testing.assert_allclose(tips[2], arc, atol=0.02 * arc[0])  # what a pose leaves of the yielding
+    across, turn = (1.0 - np.cos(remaining * 0.2)) / remaining, np.radians(120.0)  # where the second tendon is
+    arc = np.array([across * np.cos(turn), across * np.sin(turn), np.sin(remaining * 0.2) / remaining])
+    np.testing.assert_allclose(tips[2], arc, atol=0.02 * across)  # what a pose leaves of the yielding
     np.testing.assert_allclose(tips[0], (0.0, 0.0, 0.2), atol=1e-9)
 
 

@@ -70,13 +70,16 @@ def warm_up_general(tendons: int = TENDONS) -> None:
 
     They depend on no number of tendons or sections.
     """
-    robot = Robot((Section.round(0.5, 1e-3, 200e9, 7850.0),), (Tendon(0.5, (0.02, 0.0)),))
+    wire, route = Section.round(0.5, 1e-3, 200e9, 7850.0), (0.02, 0.0)
+    robot = Robot((wire,), (Tendon(0.5, route),))
     rod, model = StrainRod(robot), GeneralRod(robot, 0.01)
+    rubbing = StrainRod(Robot((wire,), (Tendon(0.5, route, stiffness=2e4, friction=0.1),)))
+    rubbing.step(rubbing.solve_static(rubbing.loads([1.0])), rubbing.loads([2.0]))
     summarise(rod, 1.0, modes=1)
     rod.energy(rod.step(rod.rest(), rod.loads()))
     model.tip(model.step(model.solve_static()))
     linear = Linearisation(rod)
-    linear.step(rod.rest(), rod.loads())
+    linear.outputs(linear.step(rod.rest(), rod.loads()).state)
     linear.tip(rod.rest(), rod.loads())
     linear.rest(rod.rest(), rod.loads())
 

@@ -140,8 +140,8 @@ def servo(
     """Take the drive's error apart by its causes.
 
     A circle in space, with the servos' steps, backlash, profile and lag, the tendons' friction, the pose's delay and
-    noise: each alone, all together, and all with what the controller is told of them right or wrong; in lockstep,
-    about a minute. Exit status 1: a chain of which the controller is told everything misses a goal.
+    noise: each alone, all together, and all with what the configuration says of them, right or wrong; in lockstep,
+    about a minute. Exit status 1: a chain of which everything is configured misses a goal.
 
     Example: tendond study servo --period 2
     """

@@ -5,8 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tendond.cli.common import load_runnable
-from tendond.offline.robustness.bent_stiffness import stiffness_rows
-from tendond.offline.robustness.margin import LoopRow, gains_rows, loop_cases, loop_rows
+from tendond.offline.robustness.margins.bent_stiffness import stiffness_rows
+from tendond.offline.robustness.margins.loop import LoopRow, gains_rows, loop_cases, loop_rows
 
 
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:

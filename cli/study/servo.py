@@ -1,4 +1,4 @@
-"""`tendond study servo`: the table of the drive's causes of error, and of what the controller is told of them."""
+"""`tendond study servo`: the table of the drive's causes of error, and of what the controller says of them."""
 
 import functools
 import json
@@ -16,7 +16,7 @@ from tendond.offline.drive.report import markdown, meets
 
 
 def run_servo_study(period: float, processes: int, *, as_json: bool) -> bool:
-    """Run the circle on every chain and print the table; return whether those told of everything meet the goals.
+    """Run the circle on every chain and print the table; return whether those with all of it configured meet the goals.
 
     Args:
         period: of the circle [s].

@@ -2,7 +2,7 @@
 
 Parts of `model.tendons.servo`, inverted one by one: the distance by which a profile stays behind a goal that moves, and
 the gears' play. Both are functions of the wanted motion alone, not of an estimate of the servo: one that accelerates
-slowly, driven by its own inverse, swings between its limits. A lag is best told as `observer.command_delay`: the model
+slowly, driven by its own inverse, swings between its limits. A lag is best given as `observer.command_delay`: the model
 is ahead of the plant by it, and so is the reference; inverted, as by `actuation.lead`, it multiplies the camera's noise
 in the command by 1/(1 - exp(-period/lag)). The result is still to be limited by `actuation.limit_displacement`.
 

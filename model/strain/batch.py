@@ -66,6 +66,7 @@ class RodBatch:
         self._like = first
         count, n, m = len(robots), len(first.component), len(first.straight)
         self._strain, self._rate = np.zeros((count, n)), np.zeros((count, n))
+        self._earlier = np.zeros((count, 2, n))
         self.counts = np.zeros((count, 3), dtype=np.int64)
         self._stiffness = np.array([layouts[id(robot)].tendon_stiffness for robot in robots]).reshape(count, m)
         tip = [
@@ -174,7 +175,7 @@ class RodBatch:
             raise ParameterError("batch: a tendon without stiffness can only be driven by tension")
         force = self._given("tip_force", tip_force, 3, steps)
 
-        motion = Motion(self._strain, self._rate, self.counts)
+        motion = Motion(self._strain, self._rate, self.counts, self._earlier)
         track = Track(np.zeros((kept, len(self), 3)), np.zeros((kept, *self._stiffness.shape)))
 
         def part(worker: int) -> None:

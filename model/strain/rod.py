@@ -22,7 +22,7 @@ from tendond.model.strain.loads import Distributed, Drive, Wrench, make_loads
 from tendond.model.strain.minima.hessian import stiffness_of
 from tendond.model.strain.minima.minimise import ITERATIONS, minimise
 from tendond.model.strain.robot import Body, Robot
-from tendond.model.strain.state import StrainState
+from tendond.model.strain.state import StrainState, trend_of
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.carried import put_base
 from tendond.model.strain.stepping.energies import energies
@@ -168,6 +168,7 @@ class StrainRod:
         self._put(base)
         if len(self._rubbing) > 0:
             self._work.grip.start[:] = 0.0 if state.pulls is None else state.pulls
+        self._work.trend[:] = trend_of(state.earlier)
         count, steps, damped = self._advance.call(
             self.layout, loads, q, w, self.time_step, STEP_TOLERANCE, self._work, known and base is None
         )

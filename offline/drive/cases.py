@@ -1,4 +1,4 @@
-"""Chains of the study: each cause of the circle's error alone, all of them, and what the controller is told of them."""
+"""Chains of the study: each cause of the circle's error alone, all of them, and what the controller's configuration says of them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ NOTHING: Section = {"delay": 0.0, "command_delay": 0.0, "servo_acceleration": 0.
 
 CAMERA: Section = {"noise": POSE_NOISE, "latency": POSE_DELAY}
 KNOWS_CAMERA: Section = {**NOTHING, "delay": POSE_DELAY}
-TOLD: Section = {
+CONFIGURED: Section = {
     "delay": POSE_DELAY,
     "command_delay": COMMAND_DELAY,
     "servo_acceleration": SERVO_ACCELERATION,
@@ -51,15 +51,15 @@ class Case:
 
     Attributes:
         name: in words.
-        servo: keys of [simulator.servo]. camera: of [simulator.mocap]. told: of [observer].
+        servo: keys of [simulator.servo]. camera: of [simulator.mocap]. configured: of [observer].
         emulated: emulated servos take the place of the simulated ones.
-        goal: the controller is told of everything, and the goals are to be met.
+        goal: everything is configured, and the goals are to be met.
     """
 
     name: str
     servo: Section = field(default_factory=lambda: IDEAL_SERVO)
     camera: Section = field(default_factory=lambda: IDEAL_CAMERA)
-    told: Section = field(default_factory=lambda: NOTHING)
+    configured: Section = field(default_factory=lambda: NOTHING)
     emulated: bool = False
     goal: bool = False
 
@@ -76,16 +76,22 @@ def cases() -> list[Case]:
             ("lag", ("lag",)),
         )
     ]
-    camera = Case("pose delay and noise alone", camera=CAMERA, told=KNOWS_CAMERA)
-    real = Case("all, of which only the pose's delay is told", REAL, CAMERA, KNOWS_CAMERA)
-    inverted = {**TOLD, "command_delay": 0.004, "lag": SERVO_LAG}
+    camera = Case("pose delay and noise alone", camera=CAMERA, configured=KNOWS_CAMERA)
+    real = Case("all, of which only the pose's delay is configured", REAL, CAMERA, KNOWS_CAMERA)
+    inverted = {**CONFIGURED, "command_delay": 0.004, "lag": SERVO_LAG}
     wrong = [
-        Case(f"all, {word} told {percent} %", REAL, CAMERA, {**TOLD, key: 0.01 * percent * TOLD[key]})
+        Case(f"all, {word} at {percent} %", REAL, CAMERA, {**CONFIGURED, key: 0.01 * percent * CONFIGURED[key]})
         for word, key in (("dead time", "command_delay"), ("backlash", "backlash"), ("profile", "servo_acceleration"))
         for percent in (50, 150)
     ]
     frictions = [
-        Case(f"all told, friction {coefficient:g}", {**REAL, "friction": coefficient}, CAMERA, TOLD, goal=True)
+        Case(
+            f"all configured, friction {coefficient:g}",
+            {**REAL, "friction": coefficient},
+            CAMERA,
+            CONFIGURED,
+            goal=True,
+        )
         for coefficient in (0.1, 0.3)
     ]
     return [
@@ -93,11 +99,13 @@ def cases() -> list[Case]:
         camera,
         *alone,
         real,
-        Case("all told, the lag inverted", REAL, CAMERA, inverted),
-        Case("all told: profile 'rig'", REAL, CAMERA, TOLD, goal=True),
+        Case("all configured, the lag inverted", REAL, CAMERA, inverted),
+        Case("all configured: profile 'rig'", REAL, CAMERA, CONFIGURED, goal=True),
         *frictions,
         *wrong,
-        Case("emulated servos, all told", REAL, CAMERA, {**TOLD, "command_delay": EMULATED_DELAY}, True, True),
+        Case(
+            "emulated servos, all configured", REAL, CAMERA, {**CONFIGURED, "command_delay": EMULATED_DELAY}, True, True
+        ),
     ]
 
 
@@ -106,7 +114,7 @@ def config_of(case: Case, period: float) -> RigConfig:
     values: dict[str, Any] = parse_config(RIG, "profile 'rig'").model_dump()
     values["control"]["law"] = "sensitivity"
     values["reference"] = {"kind": "circle", "radius": 0.25, "period": period, "duration": 2.0}
-    values["observer"].update(case.told)
+    values["observer"].update(case.configured)
     values["simulator"]["servo"] = dict(case.servo)
     values["simulator"]["mocap"].update(case.camera)
     if case.emulated:

@@ -7,7 +7,7 @@ from tendond.offline.drive.measure import DriveOutcome
 from tendond.schemas.messages import Mode
 
 RMS_MM, WORST_MM, CHATTER_N, LIMITED, SWING_MM = 2.0, 5.0, 0.1, 0.01, 0.5
-"""Goals of a chain of which the controller is told, on the circle of 250 mm in 4 s: error of the tip, chatter of the
+"""Goals of a chain of which all is configured, on the circle of 250 mm in 4 s: error of the tip, chatter of the
 commanded and the true tensions at rest, cycles at a limit, swing of the tip at rest: limit cycles have millimetres."""
 
 HEADING = (

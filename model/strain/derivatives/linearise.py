@@ -24,7 +24,7 @@ from tendond.model.strain.derivatives.step import differentiate
 from tendond.model.strain.friction.hold import check_drive, hold, hold_profiles, without_friction
 from tendond.model.strain.kinematics import find_shape
 from tendond.model.strain.rod import STEP_TOLERANCE, StrainRod
-from tendond.model.strain.state import StrainState
+from tendond.model.strain.state import StrainState, trend_of
 from tendond.model.strain.stepping.advance import advance
 from tendond.model.strain.stepping.scratch import Loads, mirrored, scratch_for
 from tendond.model.strain.tendons import empty_paths, find_paths
@@ -111,9 +111,17 @@ class Linearisation:
         after, _ = self._advanced(state, loads)
         analytic, found = after.steps == 1 and after.damped == 0, self._found
         if analytic:
-            places = (self._tip, self._point, self._node)
-            work, room = self._work, self._by_input
-            analytic = self._by_inputs.call(self._layout, loads, rod.time_step, *places, work, room, found)
+            analytic = self._by_inputs.call(
+                self._layout,
+                loads,
+                rod.time_step,
+                self._tip,
+                self._point,
+                self._node,
+                self._work,
+                self._by_input,
+                found,
+            )
         if analytic:
             self._last, self._rated = after, False
             if self._rubs:
@@ -124,8 +132,7 @@ class Linearisation:
             outputs = self.outputs(after)
             rows = np.concatenate((outputs.position, outputs.rotation, outputs.displacement))
             found[:] = rows @ differences[:, 2 * rod.modes :]
-        found = found.copy()
-        return InputSensitivity(after, found[:3, :m], found[3:6, :m], found[6:, :m], found[:3, m : m + 3], analytic)
+        return InputSensitivity(after, found.copy(), analytic)
 
     def _advanced(self, state: StrainState, loads: Loads) -> tuple[StrainState, bool]:
         """Take a step in `_work`; return the state after it, and whether the shape before it was there already."""
@@ -142,6 +149,7 @@ class Linearisation:
             self._work, self._next = self._next, self._work
             self._room, self._next_room = self._next_room, self._room
         self._last = None
+        self._work.trend[:] = trend_of(state.earlier)
         count, steps, damped = self._advance.call(
             self._layout, loads, q, w, self.rod.time_step, STEP_TOLERANCE, self._work, known
         )
@@ -228,6 +236,8 @@ class Linearisation:
         tension = np.where(loads.driven, DIFFERENCE * rod.robot.length, force)
         sizes = np.concatenate((soft, soft / h, tension, np.full(3, force), np.full(3, DIFFERENCE * work.unit[0])))
         start = np.concatenate((state.strain, state.rate, loads.tension, np.zeros(6)))
+
+        work.trend[:] = 0.0
 
         def ahead(x: Array) -> Array:
             q, w = x[:n].copy(), x[n : 2 * n].copy()

@@ -37,17 +37,34 @@ class InputSensitivity:
 
     Attributes:
         state: after the step.
-        position: of the tip by the actuation, shape (3, m). rotation: of the tip, as a small rotation vector, (3, m).
-        displacement: of the tendons, shape (m, m). by_force: of the tip by a dead force on it [m/N], shape (3, 3).
+        whole: rows of position and rotation of the tip and the tendons' displacements, by columns of the actuation, of a
+            dead force and of a dead moment at the place, shape (6 + m, m + 6).
         analytic: false where the step had to be split, and was differenced.
     """
 
     state: StrainState
-    position: Array
-    rotation: Array
-    displacement: Array
-    by_force: Array
+    whole: Array
     analytic: bool
+
+    @property
+    def position(self) -> Array:
+        """Position of the tip by the actuation, shape (3, m)."""
+        return self.whole[:3, :-6]
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation of the tip by the actuation, as a small rotation vector, shape (3, m)."""
+        return self.whole[3:6, :-6]
+
+    @property
+    def displacement(self) -> Array:
+        """Displacements of the tendons by the actuation, shape (m, m)."""
+        return self.whole[6:, :-6]
+
+    @property
+    def by_force(self) -> Array:
+        """Position of the tip by the force [m/N], shape (3, 3)."""
+        return self.whole[:3, -6:-3]
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def advance(
         w: their rates [1/s], shape (n,).
         h: [s].
         tolerance: of the strains [rad], in the measure of energy.
-        work: scratch arrays; `after` is at q when it returns.
+        work: scratch arrays; `after` is at q when it returns. `trend`: see `trend_of`, or zeros.
         known: whether `before` is at q already, as the `after` of the step that led here: see `mirrored`.
 
     Returns:
@@ -157,6 +157,9 @@ def advance(
             begin_step(layout, q0, w0, length, work)
             for a in range(n):
                 q1[a] = q0[a] + length * w0[a]
+            if steps == 0 and part == whole:
+                for a in range(n):
+                    q1[a] += length * work.trend[a]
             if rubbing:
                 count = solve_rubbing(layout, loads, length, tolerance, work)
             else:

@@ -52,11 +52,17 @@ class Inputs(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Strains, their rates [1/s], shape (N, n), and counts of what `RodBatch` sums up, shape (N, 3)."""
+    """Motion of N rods.
+
+    Attributes:
+        strain: strains, shape (N, n). rate: of them [1/s], shape (N, n). counts: what `RodBatch` sums up, shape (N, 3).
+        earlier: rates one and two steps before, shape (N, 2, n).
+    """
 
     strain: Array
     rate: Array
     counts: Index
+    earlier: Array
 
 
 class Track(NamedTuple):
@@ -131,6 +137,11 @@ def advance_many(
                 loads.tension[a] = inputs.actuation[now, i, a]
             for c in range(3):
                 loads.force[tip, c] = inputs.tip_force[pushed, i, c]
+            rate, earlier = motion.rate[i], motion.earlier[i]
+            for a in range(len(rate)):
+                work.trend[a] = 0.5 * (earlier[0, a] - earlier[1, a])  # `trend_of`; 0 before the second step
+                earlier[1, a] = rate[a] if motion.counts[i, 1] == 0 else earlier[0, a]
+                earlier[0, a] = rate[a]
             total, parts, damped = advance(layout, loads, motion.strain[i], motion.rate[i], h, tolerance, work, k > 0)
             if kept:
                 for c in range(3):

@@ -48,6 +48,7 @@ class Scratch(NamedTuple):
         scale: rotation or stretch per unit of each mode, squared, shape (n,).
         unit: energy of bending by 1 rad [J], then share and norm of the balance, shape (3,).
         q0, w0, q1, w1, trial, change, correction, pull, push, row: vectors, shape (n,).
+        trend: rates beyond those before the step, for a first guess, shape (n,): see `state.trend_of`.
         hessian: second derivative of the energy, shape (n, n).
         pushes, others, turns: six rows of a section's modes. apart: six by six matrices of the sections beyond.
         share: derivative of what the balance lacks, a padded row. spun: of own turns, padded rows.
@@ -100,6 +101,7 @@ class Scratch(NamedTuple):
     carried: Array
     moved: Array
     share: Array
+    trend: Array
     bends: Bends
     quiet: Array
     calm: Array
@@ -116,7 +118,21 @@ def scratch_for(layout: Layout) -> Scratch:
     scale = np.where(layout.component < STRETCH - 2, lengths**2, 1.0) / (2.0 * layout.order + 1.0)
     bends = (layout.component <= BENDING_Y) & (layout.order == 0)
     unit = np.min(np.diag(layout.stiffness)[bends] / lengths[bends] ** 2)
-    vectors = ("q0", "w0", "q1", "w1", "trial", "change", "correction", "pull", "push", "row", "residual", "held")
+    vectors = (
+        "q0",
+        "w0",
+        "q1",
+        "w1",
+        "trial",
+        "change",
+        "correction",
+        "pull",
+        "push",
+        "row",
+        "residual",
+        "held",
+        "trend",
+    )
     rows = max(3 * points + nodes + tendons + 6, 3 * len(layout.step))  # of the balance; of second derivatives
     work = Scratch(
         before=empty_shape(layout), after=empty_shape(layout),

@@ -19,9 +19,9 @@ from tendond.model.estimation.margin import (
 from tendond.model.estimation.poles import FeedbackGains, LawRates, UnknownPlant, loop_poles
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rods.selection import rod_from_section
-from tendond.offline.robustness.bent_stiffness import stiffness_rows
 from tendond.offline.robustness.evaluate import evaluate
-from tendond.offline.robustness.margin import LoopRow, run_loop
+from tendond.offline.robustness.margins.bent_stiffness import stiffness_rows
+from tendond.offline.robustness.margins.loop import LoopRow, run_loop
 from tendond.offline.robustness.points import Point
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.requests import ControlAction

@@ -9,7 +9,7 @@ import pytest
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rods.selection import model_rod
 from tendond.model.strain.describe.configured import robot_from_section
-from tendond.offline.robustness.bent_stiffness import stiffness_rows
+from tendond.offline.robustness.margins.bent_stiffness import stiffness_rows
 from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import Point, points_of
 from tendond.offline.robustness.run import run

@@ -31,13 +31,15 @@ def run_fresh(code: str) -> str:
 
 
 BROUGHT = {
-    "_find_correction", "_find_lack", "_line_search", "_slope", "add_all_nodes", "add_all_points", "add_bend",
-    "add_curvature", "add_node_rows", "add_point_rows", "add_products", "add_pulls", "add_spins",
-    "add_tendon_stiffness", "add_transformed", "add_turn", "advance", "begin_step", "curvature_of_points",
-    "damped_step", "factor_lu", "factor_symmetric", "find_mass", "find_matrix", "find_momentum", "find_residual",
-    "find_spins", "march", "minimise", "place_base", "project_rates", "solve", "solve_lu", "solve_lu_columns",
-    "solve_step", "solve_symmetric", "solve_symmetric_columns", "write_momenta", "write_node_momenta", "write_nodes",
-    "write_points",
+    "_find_correction", "_find_lack", "_line_search", "_slope", "accept_friction", "add_all_nodes",
+    "add_all_points", "add_bend", "add_curvature", "add_friction", "add_friction_curvature",
+    "add_friction_slopes", "add_node_rows", "add_point_rows", "add_products", "add_pulls", "add_spins",
+    "add_tendon_stiffness", "add_transformed", "add_turn", "advance", "begin_friction", "begin_step",
+    "curvature_of_points", "damped_step", "factor_lu", "factor_symmetric", "find_bends", "find_cells",
+    "find_correction", "find_friction", "find_mass", "find_matrix", "find_momentum", "find_residual",
+    "find_slopes", "find_spins", "march", "minimise", "move_tendon", "place_base", "project_rates",
+    "pull_tendon", "solve", "solve_lu", "solve_lu_columns", "solve_rubbing", "solve_step", "solve_symmetric",
+    "solve_symmetric_columns", "write_momenta", "write_node_momenta", "write_nodes", "write_points",
 }  # fmt: skip
 """Called by other kernels alone, which bring them with them when they come from the disk."""
 

@@ -18,7 +18,7 @@ from tests.unit.strain.robots import paper
         (lambda: paper(), 0.01, pulled, 1e-4),
         (two_sections, 0.01, pushed, 2e-3),
         (lambda: paper(damping=1e-3, drag=50.0), 0.005, driven, 1e-2),
-        (lambda: paper(damping=0.0, drag=0.0), 0.02, lambda rod, k: rod.loads([200.0, 0.0, 0.0, 0.0]), 1e-9),
+        (lambda: paper(damping=0.0, drag=0.0), 0.02, lambda rod, k: rod.loads([200.0, 0.0, 0.0, 0.0]), 1e-2),
     ],
     ids=["tensions", "two sections with loads", "displacements with drag", "split"],
 )
@@ -36,8 +36,9 @@ def test_what_acts_during_a_step_moves_tip_and_tendons_as_the_whole_linear_model
         found = both.inputs(state, loads)
         expected = (c.position @ whole.b, c.rotation @ whole.b, c.displacement @ whole.b, c.position @ whole.by_force)
         ours = (found.position, found.rotation, found.displacement, found.by_force)
+        near = bound if whole.analytic else 1e-9  # what is split is differenced alike
         for mine, theirs in zip(ours, expected, strict=True):
-            assert mine == pytest.approx(theirs, abs=bound * max(float(np.abs(theirs).max()), 1e-12))
+            assert mine == pytest.approx(theirs, abs=near * max(float(np.abs(theirs).max()), 1e-12))
         assert found.analytic == whole.analytic
         after = both.step(state, loads)
         assert np.array_equal(found.state.strain, whole.state.strain)

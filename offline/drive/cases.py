@@ -1,4 +1,4 @@
-"""Chains of the study: each cause of the circle's error alone, all of them, and what the controller's configuration says of them."""
+"""Chains of the study: each cause of the circle's error alone, and all, with what is configured of them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

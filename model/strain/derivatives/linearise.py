@@ -111,17 +111,8 @@ class Linearisation:
         after, _ = self._advanced(state, loads)
         analytic, found = after.steps == 1 and after.damped == 0, self._found
         if analytic:
-            analytic = self._by_inputs.call(
-                self._layout,
-                loads,
-                rod.time_step,
-                self._tip,
-                self._point,
-                self._node,
-                self._work,
-                self._by_input,
-                found,
-            )
+            places, work = (self._tip, self._point, self._node), self._work
+            analytic = self._by_inputs.call(self._layout, loads, rod.time_step, *places, work, self._by_input, found)
         if analytic:
             self._last, self._rated = after, False
             if self._rubs:
@@ -236,7 +227,6 @@ class Linearisation:
         tension = np.where(loads.driven, DIFFERENCE * rod.robot.length, force)
         sizes = np.concatenate((soft, soft / h, tension, np.full(3, force), np.full(3, DIFFERENCE * work.unit[0])))
         start = np.concatenate((state.strain, state.rate, loads.tension, np.zeros(6)))
-
         work.trend[:] = 0.0
 
         def ahead(x: Array) -> Array:

@@ -37,8 +37,8 @@ class InputSensitivity:
 
     Attributes:
         state: after the step.
-        whole: rows of position and rotation of the tip and the tendons' displacements, by columns of the actuation, of a
-            dead force and of a dead moment at the place, shape (6 + m, m + 6).
+        whole: rows of position and rotation of the tip and the tendons' displacements, by columns of the actuation,
+            of a dead force and of a dead moment at the place, shape (6 + m, m + 6).
         analytic: false where the step had to be split, and was differenced.
     """
 

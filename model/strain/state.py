@@ -22,7 +22,7 @@ class StrainState:
         base: pose and motion of the base; none: at rest, as the robot has it.
         pulls: tensions along the F tendons with friction, in their order: at the servo's end, then at the robot's Q
             tendon points [N], shape (F, 1 + Q); see `friction.tensions`. None: of slack tendons, or without friction.
-        friction_work: of the last step or rest, which friction took away [J].
+        friction_work: of the last step or rest, which friction took away [J]; of a split step its last part only.
     """
 
     strain: Array

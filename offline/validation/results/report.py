@@ -65,7 +65,8 @@ def remarks(found: Validation, target: float | None) -> list[str]:
             f"Repeatability: {scatter.pairs} pairs of poses with commands within {_mm(scatter.near)} mm and at least "
             f"{scatter.apart} poses apart scatter by {_mm(scatter.rms)} mm (median {_mm(scatter.median)}); the rod "
             f"without friction is {_mm(scatter.model_rms)} mm off there: up to {100.0 * scatter.share:.0f} % of its "
-            "squared error is out of reach of any function of the command (commands within that distance count as equal)."
+            "squared error is out of reach of any function of the command (commands within that distance count as "
+            "equal)."
         )
     if found.jumps:
         largest = max(found.jumps, key=lambda one: one.size)

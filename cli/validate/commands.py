@@ -48,7 +48,7 @@ def validate(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Fit the general rod to a measured robot; errors on a held-out part.
+    """Fit the general rod to a measured robot, and test it.
 
     DATASET: armlab, ftdcr_v4-tendon_pull, ftdcr_v4-val, ftdcr_v6-val, from others' repositories (docs/evidence.md), or
     a CSV file with columns displacement_0, displacement_1, ..., x, y, z [m] and, if wanted, block, in the order of

@@ -15,6 +15,7 @@ REQUIRED = {
     "rig reference": ["across=0.3"],
     "rig inject": ["noise"],
     "servo setup": ["1"],
+    "servo identify": ["0"],
     "servo reboot": ["1"],
     "simulate": ["--wired"],
 }

@@ -204,12 +204,13 @@ def test_a_base_away_from_the_world_is_refused_by_its_key(
     assert "rod.base.position: its base is at the world's origin" in ended.said
 
 
-def test_a_study_of_the_shooting_rod_refuses_sections_by_their_key(
+def test_a_study_takes_sections_and_names_what_they_cannot_reach(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ended = tendond(capsys, "study", "margin", "--config", written(tmp_path, ARM))
-    assert (ended.status, ended.said.count("rod.section")) == (2, 1)
-    assert "rod.section: 2 sections: this study is of one straight, uniform section" in ended.said
+    assert ended.status == 1
+    assert ended.said.count("\n") == 1
+    assert "reference.across = 0.34 is beyond what the rod can reach" in ended.said
 
 
 def test_an_arm_of_two_sections_is_checked_as_the_controller_runs_it(

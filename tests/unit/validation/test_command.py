@@ -50,8 +50,6 @@ def test_a_labs_own_robot_is_validated_with_report_and_correction(
         "yielding",
         "--residual",
         "--json",
-        "--poses",
-        "40",
     )
     ended = tendond(capsys, "validate", str(written(tmp_path)), *given, "--out", str(tmp_path / "out"))
     assert ended.status == 0

@@ -188,9 +188,12 @@ class _Demo:
                 if time.monotonic() > deadline:
                     raise DaemonError(f"the demo could not be armed: {reply.message}")
                 time.sleep(POLL_SECONDS)
-            started = time.monotonic()
-            while (elapsed := time.monotonic() - started) < self._hold:
+            started, elapsed = time.monotonic(), 0.0
+            while elapsed < self._hold:
                 status = status_in(self._ask(session, ControlAction.STATUS))
+                if status.mode is Mode.PROBE:  # the tracking's time counts
+                    started = time.monotonic()
+                elapsed = time.monotonic() - started
                 progress.update(task, completed=elapsed, description=status.mode.value, state=tip_in_words(status))
                 if status.mode is Mode.FAULT:
                     busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""

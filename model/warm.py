@@ -20,7 +20,7 @@ from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.tendons.allocation import Allocation
 
 TENDONS = 4
-"""Of the paper's robot."""
+"""Number of the paper's robot."""
 
 
 def _rod(tendons: int) -> Rod:

@@ -21,7 +21,7 @@ DAMPING_MIN = 0.05
 
 @dataclass(frozen=True)
 class RodSource:
-    """What a rod is made from; hashable.
+    """Source of a rod: what it is made from; hashable.
 
     Attributes:
         section: [rod] or [simulator.rod], as JSON. time_step: [s]. solver: which rod.

@@ -32,7 +32,7 @@ JUMP = 2e-3
 
 @dataclass(frozen=True)
 class Request:
-    """What a validation is to do.
+    """Settings of a validation.
 
     Attributes:
         groups: of parameters, besides the basic ones; none: those that the data support.

@@ -1,4 +1,4 @@
-"""What tendons that rub do in the balance of a step: their pulls on the rod, and these pulls' derivatives.
+"""Pulls of tendons that rub in the balance of a step, and these pulls' derivatives.
 
 Over a step a cell pulls with its tension at the step's end (implicit Euler): whatever the step, the rod gets no more
 than the servo's work, less what friction takes away and the tendon stores.

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Room(NamedTuple):
-    """What a worker steps rods in.
+    """Arrays in which a worker steps rods.
 
     Attributes:
         work, other: scratch arrays, and the same with the ends of a step exchanged. loads: of a step.

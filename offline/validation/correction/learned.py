@@ -30,7 +30,7 @@ PLAY = 0.005
 
 @dataclass(frozen=True)
 class Correction:
-    """What is added to a model's tip.
+    """Correction that is added to a model's tip.
 
     Attributes:
         degree: of the products of commands. width: half-width of the sides' play [m]. ridge: penalty.

@@ -1,4 +1,4 @@
-"""What the data tell of each parameter: posterior beside prior, and pairs that they cannot tell apart."""
+"""Information of the data on each parameter: posterior beside prior, and pairs that they cannot tell apart."""
 
 from dataclasses import dataclass
 

@@ -75,6 +75,8 @@ def load(dataset: str, folder: str = "") -> tuple[Poses, Entry | None]:
     entry = ENTRIES.get(dataset)
     if entry is None:
         path = Path(dataset)
+        if not path.exists() and path.suffix:
+            raise DatasetError(f"{dataset}: there is no such file")
         if not path.is_file():
             raise DatasetError(f"'{dataset}': is neither a CSV file nor one of {', '.join(ENTRIES)}")
         return table.read(path), None

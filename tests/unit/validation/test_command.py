@@ -19,10 +19,13 @@ from tests.unit.cli.commands import tendond
 from tests.unit.validation.robots import simulated
 
 DATA = os.environ.get("TENDOND_REFERENCE_DATA", "")
-needs_armlab = pytest.mark.skipif(not (Path(DATA) / armlab.FILE).is_file(), reason="TENDOND_REFERENCE_DATA is not set")
-needs_ftdcr = pytest.mark.skipif(
-    not (Path(DATA) / "opencr-mujoco" / "ftdcr_v4").is_dir(), reason="TENDOND_REFERENCE_DATA is not set"
-)
+
+
+def public(*below: str) -> pytest.MarkDecorator:
+    """Skip a test of others' data, which no copy of this project holds, where they have not been fetched; say which."""
+    path = Path(DATA, *below)
+    missing = f"{path} is not there" if DATA else "TENDOND_REFERENCE_DATA names no folder of others' data"
+    return pytest.mark.skipif(not DATA or not path.exists(), reason=f"{missing}: see docs/evidence.md")
 
 
 def written(folder: Path) -> Path:
@@ -88,7 +91,7 @@ def test_a_data_set_that_is_unknown_or_missing_is_an_error_with_its_source(
     assert "armlab, ftdcr_v4-tendon_pull" in ended.said
 
 
-@needs_armlab
+@public(armlab.FILE)
 def test_armlabs_tips_are_within_three_millimetres_by_few_parameters() -> None:
     design, poses = known.armlab(), thinned(armlab.read(Path(DATA)), 150, turning=False)
     base = {**defaults(parameters_of(design)), **design.start}
@@ -97,7 +100,7 @@ def test_armlabs_tips_are_within_three_millimetres_by_few_parameters() -> None:
     assert errors_of(tips[poses.held_out], poses.tip[poses.held_out]).rms < 3e-3
 
 
-@needs_ftdcr
+@public("opencr-mujoco", "ftdcr_v4")
 def test_a_yielding_backbone_explains_where_ftdcrs_slack_arm_rests() -> None:
     """Slack, the measured arm rests up to 20 mm from where it did before: it depends on which tendon pulled last."""
     design, poses = known.ftdcr_v4(), opencr.read(Path(DATA), "ftdcr_v4", "tendon_pull")

@@ -72,7 +72,7 @@ class Validation:
         by_tendon: held-out errors of the rod where each tendon is the one pulled most.
         knowledge, inseparable: of the rod's parameters. trials: of the selection.
         scatter: repeatability by the memoryless rod's errors. jumps: of the robot or the camera.
-        failed: poses without an equilibrium. correction: learned one.
+        failed: poses without an equilibrium. values: of the rod's parameters, by name. correction: learned one.
     """
 
     poses: Poses

@@ -1,6 +1,7 @@
 """A lab's own poses: a CSV file of the tendons' displacements and the tip, in the order of the sequence."""
 
 import csv
+import math
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ def read(path: Path) -> Poses:
     the number of the part of the sequence. Others are ignored. The rows are in the order in which they were measured.
 
     Raises:
-        DatasetError: the file cannot be read, a column is missing, or a cell is not a number.
+        DatasetError: the file cannot be read, a column is missing, or a cell is not a finite number.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -42,6 +43,8 @@ def read(path: Path) -> Poses:
                 numbers[index, column] = float(row[name])
             except (TypeError, ValueError):
                 raise DatasetError(f"{path}:{index + 2}: {name} = '{row[name]}' is not a number") from None
+            if not math.isfinite(numbers[index, column]):
+                raise DatasetError(f"{path}:{index + 2}: {name} = '{row[name]}' is not finite: leave out that pose")
         if "block" in heading:
             try:
                 block[index] = int(row["block"])

@@ -73,6 +73,7 @@ def test_a_labs_own_file_may_name_its_blocks(tmp_path: Path) -> None:
     [
         ("x,y,z\n1,2,3\n", "a column is missing"),
         ("displacement_0,x,y,z\n0,1,2,3\n0,1,far,3\n", ":3: y = 'far' is not a number"),
+        ("displacement_0,x,y,z\n0,1,2,3\n0,1,nan,3\n", ":3: y = 'nan' is not finite: leave out that pose"),
         ("displacement_0,x,y,z\n0,1,2,nan\n0,1,2,3\n", "not finite"),
         ("displacement_0,x,y,z\n0,1,2,3\n", "too few to hold a part out"),
         ("block,displacement_0,x,y,z\n2,0,1,2,3\n1,0,1,2,3\n", "in the order of the sequence"),

@@ -7,6 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from tendond.model.estimation.compliance import tip_compliance
+from tendond.model.estimation.kalman.estimator import Estimator
+from tendond.model.estimation.kalman.memory import Reading
+from tendond.model.estimation.kalman.noise import noise_of
 from tendond.model.estimation.observer import observe, start_observer
 from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.numerics.announce import report_compilation
@@ -84,12 +87,27 @@ def warm_up_general(tendons: int = TENDONS) -> None:
     linear.rest(rod.rest(), rod.loads())
 
 
+def warm_up_filter(tendons: int = TENDONS) -> None:
+    """Run the estimator's kernels once, on a tip that has been pushed away, so that its search weighs a contact."""
+    wire, route = Section.round(0.5, 1e-3, 200e9, 7850.0), (0.02, 0.0)
+    model = GeneralRod(Robot((wire,), (Tendon(0.5, route),)), 0.01)
+    noise = noise_of(model.parameters, 1e-4, 2e-3, 0.1, 1.0, 0.1)
+    estimator, state = Estimator(model, noise, contacts=noise), model.solve_static()
+    estimate, (place, turn) = estimator.start(state), model.strain_rod.tip(state.strain)
+    for cycle in range(10):
+        ahead = estimator.step(estimate, state, np.zeros(len(model.robot.tendons)))
+        estimate, state = estimator.advance(estimate, state, ahead), ahead
+        pushed = place + np.array([0.0, 2e-3 * cycle, 0.0])
+        estimate, state = estimator.correct(estimate, state, [Reading(0, 0.0, pushed, turn)])
+
+
 PARTS: dict[str, Callable[[int], None]] = {
     "shooting": warm_up,
     "trajectories": warm_up_trajectories,
     "general": warm_up_general,
+    "filter": warm_up_filter,
 }
-"""Each takes the number of tendons. The second one calls kernels of the first."""
+"""Each takes the number of tendons. The second one calls kernels of the first, the fourth those of the third."""
 
 
 if __name__ == "__main__":

@@ -87,8 +87,8 @@ def loop_poles(
     return np.asarray(poles[np.argsort(-np.abs(poles))])
 
 
-def _beam(rod: RodParameters, stiffness: float, mass: float) -> tuple[Array, Array, Array]:
-    """Mass, damping and stiffness of a clamped beam; deflection [m] and slope [rad] of each node, the tip's last."""
+def beam(rod: RodParameters, stiffness: float, mass: float) -> tuple[Array, Array, Array]:
+    """Return mass, damping and stiffness of a clamped beam: deflection [m] and slope [rad] of each node, tip last."""
     h, n = rod.length / ELEMENTS, 2 * ELEMENTS + 2
     bend = np.array(
         [
@@ -118,7 +118,7 @@ def _beam(rod: RodParameters, stiffness: float, mass: float) -> tuple[Array, Arr
 
 def _exact_step(rod: RodParameters, period: float, plant: UnknownPlant) -> tuple[Array, Array]:
     """Matrices of the plant over a cycle: of its state (y, y'), and of a moment on the tip held over the cycle."""
-    M, C, K = _beam(rod, plant.stiffness, plant.mass)
+    M, C, K = beam(rod, plant.stiffness, plant.mass)
     n, inverse = len(M), np.linalg.inv(M)
     rates = np.zeros((2 * n + 1, 2 * n + 1))
     rates[:n, n : 2 * n] = np.eye(n)
@@ -130,7 +130,7 @@ def _exact_step(rod: RodParameters, period: float, plant: UnknownPlant) -> tuple
 
 def _model_step(rod: RodParameters, period: float, alpha: float, stiffness: float) -> tuple[Array, Array]:
     """Matrices of the model's step: of its state (y, y before, v, v before, a), and of moment and force on the tip."""
-    M, C, K = _beam(rod, stiffness, 0.0)
+    M, C, K = beam(rod, stiffness, 0.0)
     n, one, zero = len(M), np.eye(len(M)), np.zeros((len(M), len(M)))
     c0, c1 = (1.5 + alpha) / (period * (1.0 + alpha)), -2.0 / period
     c2, d1 = (0.5 + alpha) / (period * (1.0 + alpha)), alpha / (1.0 + alpha)

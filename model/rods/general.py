@@ -11,7 +11,7 @@ from step to step, as no scheme that conserves energy damps modes which are fast
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,11 +21,12 @@ from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.prediction import TipPrediction
 from tendond.model.rod.tip import Tip
+from tendond.model.rods.backbone import Backbone, interpolated
 from tendond.model.rods.equivalent import arm_stiffness, equivalent_rod
+from tendond.model.rods.stations import BodyLoads, Stations
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.derivatives.results import InputSensitivity
 from tendond.model.strain.friction.along import stretches, tension_along
-from tendond.model.strain.kinematics import Shape, empty_shape, find_shape
 from tendond.model.strain.robot import Robot
 from tendond.model.strain.rod import StrainRod
 from tendond.model.strain.state import StrainState
@@ -45,6 +46,7 @@ class GeneralState:
         strain: strains and rates.
         tensions: of the tendons, at the servos' ends [N], shape (n,). tip_force: world frame [N], shape (3,).
         position: of the tip [m]; velocity: mean of it over the last step [m/s]; world frame, shape (3,).
+        stiffness: factor on the robot's [-]. body: loads along the body, if any.
     """
 
     strain: StrainState
@@ -52,6 +54,8 @@ class GeneralState:
     tip_force: Array
     position: Array
     velocity: Array
+    stiffness: float = 1.0
+    body: BodyLoads | None = None
 
     @property
     def residual(self) -> float:
@@ -74,6 +78,8 @@ class GeneralRod:
     Attributes:
         robot: as given.
         parameters: of the uniform rod that stands for it, for scales. arm_stiffness: see `ModelRod`.
+        compliance: as given.
+        strain_rod: the rod in strain coordinates. backbone: points and frames along it; stations: where forces may act.
         tendon_stiffness: of each tendon, the shooting rod's for those that are given none [N/m], shape (n,).
 
     Raises:
@@ -83,27 +89,26 @@ class GeneralRod:
     whole_steps = True
 
     def __init__(self, robot: Robot, time_step: float, compliance: float = 1.0) -> None:
-        self.robot = robot
-        self.time_step = time_step
-        self._rod = StrainRod(robot, time_step)
-        self._rod.layout.stiffness[:] /= compliance
-        self.parameters: RodParameters = equivalent_rod(self._rod)
+        self.robot, self.time_step, self.compliance = robot, time_step, compliance
+        self.strain_rod = StrainRod(robot, time_step)
+        self.strain_rod.layout.stiffness[:] /= compliance
+        self._stiffness, self._factor = self.strain_rod.layout.stiffness.copy(), 1.0
+        self.parameters: RodParameters = equivalent_rod(self.strain_rod)
         stiffness, share, places = arm_stiffness(robot)
         self.arm_stiffness = stiffness / compliance
-        given = self._rod.layout.tendon_stiffness
+        given = self.strain_rod.layout.tendon_stiffness
         self.tendon_stiffness = np.where(given > 0.0, given, RodParameters.tendon_stiffness)
-        self._nodes = np.concatenate(([0.0], np.cumsum(self._rod.layout.step)))
-        self._arm = self._hermite(np.interp(np.linspace(0.0, 1.0, ARM_POINTS), share, places))
-        self._holes = [[tendon.at(float(s)) for s in self._nodes] for tendon in robot.tendons]
-        self._free = self._rod.loads()
-        self._tip_point = self._rod.node(robot.length)[1]
-        self._linear = Linearisation(self._rod)
+        self.backbone, self.stations = Backbone(self.strain_rod), Stations(self.strain_rod)
+        self._arm = self.backbone.weights(np.interp(np.linspace(0.0, 1.0, ARM_POINTS), share, places))
+        self._free = self.strain_rod.loads()
+        self._tip_point = self.strain_rod.node(robot.length)[1]
+        self._linear = Linearisation(self.strain_rod)
 
-    def loads(self, tensions: ArrayLike | None, tip_force: ArrayLike = ZERO) -> Loads:
+    def loads(self, tensions: ArrayLike | None, tip_force: ArrayLike = ZERO, body: BodyLoads | None = None) -> Loads:
         """Return the kernels' loads.
 
         Args:
-            tensions: [N], shape (n,); none: all slack. tip_force: world frame [N], shape (3,).
+            tensions: [N], shape (n,); none: all slack. tip_force: world frame [N], shape (3,). body: along it.
 
         Raises:
             ParameterError: not finite, of another shape, or a negative tension.
@@ -116,7 +121,10 @@ class GeneralRod:
             raise ParameterError("tip_force must be three finite numbers")
         force = self._free.force.copy()
         force[self._tip_point] += pushed
-        return self._free._replace(tension=pulls, force=force)
+        if body is None:
+            return self._free._replace(tension=pulls, force=force)
+        force[self.stations.points] += body.forces
+        return self._free._replace(tension=pulls, force=force, moment=body.moments)
 
     def solve_static(
         self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO, start: GeneralState | None = None
@@ -127,10 +135,11 @@ class GeneralRod:
             ParameterError: see `loads`.
             ConvergenceError: none was found.
         """
-        loads = self.loads(tensions, tip_force)
-        found = self._rod.solve_static(loads, None if start is None else start.strain)
-        position = self._rod.tip(found)[0]
-        return GeneralState(found, loads.tension, np.array(tip_force, dtype=np.float64), position, np.zeros(3))
+        loads, factor = self.loads(tensions, tip_force), 1.0 if start is None else start.stiffness
+        self._scale(factor)
+        found = self.strain_rod.solve_static(loads, None if start is None else start.strain)
+        position = self.strain_rod.tip(found)[0]
+        return GeneralState(found, loads.tension, np.array(tip_force, dtype=float), position, np.zeros(3), factor)
 
     def step(
         self, state: GeneralState, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO
@@ -141,37 +150,68 @@ class GeneralRod:
             ParameterError: see `loads`.
             ConvergenceError: not a finite state.
         """
-        loads = self.loads(tensions, tip_force)
-        return self._after(state, self._rod.step(state.strain, loads), loads.tension, tip_force)
+        return self._stepped(state, self.loads(tensions, tip_force), tip_force)
+
+    def step_bent(self, state: GeneralState, tensions: Array, tip_force: Array, body: BodyLoads) -> GeneralState:
+        """Compute the state one time step later, with loads along the body; see `step` and `loads`."""
+        return replace(self._stepped(state, self.loads(tensions, tip_force, body), tip_force), body=body)
+
+    def _stepped(self, state: GeneralState, loads: Loads, tip_force: ArrayLike) -> GeneralState:
+        self.use(state)
+        return self._after(state, self.strain_rod.step(state.strain, loads), loads.tension, tip_force)
 
     def _after(self, before: GeneralState, strain: StrainState, tensions: Array, tip_force: ArrayLike) -> GeneralState:
-        position = self._rod.tip(strain)[0]
+        position = self.strain_rod.tip(strain)[0]
         velocity = (position - before.position) / self.time_step
-        return GeneralState(strain, tensions, np.array(tip_force, dtype=np.float64), position, velocity)
+        return GeneralState(strain, tensions, np.array(tip_force, dtype=float), position, velocity, before.stiffness)
+
+    def moved(self, state: GeneralState, strain: Array, rate: Array, stiffness: float) -> GeneralState:
+        """Return a state that is moved, as an estimator moves it.
+
+        Args:
+            state: the state. strain: added to its strains, shape (n,). rate: to their rates [1/s], shape (n,).
+            stiffness: its new factor on the robot's stiffness [-].
+        """
+        before = state.strain
+        earlier = None if before.earlier is None else (before.earlier[0] + rate, before.earlier[1] + rate)
+        after = replace(before, strain=before.strain + strain, rate=before.rate + rate, earlier=earlier)
+        velocity = state.velocity + self.strain_rod.tip_jacobian(after) @ rate
+        return replace(
+            state, strain=after, position=self.strain_rod.tip(after)[0], velocity=velocity, stiffness=stiffness
+        )
+
+    def use(self, state: GeneralState) -> None:
+        """Let the kernels take the stiffness of a state."""
+        self._scale(state.stiffness)
+
+    def _scale(self, factor: float) -> None:
+        if factor != self._factor:
+            self.strain_rod.layout.stiffness[:] = factor * self._stiffness
+            self._factor = factor
 
     def tip(self, state: GeneralState) -> Tip:
         """Return the tip, with a_c and b_c of the coming step; zeros where that has no solution: laws hold then."""
         acceleration, gain, h = np.zeros(3), np.zeros((3, len(state.tensions))), self.time_step
         with suppress(ConvergenceError):  # the step itself will say so
             step = self._ahead(state, state.tensions, state.tip_force)
-            acceleration = ((self._rod.tip(step.state)[0] - state.position) / h - state.velocity) / h
+            acceleration = ((self.strain_rod.tip(step.state)[0] - state.position) / h - state.velocity) / h
             gain = step.position / h**2
-        rotation = self._rod.tip(state.strain)[1]
+        rotation = self.strain_rod.tip(state.strain)[1]
         return Tip(state.position.copy(), rotation, state.velocity.copy(), acceleration, gain, state.tensions)
 
     def displacements(self, state: GeneralState, *, elastic: bool = False) -> Array:
         """Return the tendons' displacements [m], shape (n,); `elastic`: with the tendons' own stretch."""
-        shortening = self._rod.displacements(state.strain)
+        shortening = self.strain_rod.displacements(state.strain)
         if not elastic:
             return shortening
-        return shortening + stretches(self._rod.layout, state.strain.pulls, state.tensions, self.tendon_stiffness)
+        return shortening + stretches(self.strain_rod.layout, state.strain.pulls, state.tensions, self.tendon_stiffness)
 
     def end_tensions(self, state: GeneralState) -> Array:
         """Return the tensions where the tendons are fixed to the robot [N], shape (n,); less or more by friction."""
         ends = state.tensions.copy()
         for index, tendon in enumerate(self.robot.tendons):
             if tendon.friction > 0.0:
-                ends[index] = tension_along(self._rod, state.strain, index)[1][-1]
+                ends[index] = tension_along(self.strain_rod, state.strain, index)[1][-1]
         return ends
 
     def predict(self, state: GeneralState, tensions: Array, inputs: Array, tip_force: Array) -> TipPrediction:
@@ -181,7 +221,7 @@ class GeneralRod:
             ConvergenceError: not a finite state.
         """
         step = self._ahead(state, tensions, tip_force)
-        position, rotation = self._rod.tip(step.state)
+        position, rotation = self.strain_rod.tip(step.state)
         direction = rotation[:, 2]
         turned = np.cross((step.rotation @ inputs.T).T, direction).T
         velocity = (position - state.position) / self.time_step
@@ -192,50 +232,19 @@ class GeneralRod:
         return np.asarray(self.tip(state).input_gain[:, tendon] * self.time_step)
 
     def _ahead(self, state: GeneralState, tensions: Array, tip_force: Array) -> InputSensitivity:
-        return self._linear.inputs(state.strain, self.loads(tensions, tip_force))
+        self._scale(state.stiffness)
+        return self._linear.inputs(state.strain, self.loads(tensions, tip_force, state.body))
 
     def node_positions(self, state: GeneralState) -> Array:
         """Return points of the backbone with equal parts of the compliance between them [m], shape (points, 3)."""
         points = np.empty((ARM_POINTS, 12))[:, :3]  # strided as the shooting rod's, for which the kernel is compiled
-        points[:] = _interpolated(self._arm, self._shape(state))
+        points[:] = interpolated(self._arm, self.strain_rod.shape(state.strain))
         return points
 
     def curve(self, state: GeneralState, points: int = 50) -> Array:
         """Return evenly spaced points of the backbone, for display [m], shape (points, 3)."""
-        return _interpolated(self._hermite(np.linspace(0.0, self._nodes[-1], points)), self._shape(state))
+        return self.backbone.curve(state.strain, points)
 
     def tendon_paths(self, state: GeneralState, points: int = 10) -> list[Array]:
         """Return points of each tendon, for display, world frame [m], shapes (k, 3): at most `points` of the nodes."""
-        shape = self._shape(state)
-        rotations = shape.rotation.reshape(-1, 3, 3)
-        paths = []
-        for tendon, holes in zip(self.robot.tendons, self._holes, strict=True):
-            last = int(np.searchsorted(self._nodes, tendon.end * (1.0 + 1e-9), side="right")) - 1
-            kept = np.unique(np.linspace(0, last, min(points, last + 1)).round().astype(np.intp))
-            local = np.array([(*holes[k], 0.0) for k in kept])
-            paths.append(shape.position[kept] + np.einsum("kij,kj->ki", rotations[kept], local))
-        return paths
-
-    def _shape(self, state: GeneralState) -> Shape:
-        """Shape in memory of its own: what is for display may run beside a step."""
-        shape = empty_shape(self._rod.layout)
-        find_shape(self._rod.layout, state.strain.strain, shape)
-        return shape
-
-    def _hermite(self, at: Array) -> tuple[Array, Array]:
-        """Weights of the nodes' positions, and of their tangents [m], at arc lengths [m]; shape (len(at), K + 1)."""
-        right = np.clip(np.searchsorted(self._nodes, at), 1, len(self._nodes) - 1)
-        left, rows = right - 1, np.arange(len(at))
-        step = self._nodes[right] - self._nodes[left]
-        t = (at - self._nodes[left]) / step
-        places, tangents = np.zeros((2, len(at), len(self._nodes)))
-        places[rows, right] = t * t * (3.0 - 2.0 * t)
-        places[rows, left] = 1.0 - places[rows, right]
-        tangents[rows, left] = step * t * (1.0 - t) ** 2
-        tangents[rows, right] = step * t * t * (t - 1.0)
-        return places, tangents
-
-
-def _interpolated(weights: tuple[Array, Array], shape: Shape) -> Array:
-    """Points between the nodes, by a cubic through their positions along their directions [m], shape (points, 3)."""
-    return np.asarray(weights[0] @ shape.position + weights[1] @ shape.rotation[:, 2::3])
+        return self.backbone.tendon_paths(state.strain, points)

@@ -67,8 +67,12 @@ def solver_of(section: RodSection, wanted: Solver | None) -> Solver:
     """
     if wanted is not None:
         return wanted
-    rubs = section.tendon_friction > 0.0 or any(one.friction > 0.0 for one in section.tendon)
-    return "general" if section.not_uniform or rubs or damping_ratio(section) < DAMPING_MIN else "shooting"
+    return "general" if section.not_uniform or rubs(section) or damping_ratio(section) < DAMPING_MIN else "shooting"
+
+
+def rubs(section: RodSection) -> bool:
+    """Return whether a tendon has friction."""
+    return any(one > 0.0 for one in section.frictions)
 
 
 def source_of(config: RigConfig) -> RodSource:

@@ -41,6 +41,8 @@ class Layout(NamedTuple):
         compliance: of the tendon at a point, with its weight [m/N], shape (Q, m).
         reach: of the section before a point from the point before it, and of its own, shape (Q, 2) [m]; the first has
             its distance from the base, as a part of that to the second point, instead.
+        hole: contact to which the bend at each contact counts, for each tendon: itself, or that at a hole; -1: that
+            where the tendon is fixed, at which nothing slides; shape (Q, m).
         gravity: world frame [m/s^2], shape (3,). base: row by row, shape (9,). origin: of the base [m], shape (3,).
     """
 
@@ -70,6 +72,7 @@ class Layout(NamedTuple):
     friction: Array
     compliance: Array
     reach: Array
+    hole: Index
     gravity: Array
     base: Array
     origin: Array
@@ -121,7 +124,7 @@ def lay_out(robot: Robot) -> Layout:
             raise ParameterError(f"body {index}: at = {body.at} has no node")
         points += [(node, arm, mass, np.zeros(3)) for mass, arm in body.points()]
     points = merge([one for one in points if one[0] > 0])
-    tendons = route_tendons(robot, modes)
+    tendons, hole = route_tendons(robot, modes)
     stiffness, damping = find_elasticity(robot, modes)
     layout = Layout(
         component=modes.component,
@@ -138,6 +141,7 @@ def lay_out(robot: Robot) -> Layout:
         stiffness=stiffness,
         damping=damping,
         **tendons,
+        hole=hole,
         gravity=np.array(robot.gravity, dtype=np.float64),
         base=np.ascontiguousarray(robot.base, dtype=np.float64).reshape(9),
         origin=np.array(robot.origin, dtype=np.float64),

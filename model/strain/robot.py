@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,11 @@ Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Route = Callable[[float], tuple[float, float]]
 """Position (x, y) of a tendon in the cross-section [m] at the arc length s [m] of the whole backbone."""
+
+
+def ascending(values: Values) -> bool:
+    """Return whether each value is above the one before it."""
+    return all(one < other for one, other in pairwise(values))
 
 
 def _pair(profile: PropertyProfile, s: float) -> tuple[float, float]:
@@ -34,6 +40,8 @@ class Tendon:
         friction: Coulomb's coefficient on its guides [-]. What lets it stick is its stretch: by `stiffness`, or 20 kN/m
             where none is given.
         knots: arc lengths between which the route is smooth [m].
+        holes: arc lengths of the holes, ascending, at which alone it turns and rubs [m], beside the base's; none: all
+            along its route, as in a sheath.
     """
 
     end: float
@@ -41,6 +49,7 @@ class Tendon:
     stiffness: float | None = None
     friction: float = 0.0
     knots: Values = ()
+    holes: Values = ()
 
     def at(self, s: float) -> tuple[float, float]:
         """Position in the cross-section at the arc length s [m]."""
@@ -158,6 +167,8 @@ class Robot:
                 raise ParameterError(f"tendon {index}: stiffness = {tendon.stiffness!r} must be finite and above 0")
             if not (math.isfinite(tendon.friction) and tendon.friction >= 0.0):
                 raise ParameterError(f"tendon {index}: friction = {tendon.friction!r} must be finite and not negative")
+            if not all(0.0 < one <= length * (1.0 + 1e-9) for one in tendon.holes) or not ascending(tendon.holes):
+                raise ParameterError(f"tendon {index}: holes must ascend, on the backbone, in 0..{length:g} m")
         for index, body in enumerate(self.bodies):
             if not 0.0 <= body.at <= length * (1.0 + 1e-9):
                 raise ParameterError(f"body {index}: at = {body.at} must lie on the backbone, in 0..{length:g} m")

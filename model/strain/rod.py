@@ -69,6 +69,7 @@ class StrainRod:
         self._last: StrainState | None = None  # whose shape is in `_work.after`
         self._advance, self._minimise = Bound(advance), Bound(minimise)
         self._shape = empty_shape(self.layout)
+        self._shaped: StrainState | None = None  # whose shape that is
         self._paths = empty_paths(self.layout)
         self._rubbing: Index = self._work.grip.tendon  # tendons with friction
         self._statics = FrictionStatics(self.layout, self._work, STATIC_TOLERANCE)
@@ -187,9 +188,11 @@ class StrainRod:
             self._work.base[:] = 0.0 if base is None else base.row()
 
     def shape(self, state: StrainState) -> Shape:
-        """Return the shape of a state, where its base is; the next call overwrites it."""
-        put_base(self.layout, state.base, self._shape)
-        find_shape(self.layout, state.strain, self._shape)
+        """Return the shape of a state, where its base is; the next call, with another state, overwrites it."""
+        if state is not self._shaped:
+            put_base(self.layout, state.base, self._shape)
+            find_shape(self.layout, state.strain, self._shape)
+            self._shaped = state
         return self._shape
 
     def _residual(self) -> float:
@@ -222,19 +225,19 @@ class StrainRod:
 
     def stability(self, state: StrainState, loads: Loads) -> float:
         """Return the min. eigenvalue of the tangent stiffness, relative to the unloaded robot's; negative: unstable."""
-        tangent = self._tangent(state, loads)
+        tangent = self.tangent(state, loads)
         return float(eigh(tangent, self.layout.stiffness, eigvals_only=True)[0])
 
     def frequencies(self, state: StrainState, loads: Loads) -> Array:
         """Return the natural frequencies about an equilibrium, undamped, ascending [Hz], shape (n,)."""
-        tangent = self._tangent(state, loads)
+        tangent = self.tangent(state, loads)
         lower = np.linalg.cholesky(mass_matrix(self.layout, self._work.after, self._work))
         inner = np.linalg.solve(lower, np.linalg.solve(lower, tangent).T)
         squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
 
-    def _tangent(self, state: StrainState, loads: Loads) -> Array:
-        """Tangent stiffness at a state, shape (n, n); leaves its shape in `_work.after`."""
+    def tangent(self, state: StrainState, loads: Loads) -> Array:
+        """Return the tangent stiffness at a state, shape (n, n); leaves its shape in `_work.after`."""
         self._last = None
         self._put(state.base)
         held = hold(self.layout, loads, state.pulls, self._work)

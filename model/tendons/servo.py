@@ -3,14 +3,21 @@
     p'' = a, -a or 0    v = p', |v| <= rate       trapezoidal profile towards the goal, replanned from where it is
     lag x' = p - x                                position loop and gears, of first order
     e = clip(e, x - backlash/2, x + backlash/2)   play of the gears (the play operator; Krejci 1996)
+    v <= no_load (1 - load/stall)                 a motor's line of speed and load
+
+A motor's voltage is the sum of what its torque and its speed take, so a load takes away speed, and at the stall torque
+all of it. Both ends of the line are proportional to the voltage and to the duty (PWM) that the motor is allowed.
 
 The goal is rounded to the resolution first. A profile of parts with constant acceleration has the exact solution
 x = p - lag v + lag^2 a + c exp(-t/lag), so the result does not depend on the steps in which a duration is taken.
-Source: ROBOTIS e-Manual, XL430-W250, "Profile Acceleration(108)" and "Profile Velocity(112)".
+Source: ROBOTIS e-Manual, XL430-W250, "Profile Acceleration(108)", "Profile Velocity(112)", "Performance Graph".
 """
 
 import math
 from typing import NamedTuple
+
+STALLED = 1e-9
+"""Part of the speed without load at which a servo that its load stalls moves on: 0 stands for no limit."""
 
 
 class ServoDynamics(NamedTuple):
@@ -22,6 +29,8 @@ class ServoDynamics(NamedTuple):
         lag: time constant of what follows the profile [s].
         backlash: travel that is lost when the direction changes [unit].
         resolution: smallest step of a goal [unit]; 0: none.
+        stall: load at which it stands [N or N m]; 0: no load slows it down.
+        no_load: speed without a load [unit/s], where there is a `stall`.
     """
 
     rate: float = 0.0
@@ -29,6 +38,8 @@ class ServoDynamics(NamedTuple):
     lag: float = 0.0
     backlash: float = 0.0
     resolution: float = 0.0
+    stall: float = 0.0
+    no_load: float = 0.0
 
 
 class ServoState(NamedTuple):
@@ -51,7 +62,29 @@ def at_rest(position: float) -> ServoState:
     return ServoState(position, 0.0, position, position)
 
 
-def advance(servo: ServoDynamics, state: ServoState, goal: float, duration: float, friction: float = 0.0) -> ServoState:
+def available_rate(servo: ServoDynamics, load: float) -> float:
+    """Return the speed [unit/s] that a servo has against a `load`; negative: a load that helps it."""
+    if servo.stall <= 0.0:
+        return math.inf
+    return servo.no_load * max(0.0, 1.0 - load / servo.stall)
+
+
+def _loaded(servo: ServoDynamics, load: float) -> ServoDynamics:
+    """Return the servo with the speed that a load against it leaves."""
+    if servo.stall <= 0.0:
+        return servo
+    able = max(available_rate(servo, load), STALLED * max(servo.no_load, STALLED))
+    return servo._replace(rate=min(servo.rate, able) if servo.rate > 0.0 else able)
+
+
+def advance(
+    servo: ServoDynamics,
+    state: ServoState,
+    goal: float,
+    duration: float,
+    friction: float = 0.0,
+    load: float = 0.0,
+) -> ServoState:
     """Return the state after `duration` [s] of moving to `goal` [unit].
 
     Args:
@@ -60,9 +93,11 @@ def advance(servo: ServoDynamics, state: ServoState, goal: float, duration: floa
         goal: goal [unit].
         duration: [s].
         friction: half of a backlash that friction adds [unit].
+        load: towards smaller positions, as a tendon pulls its spool [N or N m].
     """
     if servo.resolution > 0.0:
         goal = servo.resolution * round(goal / servo.resolution)
+    servo = _loaded(servo, load if goal > state.shaft else -load)
     if servo.acceleration > 0.0:
         position, velocity, shaft = _trapezoid(servo, state, goal, duration)
     else:

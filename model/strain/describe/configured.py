@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tendond.model.errors import ParameterError
 from tendond.model.strain.describe.damping import with_damping_ratios
 from tendond.model.strain.describe.profile import PropertyProfile, Rows, combined
-from tendond.model.strain.describe.scaled import scaled
+from tendond.model.strain.describe.scaled import curved, scaled
 from tendond.model.strain.describe.section import Section
 from tendond.model.strain.robot import Body, Robot, Tendon
 from tendond.schemas.config.control import LoopSection
@@ -37,17 +38,17 @@ OWN = {
 
 
 def described(source: RigConfig | RodSection | str | Path) -> tuple[Robot, float]:
-    """Return the robot of a configuration, of its [rod], of a file or of a preset, and the period of its loop [s].
+    """Return the robot in the world: of a configuration, its [rod], a file or a preset; and its loop's period [s].
 
     Raises:
         ConfigError: the file cannot be read or is invalid.
         ParameterError: a robot that cannot be.
     """
     if isinstance(source, RodSection):
-        return robot_from_section(source), LoopSection().period
+        return in_world(source), LoopSection().period
     if not isinstance(source, RigConfig):
         source = _read(source)
-    return robot_from_section(source.rod), source.loop.period
+    return in_world(source.rod), source.loop.period
 
 
 def _read(source: str | Path) -> RigConfig:
@@ -69,8 +70,21 @@ def _read(source: str | Path) -> RigConfig:
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
+def in_world(rod: RodSection) -> Robot:
+    """Return the robot in the world, its base where [rod.base] says; see `robot_from_section`.
+
+    Raises:
+        ParameterError: a robot that cannot be.
+    """
+    robot, base = robot_from_section(rod), rod.base
+    if base is None:
+        return robot
+    axes = np.array([base.to_world(axis) for axis in AXES]).T
+    return replace(robot, gravity=rod.world_gravity, base=axes, origin=base.position)
+
+
 def robot_from_section(rod: RodSection) -> Robot:
-    """Return the robot that [rod] or [simulator.rod] describes.
+    """Return the robot that [rod] or [simulator.rod] describes, in its base's frame, in which the bus and logs are.
 
     Damping ratios become damping by the robot's own first mode (`describe.damping`).
 
@@ -83,16 +97,15 @@ def robot_from_section(rod: RodSection) -> Robot:
         wanted = [None if one.bending_damping is not None else r for one, r in zip(rod.section, ratios, strict=True)]
     else:
         sections, wanted = (_uniform(rod),), [rod.damping_ratio]
+    if any(rod.precurvature):
+        sections = tuple(curved(section, rod.precurvature) for section in sections)
     length = sum(section.length for section in sections)
-    base = np.eye(3) if rod.base is None else np.array([rod.base.to_world(axis) for axis in AXES]).T
     disks, tip = tuple(_disks(rod.section)), tuple(_tip(rod, length))
     robot = Robot(
         sections=sections,
-        tendons=_tendons(rod, length),
+        tendons=tuple(_tendons(rod, length, disks)),
         bodies=(*disks, *tip),
-        gravity=rod.world_gravity,
-        base=base,
-        origin=(0.0, 0.0, 0.0) if rod.base is None else rod.base.position,
+        gravity=rod.base_gravity,
     )
     robot = with_damping_ratios(robot, wanted)
     if rod.scale is None:
@@ -163,16 +176,27 @@ def _material(value: Along | None) -> float | Rows:
     return rows_of(value, 1) if constant is None else constant[0]
 
 
-def _tendons(rod: RodSection, length: float) -> tuple[Tendon, ...]:
-    if rod.tendon:
-        return tuple(_tendon(one, length) for one in rod.tendon)
-    friction = rod.tendon_friction
-    return tuple(Tendon(length, place, rod.tendon_stiffness, friction) for place in rod.tendon_positions)
+def _tendons(rod: RodSection, length: float, disks: Sequence[Body]) -> Iterator[Tendon]:
+    """Tendons of [rod], those that disks guide with their holes.
+
+    Raises:
+        ParameterError: there are no disks.
+    """
+    frictions = rod.frictions
+    for place, mu in () if rod.tendon else zip(rod.tendon_positions, frictions, strict=True):
+        yield Tendon(length, place, rod.tendon_stiffness, mu)
+    for index, one in enumerate(rod.tendon):
+        if one.guides == "disks" and not disks:
+            raise ParameterError(
+                f"rod.tendon[{index}].guides = 'disks': no section has disks: set rod.section.disk_number"
+            )
+        holes = tuple(body.at for body in disks) if one.guides == "disks" else ()
+        yield replace(_tendon(one, frictions[index], length), holes=holes)
 
 
-def _tendon(tendon: RodTendon, length: float) -> Tendon:
+def _tendon(tendon: RodTendon, mu: float, length: float) -> Tendon:
     end = length if tendon.end is None else tendon.end
-    k, mu = tendon.stiffness, tendon.friction
+    k = tendon.stiffness
     x, y = tendon.at_base
     if tendon.route is not None and constant_of(tendon.route, 2) is None:
         return Tendon.tabulated(end, rows_of(tendon.route, 2), k, mu)

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from tendond.model.strain.describe.profile import Factor, combined
+from tendond.model.strain.describe.profile import Factor, Values, combined
 from tendond.model.strain.describe.section import WIDTHS, Section
-from tendond.model.strain.robot import Body, Robot, Tendon
+from tendond.model.strain.robot import Body, Robot, Route, Tendon
 from tendond.schemas.config.rod.scale import RodScale
 
 PROPERTIES = {
@@ -24,8 +25,20 @@ def scaled(robot: Robot, scale: RodScale) -> Robot:
         robot,
         sections=tuple(_section(one, scale) for one in robot.sections),
         bodies=tuple(_body(one, scale.mass) for one in robot.bodies),
-        tendons=tuple(_tendon(one, scale.tendon_stiffness) for one in robot.tendons),
+        tendons=tuple(
+            _tendon(one, scale.tendon_stiffness, radius)
+            for one, radius in zip(robot.tendons, scale.tendon_radius or (1.0,) * len(robot.tendons), strict=True)
+        ),
     )
+
+
+def curved(section: Section, curvature: Values) -> Section:
+    """Return the section with a precurvature [1/m], shape (3,), added to its own."""
+    profile = combined(partial(_added, curvature), section.profile("curvature"))
+    if "curvature" in section.tables:
+        return replace(section, tables={**section.tables, "curvature": profile})
+    x, y, z = profile(0.0)
+    return replace(section, curvature=(x, y, z))
 
 
 def has(robot: Robot, factor: str) -> bool:
@@ -60,8 +73,23 @@ def _body(body: Body, factor: float) -> Body:
     return replace(body, mass=factor * body.mass, inertia=(x, y, z))
 
 
-def _tendon(tendon: Tendon, factor: float) -> Tendon:
-    return tendon if tendon.stiffness is None else replace(tendon, stiffness=factor * tendon.stiffness)
+def _tendon(tendon: Tendon, factor: float, radius: float) -> Tendon:
+    stiffness = None if tendon.stiffness is None else factor * tendon.stiffness
+    if radius == 1.0:
+        return replace(tendon, stiffness=stiffness)
+    if callable(tendon.route):
+        return replace(tendon, stiffness=stiffness, route=partial(_route, radius, tendon.route))
+    x, y = _times(radius, tendon.route)
+    return replace(tendon, stiffness=stiffness, route=(x, y))
+
+
+def _route(radius: float, route: Route, s: float) -> tuple[float, float]:
+    x, y = route(s)
+    return radius * x, radius * y
+
+
+def _added(values: Values, *own: float) -> Values:
+    return tuple(one + other for one, other in zip(values, own, strict=True))
 
 
 def _times(factor: float, values: Iterable[float]) -> tuple[float, ...]:

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.strain.discretise.modes import ModeTable
-from tendond.model.strain.discretise.quadrature import distinct, gauss
+from tendond.model.strain.discretise.quadrature import NEAR, distinct, gauss
 from tendond.model.strain.robot import Robot, Tendon
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 TENDON_POINTS = 8
 """Gauss points per piece of a section between ends of tendons, and points of their routes."""
@@ -27,8 +28,8 @@ def _slope(tendon: Tendon, s: float, step: float) -> tuple[float, float]:
     return (after[0] - before[0]) / (2.0 * step), (after[1] - before[1]) / (2.0 * step)
 
 
-def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
-    """Quadrature of the tendons' paths."""
+def route_tendons(robot: Robot, modes: ModeTable) -> tuple[dict[str, Array], Index]:
+    """Return the quadrature of the tendons' paths, and `Layout.hole`."""
     count = len(robot.tendons)
     values: list[Array] = []
     strains: list[Array] = []
@@ -37,14 +38,18 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
     places: list[tuple[float, float]] = []
     slopes: list[list[tuple[float, float]]] = []
     step = 1e-6 * robot.length
+    pierced = any(tendon.holes and tendon.friction > 0.0 for tendon in robot.tendons)
     begin = 0.0
     for number, section in enumerate(robot.sections):
         breaks = {0.0, section.length, *section.inner_knots("curvature")}
         for tendon in robot.tendons:
-            breaks |= {s - begin for s in (tendon.end, *tendon.knots) if begin < s < begin + section.length}
+            held = tendon.holes if tendon.friction > 0.0 else ()
+            breaks |= {s - begin for s in (tendon.end, *tendon.knots, *held) if begin < s < begin + section.length}
         edges = [begin + part * section.length for part in distinct([s / section.length for s in breaks])]
         for left, right in pairwise(edges):
             fine = max(TENDON_POINTS_MIN, round(TENDON_POINTS * min(1.0, 2.0 * (right - left) / section.length)))
+            if pierced:
+                fine += 1 - fine % 2  # a point in the middle of each span
             for part, weight in zip(*gauss(fine), strict=True):
                 s = left + part * (right - left)
                 places.append((s, begin))
@@ -64,6 +69,9 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
     stiffness = np.array([tendon.stiffness or 0.0 for tendon in robot.tendons], dtype=np.float64)
     whole = np.where(stiffness > 0.0, stiffness, STIFFNESS) * [tendon.end for tendon in robot.tendons]
     arm = np.concatenate((route, np.zeros((*shape, 1))), axis=2)
+    hole = np.empty(shape, dtype=np.int64)
+    for index, tendon in enumerate(robot.tendons):
+        hole[:, index] = _hole(tendon, [s for s, _ in places])
     tangent = v + np.cross(u, arm) + np.concatenate((slope, np.zeros((*shape, 1))), axis=2)
     return {
         "tendon_at": np.array(values, dtype=np.float64),
@@ -76,7 +84,25 @@ def route_tendons(robot: Robot, modes: ModeTable) -> dict[str, Array]:
         "friction": np.array([tendon.friction for tendon in robot.tendons], dtype=np.float64),
         "compliance": weight / whole,
         "reach": _reach(places),
-    }
+    }, hole
+
+
+def _hole(tendon: Tendon, places: list[float]) -> Index:
+    """Return one tendon's column of `Layout.hole` for arc lengths of points [m].
+
+    A straight span between two holes stands for the route between them: half of its bend counts to each.
+    """
+    own = np.arange(len(places))
+    if not tendon.holes or tendon.friction == 0.0:
+        return own
+    turning = [0.0, *(s for s in tendon.holes if s < tendon.end * (1.0 - NEAR)), tendon.end]
+    middles = 0.5 * (np.array(turning[1:]) + np.array(turning[:-1]))
+    contact = np.searchsorted(places, turning)  # before the first point behind the hole
+    between = 0.5 * (np.array(places) + np.concatenate(([0.0], places[:-1])))
+    number = np.searchsorted(middles, between)
+    number[contact[:-1]] = np.arange(len(turning) - 1)
+    found = np.where(number < len(turning) - 1, contact[np.minimum(number, len(turning) - 2)], -1)
+    return found.astype(np.int64)
 
 
 def _reach(places: list[tuple[float, float]]) -> Array:

@@ -77,7 +77,8 @@ def _turned(rotation: Vector, t: Vector) -> Vector:
 def find_bends(layout: Layout, q: Array, paths: Paths, grip: Grip) -> None:
     """Write the bends of the paths at the contacts, after `find_paths` at the same strains q, shape (n,).
 
-    The angle between the tangents at neighbouring points. Before the first point the path bends on as behind it.
+    The angle between the tangents at neighbouring points. Before the first point the path bends on as behind it. Where
+    a tendon turns at holes only, the bend of half a span on either side counts to each of them.
     """
     points = len(grip.strain)
     for j in range(points):
@@ -116,5 +117,14 @@ def find_bends(layout: Layout, q: Array, paths: Paths, grip: Grip) -> None:
         grip.bend[f, 0] = layout.reach[0, 0] * grip.bend[f, 1]
         for a in range(len(q)):
             grip.turn[f, 0, a] = layout.reach[0, 0] * grip.turn[f, 1, a]
+        for j in range(grip.number[f]):
+            to = layout.hole[j, i]
+            if to != j:
+                if to >= 0:
+                    grip.bend[f, to] += grip.bend[f, j]
+                    for a in range(len(q)):
+                        grip.turn[f, to, a] += grip.turn[f, j, a]
+                grip.bend[f, j] = 0.0
+                grip.turn[f, j, :] = 0.0
         for j in range(grip.number[f]):
             grip.ratio[f, j] = math.exp(-mu * grip.bend[f, j])

@@ -88,6 +88,13 @@ def settle(layout: Layout, loads: Loads, other: Loads, q: Array, tolerance: floa
         size = energy_of(layout, step)
         if not math.isfinite(size):
             return -1
+        if size <= target:  # at an equilibrium the search would follow the signs of rounding
+            for a in range(n):
+                trial[a] = q[a] - step[a]
+            _find_lack(layout, loads, other, trial, work)
+            for a in range(n):
+                q[a] = trial[a]
+            return count
         start = along(step, work.residual)
         part, low, left, high, beyond = 1.0, 0.0, start, -1.0, 0.0
         for _ in range(TRIALS):
@@ -105,8 +112,6 @@ def settle(layout: Layout, loads: Loads, other: Loads, q: Array, tolerance: floa
         for a in range(n):
             q[a] = trial[a]
         if part == 1.0:
-            if size <= target:
-                return count
             for a in range(n):
                 work.correction[a] = work.residual[a]
             solve_lu(work.matrix, work.rows, work.correction, n, width, work.solving)

@@ -54,7 +54,7 @@ def _find_slip(layout: Layout, grip: Grip, f: int, begin: int, tension: float, h
                 tension, factor = ratio * tension, ratio * factor
             elif tension < ratio * stuck:
                 tension, factor = tension / ratio, factor / ratio
-            else:
+            elif layout.hole[i + 1, grip.tendon[f]] == i + 1:
                 break
     return slip, slope
 
@@ -95,7 +95,8 @@ def _close(layout: Layout, grip: Grip, f: int, held: bool) -> None:
         elif before < ratio * stuck:
             tension[1 + i], grip.slid[f, i] = before / ratio, -1
         else:
-            tension[1 + i], grip.slid[f, i] = stuck, 0
+            sticks = layout.hole[i, grip.tendon[f]] == i
+            tension[1 + i], grip.slid[f, i] = stuck, 0 if sticks else 1
     slip = 0.0
     for i in range(count - 1, -1, -1):
         slip += _stretch(layout, grip, f, i, tension[1 + i], held)

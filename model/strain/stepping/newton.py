@@ -25,6 +25,11 @@ CONTRACTION = 0.2
 """Ratio of the correction in one step, above which a new matrix is worth its price. Chosen: it moves time, not results,
 beyond the tolerance."""
 
+BALANCE = 2e-8
+"""Work of the residual over a step, as a part of the shape's elastic energy twice over, above which the last correction
+is made as well: a step much shorter than the robot's periods has large forces on small moves, and would gain or lose
+that work as energy. Chosen below `offline.bench.general_rod.survey.GROWTH`."""
+
 SHORTEST = 1.0 / 64.0
 """Part of Newton's step, below which it leads nowhere: six halvings. Chosen; the step is split then."""
 
@@ -102,7 +107,15 @@ def solve_step(layout: Layout, loads: Loads, h: float, tolerance: float, work: S
         if part == 1.0:
             reached = energy_of(layout, correction)
             if reached <= target:
-                return count
+                work_left = 0.0
+                for a in range(n):
+                    work_left += work.residual[a] * work.change[a]
+                if abs(work_left) <= BALANCE * energy_of(layout, q1):
+                    return count
+                for a in range(n):
+                    q1[a] -= correction[a]
+                find_residual(layout, loads, work.q0, q1, h, work)
+                return count + 1
             ratio = left / size
             if ratio < CONTRACTION * CONTRACTION:
                 for a in range(n):

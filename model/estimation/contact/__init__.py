@@ -1,0 +1,1 @@
+"""Contact anywhere along the body: found, located and sized by its traces in the filter's innovations."""

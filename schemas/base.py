@@ -1,5 +1,6 @@
 """Base class of all data that cross a boundary: frozen, finite, without unknown fields."""
 
+from collections.abc import Sized
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -12,6 +13,14 @@ Quaternion = tuple[float, float, float, float]
 
 PerTendon = Annotated[tuple[float, ...], Field(min_length=1, max_length=16)]
 """One number per tendon, in the order of the rig's configuration."""
+
+PerTendonOrNone = Annotated[tuple[float, ...], Field(max_length=16)]
+"""The same, or empty where there are none."""
+
+
+def is_empty(value: Sized) -> bool:
+    """Return whether an optional field is left out of a message: `Field((), exclude_if=is_empty)`."""
+    return len(value) == 0
 
 
 class Schema(BaseModel):

@@ -25,6 +25,9 @@ class Fault(StrEnum):
     OVERLOAD = "overload"
     STUCK = "stuck"
     CUT = "cut"
+    UNSEEN = "unseen"
+    SWAPPED = "swapped"
+    MUTE = "mute"
     SILENT = "silent"
     HOT = "hot"
     REBOOT = "reboot"
@@ -54,7 +57,7 @@ class FaultKind:
         size: default size, in `unit`; none: it has no size.
         size_max: largest size. unit: of the size.
         directed: it has a direction.
-        servo: it applies to one servo.
+        servo: it applies to one servo. sensor: to one sensor. rows: to some rows of its readings.
         wires: it exists on the wired rig only.
     """
 
@@ -66,6 +69,8 @@ class FaultKind:
     unit: str = ""
     directed: bool = False
     servo: bool = False
+    sensor: bool = False
+    rows: bool = False
     wires: bool = False
 
 
@@ -83,6 +88,9 @@ FAULTS = {
     Fault.OVERLOAD: FaultKind("a servo reports a hardware error", timed=False, servo=True),
     Fault.STUCK: FaultKind("a servo does not move", servo=True),
     Fault.CUT: FaultKind("a servo's tendon is cut, or off its spool", servo=True),
+    Fault.UNSEEN: FaultKind("rows of a sensor are missing, such as hidden markers", 1.0, sensor=True, rows=True),
+    Fault.SWAPPED: FaultKind("two rows of a sensor exchange their places, as labels do", 1.0, sensor=True, rows=True),
+    Fault.MUTE: FaultKind("a sensor is silent", 1.0, sensor=True),
     Fault.SILENT: FaultKind("a servo does not reply", timed=False, servo=True, wires=True),
     Fault.HOT: FaultKind("a servo is too hot", timed=False, servo=True, wires=True),
     Fault.REBOOT: FaultKind("a servo reboots", timed=False, servo=True, wires=True),
@@ -119,8 +127,9 @@ class FaultRequest(Schema):
         servo: id of the servo: as on the bus for the wired rig, else 1 for the first tendon.
         seconds: duration in simulated time [s].
         size: teleport [m], dropout [-], noise [m], weight [kg], impact [N], loss [-], delay [s], turns [-].
-        direction: direction of a teleport or an impact, world frame.
+        direction: direction of a teleport or an impact, in the base's frame.
         place: place of an impact along the rod: 1 is the tip [-].
+        sensor: name of the sensor. rows: of its readings, from 0; all, or the first two, where none are given.
     """
 
     version: Literal[1] = SCHEMA_VERSION
@@ -130,6 +139,8 @@ class FaultRequest(Schema):
     size: Annotated[float, Field(ge=0.0)] | None = None
     direction: Direction | None = None
     place: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    sensor: Annotated[str, Field(max_length=32)] | None = None
+    rows: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=64)] | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> "FaultRequest":
@@ -140,12 +151,18 @@ class FaultRequest(Schema):
             "size": kind.size is not None,
             "direction": kind.directed,
             "place": self.fault is Fault.IMPACT,
+            "sensor": kind.sensor,
+            "rows": kind.rows,
         }
         for name, wanted in takes.items():
             if getattr(self, name) is not None and not wanted:
                 raise ValueError(f"{self.fault.value} takes no {name}")
         if kind.servo and self.servo is None:
             raise ValueError(f"{self.fault.value} needs a servo: give servo, 1 for the first")
+        if kind.sensor and self.sensor is None:
+            raise ValueError(f"{self.fault.value} needs a sensor: give its name")
+        if self.fault is Fault.SWAPPED and self.rows is not None and len(set(self.rows)) != 2:
+            raise ValueError("swapped: give two different rows")
         if self.size is not None and self.size > kind.size_max:
             raise ValueError(f"size = {self.size:g}: {self.fault.value} takes at most {kind.size_max:g} {kind.unit}")
         return self

@@ -13,6 +13,8 @@ TENDON_COMMAND = "tendon/command"
 STATUS = "status"
 SIMULATOR_TRUTH = "sim/truth"
 CONTROL = "control"
+SENSOR = "sensor"
+"""Sensors beside the pose, `sensor/<name>`."""
 SERVO_RESET = "servo/reset"
 SERVO_HEALTH = "servo/health"
 SIMULATOR_INJECT = "sim/inject"
@@ -29,6 +31,11 @@ def key(rig: str, name: str) -> str:
     if not RIG_NAME.fullmatch(rig):
         raise ValueError(f"rig name {rig!r}: use 1 to 32 of a-z, 0-9, '-' and '_', starting with a letter or digit")
     return f"{rig}/{name}"
+
+
+def sensor_topic(name: str) -> str:
+    """Return `sensor/<name>`."""
+    return f"{SENSOR}/{name}"
 
 
 def control_key(rig: str, action: str) -> str:

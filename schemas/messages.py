@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator
 
-from tendond.schemas.base import SCHEMA_VERSION, PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.base import SCHEMA_VERSION, PerTendon, PerTendonOrNone, Quaternion, Schema, Vector3, is_empty
+from tendond.schemas.health import FilterHealth, LoopHealth, SensorHealth
 
 ENCODING = "application/json"
 LARGEST_PAYLOAD = 65536
@@ -60,7 +61,7 @@ class TipPose(Message):
 
     Attributes:
         position: [m].
-        orientation: unit quaternion w, x, y, z, body to world.
+        orientation: unit quaternion w, x, y, z, body to base.
         valid: false while the tip is occluded; the pose is then the last valid one.
     """
 
@@ -109,6 +110,16 @@ class TendonState(Message):
     fault: str = ""
 
 
+class SensorReading(Message):
+    """Reading of a sensor beside the pose, as `[[sensors]]` describes its rows.
+
+    Attributes:
+        rows: numbers of each place, in the order of the configuration, SI; null for one that is not seen.
+    """
+
+    rows: Annotated[tuple[Annotated[tuple[float, ...], Field(max_length=7)] | None, ...], Field(max_length=64)]
+
+
 class ServoHealth(Message):
     """State of the servo driver and its serial bus, once a second; counts are since the driver's start.
 
@@ -141,7 +152,7 @@ class SimulatorTruth(Message):
         velocity: velocity of the tip [m/s].
         displacement: displacement of each tendon [m].
         tension: tension in each tendon [N].
-        tip_force: external, with the weight of what hangs on the tip but not its inertia, world frame [N].
+        tip_force: external, with the weight of what hangs on the tip but not its inertia, in the base's frame [N].
     """
 
     position: Vector3
@@ -149,42 +160,6 @@ class SimulatorTruth(Message):
     displacement: PerTendon
     tension: PerTendon
     tip_force: Vector3
-
-
-class LoopHealth(Schema):
-    """State of the fixed-rate loop since its start.
-
-    Attributes:
-        cycles: number of cycles.
-        missed_ticks: deadlines that passed before the loop was ready for them; skipped, never repeated.
-        cycle_ms_median, cycle_ms_p99: time from wake-up to command [ms], over the last seconds; without the work done
-            before the deadline.
-        log_dropped: log entries that did not fit the recorder's queue.
-        log_error: error that ended the log; empty without one.
-        phase_locked: the deadlines follow the phase of the poses.
-        pose_wait_ms_median: time from the arrival of a pose to its cycle [ms], over the last seconds; none while
-            unknown.
-        log_days_left: days until the disk is full or the oldest logs are removed, at the recent rate; none while
-            unknown.
-    """
-
-    cycles: int
-    missed_ticks: int
-    cycle_ms_median: float
-    cycle_ms_p99: float
-    log_dropped: int
-    log_error: str = ""
-    log_days_left: float | None = None
-    phase_locked: bool = False
-    pose_wait_ms_median: float | None = None
-
-    @property
-    def phase_in_words(self) -> str:
-        """Phase of the loop against the poses, for people."""
-        if not self.phase_locked:
-            return "free: the poses keep no phase to follow"
-        waits = "" if self.pose_wait_ms_median is None else f", a pose waits {self.pose_wait_ms_median:.2f} ms"
-        return f"locked to the poses{waits}"
 
 
 class Status(Message):
@@ -199,9 +174,13 @@ class Status(Message):
         tip: measured position in use [m]; none before the first pose.
         target: target of the reference [m].
         tension: commanded [N]; tension_estimate: estimate of the applied tension, the model's input [N].
+        tip_tension: the same where the tendons are fixed to the robot [N]; left out where none of the model rubs.
         displacement: commanded [m].
         rejected: inputs dropped since the start, by reason.
         sources: publishers in use, by key, and others that were received recently.
+        sensors: readings of the configured sensors, by name; left out where there is none.
+        filter: of an observer of kind 'kalman'; left out of others.
+        safety: constraint of [safety] that alters the command in this cycle, and by how much; left out where none does.
         refused: reason why no pose or message is used, with the first malformed field; empty where all are used.
         loop: timing and log.
     """
@@ -216,8 +195,12 @@ class Status(Message):
     target: Vector3
     tension: PerTendon
     tension_estimate: PerTendon = ()
+    tip_tension: PerTendonOrNone = Field((), exclude_if=is_empty)
     displacement: PerTendon
     rejected: dict[str, int]
     sources: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    sensors: dict[str, SensorHealth] = Field(default_factory=dict, exclude_if=is_empty)
+    filter: FilterHealth | None = Field(None, exclude_if=lambda value: value is None)
+    safety: str = Field("", exclude_if=is_empty)
     refused: str = ""
     loop: LoopHealth

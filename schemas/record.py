@@ -4,10 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import AliasChoices, Field
 
-from tendond.schemas.base import PerTendon, Quaternion, Schema, Vector3
+from tendond.schemas.base import PerTendon, PerTendonOrNone, Quaternion, Schema, Vector3, is_empty
 from tendond.schemas.config.reference import ReferenceSection
-from tendond.schemas.messages import Mode, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import Mode, SensorReading, TendonCommand, TendonState, TipPose
 from tendond.schemas.requests import ControlAction
+
+Covariance = tuple[float, float, float, float, float, float]
+"""Upper half of a symmetric matrix, row by row: xx, xy, xz, yy, yz, zz."""
 
 RECORD_VERSION: Literal[2] = 2
 """Version 1 had `tension` for `tension_estimate`, and no `law_state`; it is still read."""
@@ -26,6 +29,8 @@ class CycleInputs(Schema):
             another controller of this rig.
         missed_ticks: deadlines skipped just before this cycle.
         pose_lag: arrival of the pose by the receiver's clock minus its `stamp_ns` [s]; none where no clock ran.
+        readings: the newest one of each sensor that arrived since the last cycle, by the sensor's name; reading_lags:
+            of these as `pose_lag` [s]. Both are left out where there is none.
     """
 
     pose: TipPose | None = None
@@ -38,10 +43,12 @@ class CycleInputs(Schema):
     others: dict[str, str] = Field(default_factory=dict)
     missed_ticks: Annotated[int, Field(ge=0)] = 0
     pose_lag: float | None = None
+    readings: dict[str, SensorReading] = Field(default_factory=dict, exclude_if=is_empty)
+    reading_lags: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
 
 
 class ReferencePoint(Schema):
-    """Reference of the tip: position [m], velocity [m/s], acceleration [m/s^2], world frame.
+    """Reference of the tip: position [m], velocity [m/s], acceleration [m/s^2], in the base's frame.
 
     Attributes:
         target: end of the reference [m].
@@ -57,7 +64,7 @@ class TipEstimate(Schema):
     """Law inputs.
 
     Attributes:
-        position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. All world frame.
+        position: X1 [m]. velocity: X2 [m/s]. acceleration: [m/s^2], at the tensions now applied. In the base's frame.
     """
 
     position: Vector3
@@ -65,27 +72,77 @@ class TipEstimate(Schema):
     acceleration: Vector3
 
 
+class ContactEstimate(Schema):
+    """A force on the body that the estimator found; in the base's frame.
+
+    Attributes:
+        place: arc length from the base [m]. first_place, last_place: ends of those that the data do not exclude [m].
+        force: [N]. force_deviation: standard deviation of each component [N].
+        statistic: twice the log of the likelihood ratio to no contact [-].
+        onset: cycle of the estimator in which it began. settled: it is not weighed again with more data.
+    """
+
+    place: float
+    first_place: float
+    last_place: float
+    force: Vector3
+    force_deviation: Vector3
+    statistic: float
+    onset: float
+    settled: bool
+
+
+class FilterEstimate(Schema):
+    """What an observer of kind 'kalman' knows, and how sure it is; in the base's frame.
+
+    Attributes:
+        tip_covariance: of the model's tip, xx, xy, xz, yy, yz, zz [m^2]; force_covariance: of the force on it [N^2].
+        tension_error: of the tensions that act, beside `tension_estimate` [N]; tension_deviation: its standard
+            deviation [N].
+        bend_error: bending moments along each section, about x and y, at its end [N m].
+        stiffness: of the robot, relative to that configured [-]; stiffness_deviation: its standard deviation [-].
+        consistency: mean square of the innovations over a second, in units of their expected spread [-]; 1 is right.
+        load_tick: cycle at which a load was last taken to have come at once; none: none was.
+        contact: force on the body that was found; left out where there is none, or none is sought.
+    """
+
+    tip_covariance: Covariance
+    force_covariance: Covariance
+    tension_error: PerTendon
+    tension_deviation: PerTendon
+    bend_error: tuple[float, ...]
+    stiffness: float
+    stiffness_deviation: float
+    consistency: float
+    load_tick: int | None
+    contact: ContactEstimate | None = Field(None, exclude_if=lambda value: value is None)
+
+
 class ObserverEstimate(Schema):
-    """Output of the observer, from the difference between model and measurement; world frame.
+    """Output of the observer, from the difference between model and measurement; in the base's frame.
 
     Attributes:
         innovation: measured tip minus the model's of the same time [m]; the last one while no pose comes.
         force: estimated on the tip, beside the rod's own weight [N]; zero with the offset observer.
         pull: force on the model's tip that moves it to the measured one [N].
         offset: added to the model's tip [m]; zero with the force observer.
+        residual: learned correction, added to the model's tip [m]; left out where none is configured.
+        filter: of an observer of kind 'kalman'; left out of others.
     """
 
     innovation: Vector3
     force: Vector3
     pull: Vector3
     offset: Vector3
+    residual: Vector3 | None = Field(None, exclude_if=lambda value: value is None)
+    filter: FilterEstimate | None = Field(None, exclude_if=lambda value: value is None)
 
 
 class ModelState(Schema):
     """The controller's rod after the cycle.
 
     Attributes:
-        position: position of its tip [m], world frame. orientation: orientation of its tip, w, x, y, z.
+        position: position of its tip [m], in the base's frame. orientation: orientation of its tip, w, x, y, z.
         residual: norm of force and moment missing at the tip [N, N m].
         marches: along the rod that the solution took.
         error: reason for which there is no new solution; empty when there is one.
@@ -96,6 +153,21 @@ class ModelState(Schema):
     residual: float
     marches: int
     error: str = ""
+
+
+class Intervention(Schema):
+    """What the safety filter did to a command.
+
+    Attributes:
+        constraint: name of the constraint that is nearest to its limit. distance: of it along the motion that follows
+            the command, less the margins [m], of strain [-]; below zero: within them.
+        altered: largest change of a tension [N]. kept: false where no command keeps all constraints.
+    """
+
+    constraint: str
+    distance: float
+    altered: float
+    kept: bool
 
 
 class CycleRecord(Schema):
@@ -118,8 +190,11 @@ class CycleRecord(Schema):
         law_state: numbers in the state that the law keeps between cycles, by name; empty for a law without one.
         wanted: tensions that the law asked for, before limits [N]; none while no law runs.
         tension_estimate: tensions that the actuators are estimated to apply, and the model is given [N].
+        tip_tension: tensions where the tendons are fixed to the robot, by the friction in the model [N]; left out where
+            none of its tendons rubs: they are `tension_estimate`.
         law: name of the law in use.
         limited: limits that the command met.
+        safety: what the safety filter did; left out where it did nothing.
         model: the rod after the cycle.
         command: command that was published.
     """
@@ -142,8 +217,10 @@ class CycleRecord(Schema):
     law_state: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
     wanted: PerTendon | None
     tension_estimate: Annotated[PerTendon, Field(validation_alias=AliasChoices("tension_estimate", "tension"))]
+    tip_tension: PerTendonOrNone = Field((), exclude_if=is_empty)
     law: str = ""
     limited: tuple[str, ...]
+    safety: Intervention | None = Field(None, exclude_if=lambda value: value is None)
     model: ModelState
     command: TendonCommand
 

@@ -50,7 +50,8 @@ class ControlRequest(Schema):
             raise ValueError("a law goes with the action 'law'")
         if (self.reference is not None) != (self.action is ControlAction.REFERENCE):
             raise ValueError("a reference goes with the action 'reference'")
-        if self.reference is not None and self.reference.kind == "samples" and not self.reference.samples:
+        named = self.reference
+        if named is not None and named.kind in ("samples", "path") and not (named.samples or named.waypoints):
             raise ValueError("the samples are missing: a file's name means nothing to another process")
         return self
 

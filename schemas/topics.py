@@ -6,7 +6,15 @@ from typing import Literal
 from tendond.schemas import keys
 from tendond.schemas.base import Schema
 from tendond.schemas.faults import FaultRequest
-from tendond.schemas.messages import ServoHealth, SimulatorTruth, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import (
+    SensorReading,
+    ServoHealth,
+    SimulatorTruth,
+    Status,
+    TendonCommand,
+    TendonState,
+    TipPose,
+)
 from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 
 
@@ -52,6 +60,10 @@ TOPICS = (
     ),
     Topic(
         keys.TENDON_STATE, "published", TendonState, None, _DRIVERS, f"run, {_VIEWERS}", "report of the servos",
+    ),
+    Topic(
+        f"{keys.SENSOR}/*", "published", SensorReading, None, "simulate, drivers of sensors", "run, doctor",
+        "reading of a sensor beside the pose, by its name in `[[sensors]]`",
     ),
     Topic(
         keys.SERVO_HEALTH, "published", ServoHealth, None, "servo", "demo, other subscribers",

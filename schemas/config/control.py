@@ -1,4 +1,4 @@
-"""[loop], [control], [observer], [limits], [faults]: how the robot is controlled, and its limits."""
+"""[loop], [control], [limits], [faults]: how the robot is controlled, and its limits."""
 
 from typing import Annotated, Literal
 
@@ -32,7 +32,11 @@ class LoopSection(Schema):
 class ControlSection(Schema):
     """[control]: the control law, its inputs, and the parameters of each law."""
 
-    law: str = Field("backstepping", description="name of a registered law")
+    law: str = Field(
+        "backstepping",
+        description="name of a registered law; default: backstepping, or sensitivity where the agonist ends before the"
+        " tip",
+    )
     solver: Literal["shooting", "general"] | None = Field(
         None,
         description="rod of the model; shooting: the paper's; general: sections, any routing, light damping; default:"
@@ -52,66 +56,14 @@ class ControlSection(Schema):
         True,
         description="limit the tension to what removes a velocity error in one cycle; false: the law as published",
     )
+    rules: Literal[1, 2] = Field(
+        2,
+        description="version of what follows from a configuration by itself; 1: targets and gains as in logs that were"
+        " recorded before there was this key",
+    )
     laws: dict[str, dict[str, JsonValue]] = Field(
         {}, description="parameters by law, for instance alpha1 and alpha2 in [control.laws.backstepping]"
     )
-
-
-class ObserverSection(Schema):
-    """[observer]: correction of the model by the measured tip, and the configured delays."""
-
-    kind: Literal["force", "offset"] = Field(
-        "force",
-        description="correction of the model; force: an estimated force on its tip; offset: an estimated offset of"
-        " its tip",
-    )
-    delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
-    stamps: bool = Field(
-        False,
-        description="take a pose's age from its stamp, where that is of this host's clock: a late one is compared with"
-        " the model of its own time; false: its age is delay",
-    )
-    lag: Annotated[float, Field(ge=0.0, le=1.0, description="time constant of the actuators [s]")] = 0.0
-    command_delay: Annotated[
-        float,
-        Field(
-            ge=0.0, le=0.2, description="dead time from a command to the motion of the actuators, and a short lag [s]"
-        ),
-    ] = 0.0
-    servo_acceleration: NotNegative = Field(
-        0.0,
-        description="acceleration of the servos' profile, as that of a tendon [m/s^2]; 0: none; by [servo]:"
-        " profile_acceleration times spool_radius",
-    )
-    backlash: Annotated[
-        float, Field(ge=0.0, le=0.05, description="travel of a tendon that is lost when its servo reverses [m]")
-    ] = 0.0
-    tip_mass_max: NotNegative | None = Field(
-        None,
-        description="largest unknown mass on the tip for which the gains are stable [kg]; default: from the rod's"
-        " stiffness",
-    )
-    integral: Annotated[
-        float,
-        Field(
-            ge=0.0,
-            le=100.0,
-            description="largest integral gain of the estimated force [1/s]; lowered to keep the stability margin",
-        ),
-    ] = 5.0
-    proportional: Annotated[
-        float,
-        Field(ge=0.0, le=5.0, description="largest proportional gain on the model's motion [-]; lowered likewise"),
-    ] = 0.6
-    derivative: Annotated[
-        float, Field(ge=0.0, le=1.0, description="largest derivative gain on the model's motion [s]; lowered likewise")
-    ] = 0.1
-    force_max: Annotated[float, Field(gt=0.0, le=1000.0)] | None = Field(
-        None, description="largest estimated force [N]; default: from the rod's stiffness and weight"
-    )
-    offset_gain: Annotated[
-        float, Field(gt=0.0, le=1.0, description="low-pass coefficient of kind 'offset', per cycle [-]")
-    ] = 0.2
 
 
 class LimitsSection(Schema):
@@ -179,8 +131,7 @@ class FaultsSection(Schema):
     tip_speed_max: Positive = Field(
         20.0,
         description="largest speed of the tip between two poses [m/s]; more is a teleport: a push of 10 N moves"
-        " the paper's robot"
-        " at 17 m/s",
+        " the paper's robot at 17 m/s",
     )
     teleport_margin: NotNegative = Field(0.02, description="allowed jump of a pose beyond tip_speed_max [m]")
     teleport_time: Positive = Field(0.05, description="time of successive teleports that is a fault [s]")
@@ -204,6 +155,11 @@ class FaultsSection(Schema):
         Field(gt=0.0, description="largest distance of model and measured tip, as a fraction of the rod's length [-]"),
     ] = 0.3
     mismatch_time: Positive = Field(1.0, description="time beyond mismatch that is a fault [s]")
+    inconsistency: Positive = Field(
+        25.0,
+        description="largest mean square, over a second, of what is measured beside what an observer of kind 'kalman'"
+        " expects, in units of its own spread [-]; 1 is right",
+    )
     slack_fraction: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
         0.2, description="smallest reported tension of a tendon, as a fraction of the model's [-]; 0: not monitored"
     )
@@ -226,8 +182,7 @@ class FaultsSection(Schema):
     orientation: Positive = Field(
         0.8,
         description="largest angle between the measured tip and the model's at the same position [rad]; not"
-        " monitored where"
-        " commissioning.orientation is 3.2",
+        " monitored where commissioning.orientation is 3.2",
     )
     orientation_time: Positive = Field(1.0, description="time beyond orientation that is a fault [s]")
     jump: Positive = Field(
@@ -236,8 +191,7 @@ class FaultsSection(Schema):
     load_margin: Positive = Field(
         0.25,
         description="allowed excess of a reported tension over limits.tension_max, or over twice the model's, as a"
-        " fraction of"
-        " limits.tension_max [-]",
+        " fraction of limits.tension_max [-]",
     )
     report_time: Positive = Field(
         0.1,

@@ -50,6 +50,11 @@ class RenamedKeyWarning(UserWarning):
     """A configuration has an old key; the message names the new one."""
 
 
+def present_branch(value: Any) -> Any:
+    """Return the present name of a branch."""
+    return BRANCHES.get(value, value) if isinstance(value, str) else value
+
+
 def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], list[tuple[tuple[str, str], str]]]:
     """Convert old keys to the new ones, with a warning each.
 

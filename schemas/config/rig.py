@@ -5,24 +5,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from pydantic import ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from tendond import TendondError
-from tendond.schemas.base import Schema
+from tendond.schemas.base import Schema, is_empty
 from tendond.schemas.config.commissioning import CommissioningSection, PretensionSection
 from tendond.schemas.config.control import (
     ControlSection,
     FaultsSection,
     LimitsSection,
     LoopSection,
-    ObserverSection,
 )
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
+from tendond.schemas.config.observer import ObserverSection
 from tendond.schemas.config.rates import with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import with_new_names
 from tendond.schemas.config.robot import RodSection
 from tendond.schemas.config.rod.inherit import over
+from tendond.schemas.config.rod.reach import default_law
+from tendond.schemas.config.safety.section import SafetySection
+from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
 from tendond.schemas.config.servo import ServoSection, servo_objections
 from tendond.schemas.config.simulator import SimulatorSection
 from tendond.schemas.config.vicon import ViconSection
@@ -61,6 +64,8 @@ class RigConfig(Schema):
     log: LogSection = LogSection()
     vicon: ViconSection | None = None
     servo: ServoSection | None = None
+    sensors: tuple[SensorSection, ...] = Field((), max_length=16, exclude_if=is_empty)
+    safety: SafetySection | None = Field(None, exclude_if=lambda value: value is None)
 
     def with_own_rates(self) -> "RigConfig":
         """Return the configuration with derived rates in [limits] where none are given."""
@@ -84,10 +89,18 @@ class RigConfig(Schema):
 
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
+        if "law" not in self.control.model_fields_set and self.control.rules > 1:
+            law = default_law(self.rod, self.control.agonist)
+            if law != self.control.law:  # then it is as if it had been named: a record of the configuration says it
+                object.__setattr__(self, "control", self.control.model_copy(update={"law": law}))
         if self.servo is not None:
             limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
-        if wrong := [*self._tendon_objections(), *self._servo_objections()]:
+        wrong = [*self._tendon_objections(), *self._servo_objections(), *self._safety_objections()]
+        if wrong := [
+            *wrong,
+            *sensor_objections(self.sensors, self.rod.backbone_length, len(self.rod.tendon_positions)),
+        ]:
             raise ValueError("\n".join(wrong))
         return self
 
@@ -115,8 +128,20 @@ class RigConfig(Schema):
             yield "pretension.tension_min must be below limits.tension_max"
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
             yield "pretension.tension and .antagonist together are above limits.tension_max"
+        residual = self.observer.residual
+        if residual is not None and len(residual.low) != count:
+            yield f"observer.residual.low has {len(residual.low)} numbers, but the rod {count} tendons: train it again"
         if len(self.simulator.rod.tendon_positions) != count:
             yield "rod and simulator.rod differ in the number of tendon_positions"
+
+    def _safety_objections(self) -> Iterator[str]:
+        """Give the model the general rod, which [safety] needs; find a configuration that says otherwise."""
+        if self.safety is None:
+            return
+        if self.control.solver == "shooting":
+            yield "control.solver = 'shooting', but [safety] needs the general rod: set 'general', or remove the key"
+        control = self.control.model_copy(update={"solver": "general"})
+        object.__setattr__(self, "control", control)  # frozen for everyone else
 
     def _servo_objections(self) -> list[str]:
         """List limits that the servos cannot meet; empty without [servo]."""

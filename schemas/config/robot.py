@@ -1,6 +1,5 @@
 """[rod]: geometry, material, damping and tendons of the robot."""
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
@@ -10,19 +9,15 @@ from tendond.schemas import paper_robot
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import NotNegative, Positive
 from tendond.schemas.config.rod.bodies import RodBase, RodTip
-from tendond.schemas.config.rod.inherit import SHORT_FORM, over
+from tendond.schemas.config.rod.inherit import HEADINGS, SHORT_FORM, over
 from tendond.schemas.config.rod.mean_wire import mean_keys
 from tendond.schemas.config.rod.presets import PRESETS, PresetName
 from tendond.schemas.config.rod.scale import RodScale
 from tendond.schemas.config.rod.section import BackboneSection
 from tendond.schemas.config.rod.short_form import NotShortError, backbone_keys, damping_of, tendon_keys
-from tendond.schemas.config.rod.table import end_of
-from tendond.schemas.config.rod.tendon import RodTendon
+from tendond.schemas.config.rod.tendon import RodTendon, beyond, frictions_of
 
 Diagonal = tuple[NotNegative, NotNegative, NotNegative]
-
-
-HEADINGS = {"section": "[[rod.section]]", "tendon": "[[rod.tendon]]", "tip": "[rod.tip]"}
 
 
 class RodSection(Schema):
@@ -61,7 +56,8 @@ class RodSection(Schema):
     )
     drag: Diagonal = Field(paper_robot.DRAG, description="drag of the air, diagonal of C [kg/m^2]")
     gravity: Vector3 = Field(
-        paper_robot.GRAVITY, description="gravity in the world frame, with the straight rod along +z [m/s^2]"
+        paper_robot.GRAVITY,
+        description="gravity in the world frame, in which the straight rod lies on +z unless rod.base turns it [m/s^2]",
     )
     tendon_positions: Annotated[
         tuple[tuple[float, float], ...],
@@ -82,6 +78,9 @@ class RodSection(Schema):
     tendon_friction: Annotated[
         float, Field(ge=0.0, le=2.0, description="coefficient of friction of the tendons on their guides [-]")
     ] = 0.0
+    precurvature: Vector3 = Field(
+        (0.0, 0.0, 0.0), description="curvature without load, added to that of all sections: about x, y, z [1/m]"
+    )
     section: tuple[BackboneSection, ...] = Field(
         (), max_length=16, description="sections from the base on; instead of length, radius and the like"
     )
@@ -114,11 +113,13 @@ class RodSection(Schema):
 
     @model_validator(mode="after")
     def _one_description(self) -> "RodSection":
-        if wrong := [*self._twice(), *self._misplaced()]:
+        if wrong := [*self._twice(), *beyond(self.tendon, self.backbone_length), *self._unmatched()]:
             raise ValueError("\n".join(wrong))
         try:
             values = self._short_form()
-            values |= {"section": (), "tendon": (), "tip": None, "base": None, "damping_ratio": None, "scale": None}
+            values |= {"section": (), "tendon": (), "tip": None, "damping_ratio": None, "scale": None}
+            if self.base is not None and not self.base.has_pose:
+                values["base"] = None
         except NotShortError:
             values = self._outline()
         for name, value in values.items():
@@ -140,14 +141,10 @@ class RodSection(Schema):
         if self.base is not None and self.base.down is not None and "gravity" in given:
             yield "gravity: its direction is described by base.down too: remove one of them"
 
-    def _misplaced(self) -> Iterator[str]:
-        """Find tendons that leave the backbone."""
-        length = self.backbone_length
-        for index, tendon in enumerate(self.tendon):
-            if tendon.end is not None and tendon.end > length * (1.0 + 1e-9):
-                yield f"tendon[{index}].end: {tendon.end:g} m lies beyond the backbone of {length:g} m"
-            if tendon.route is not None and end_of(tendon.route) > length * (1.0 + 1e-9):
-                yield f"tendon[{index}].route: its last row lies beyond the backbone of {length:g} m"
+    def _unmatched(self) -> Iterator[str]:
+        """Find factors on tendons that do not exist."""
+        if self.scale is not None:
+            yield from self.scale.unmatched(len(self.tendon or self.tendon_positions))
 
     def _short_form(self) -> dict[str, Any]:
         """Return the keys that describe the same robot without [[rod.section]] and the other tables.
@@ -156,6 +153,8 @@ class RodSection(Schema):
             NotShortError: there are none.
         """
         found: dict[str, Any] = {}
+        if any(self.precurvature):
+            raise NotShortError("precurvature", "a rod that is curved without load")
         first = self.section[0] if self.section else None
         if first is not None:
             if len(self.section) > 1:
@@ -165,14 +164,8 @@ class RodSection(Schema):
             found |= tendon_keys(self.tendon, self.backbone_length)
         if self.tip is not None:
             found |= {"tip_mass": self.tip.mass, "tip_inertia": self.tip.inertia, "tip_offset": self.tip.offset}
-        if self.base is not None:
-            if any(self.base.position):
-                raise NotShortError("base.position", "a base that is not at the world's origin")
-            if any(self.base.orientation[1:]):
-                raise NotShortError(
-                    "base.orientation", "a base that is turned against the world (base.down turns gravity)"
-                )
-            found["gravity"] = self.world_gravity
+        if self.base is not None and self.base.down is not None:
+            found["gravity"] = self.base_gravity
         ratio = self.damping_ratio if first is None or first.damping_ratio is None else first.damping_ratio
         if ratio is not None and (first is None or first.bending_damping is None):
             names = ("length", "radius", "youngs_modulus", "poisson_ratio", "density")
@@ -182,7 +175,9 @@ class RodSection(Schema):
 
     def _outline(self) -> dict[str, Any]:
         """Length, mean wire, tendons at the base and gravity, for checks and limits of other tables."""
-        found: dict[str, Any] = {"length": self.backbone_length, "gravity": self.world_gravity}
+        found: dict[str, Any] = {"length": self.backbone_length, "gravity": self.gravity}
+        if self.base is not None and self.base.down is not None:
+            found["gravity"] = self.base_gravity
         if self.section:
             found |= mean_keys(self.section)
             found |= {} if self.scale is None else self.scale.on_keys(found)
@@ -211,10 +206,14 @@ class RodSection(Schema):
         return sum(section.length for section in self.section) if self.section else self.length
 
     @property
+    def base_gravity(self) -> Vector3:
+        """Gravity in the base's frame [m/s^2], in which controller and simulator work."""
+        return self.gravity if self.base is None else self.base.own_gravity(self.gravity)
+
+    @property
     def world_gravity(self) -> Vector3:
-        """Gravity in the world frame [m/s^2]; where the base says its direction, of the size of `gravity`."""
-        found = None if self.base is None else self.base.gravity(math.hypot(*self.gravity))
-        return self.gravity if found is None else found
+        """Gravity in the world frame [m/s^2]."""
+        return self.gravity if self.base is None else self.base.to_world(self.base_gravity)
 
     @property
     def not_uniform(self) -> str:
@@ -231,19 +230,12 @@ class RodSection(Schema):
         return self.tendon_stiffness is not None or any(one.stiffness is not None for one in self.tendon)
 
     @property
-    def refusal(self) -> str:
-        """Key and reason for which the controller does not run this robot; empty where it does."""
-        base = self.base
-        if base is None or not (any(base.position) or any(base.orientation[1:])):
-            return ""
-        return (
-            f"rod.base.{'position' if any(base.position) else 'orientation'}: its base is at the world's origin, and"
-            " the straight robot along +z, to the controller: give poses in this frame, gravity by rod.base.down"
-        )
+    def frictions(self) -> tuple[float, ...]:
+        """Coefficient of friction of each tendon [-]."""
+        return frictions_of(self.tendon, self.tendon_friction) or (self.tendon_friction,) * len(self.tendon_positions)
 
     def parameters(self) -> dict[str, Any]:
         """Return the keys of the short form that are parameters of `model.rod.RodParameters`."""
-        names = ("gravity", *(name for short in SHORT_FORM.values() for name in short))
-        left_out = ("outer_radius", "tendon_friction")
-        found = {name: getattr(self, name) for name in names if name not in left_out}
+        names = (name for short in SHORT_FORM.values() for name in short if name != "outer_radius")
+        found = {name: getattr(self, name) for name in names} | {"gravity": self.base_gravity}
         return {name: value for name, value in found.items() if value is not None}

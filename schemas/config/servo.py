@@ -192,6 +192,16 @@ def strongest_tension(section: ServoSection) -> float:
     return STALL_TORQUE * section.load_max / section.spool_radius
 
 
+def speed_line(section: ServoSection | None, volts: float) -> tuple[float, float]:
+    """Return the tension at which a servo stands [N], and its tendon's speed without load [m/s], at a voltage [V].
+
+    Both are proportional to the voltage (ROBOTIS e-Manual, XL430-W250, Performance Graph); zeros for 0 V, no limit.
+    """
+    radius = (section or ServoSection()).spool_radius
+    share = volts / RATED_VOLTS
+    return STALL_TORQUE * share / radius, NO_LOAD_SPEED * share * radius
+
+
 def servo_objections(
     section: ServoSection,
     tendons: int,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from tendond.schemas.base import Schema, Vector3
-from tendond.schemas.config.ranges import Fraction, NotNegative
+from tendond.schemas.config.ranges import Fraction, NotNegative, Voltage
 from tendond.schemas.config.robot import RodSection
 
 
@@ -20,9 +20,19 @@ class SimulatedServos(Schema):
     backlash: Annotated[float, Field(ge=0.0, le=0.05, description="backlash, lost when the direction changes [m]")] = (
         0.0
     )
+    voltage: Voltage = Field(
+        0.0,
+        description="supply voltage of an XL430 on servo.spool_radius, which a load slows down and stalls [V]; 0:"
+        " none does; only with drive 'displacement'",
+    )
     resolution: Annotated[float, Field(ge=0.0, le=0.01, description="smallest step [m]; 0: continuous")] = 0.0
     friction: Annotated[
-        float, Field(ge=0.0, le=1.0, description="coefficient of friction of the tendons on the disks [-]")
+        float,
+        Field(
+            ge=0.0,
+            le=1.0,
+            description="coefficient of friction on their guides, of tendons to which simulator.rod gives none [-]",
+        ),
     ] = 0.0
 
 
@@ -50,7 +60,7 @@ class Impact(Schema):
 
     time: NotNegative = Field(description="simulated time at which it begins [s]")
     duration: Annotated[float, Field(gt=0.0, le=10.0, description="duration of the push [s]")] = 0.01
-    force: Vector3 = Field(description="force in the world frame [N]")
+    force: Vector3 = Field(description="force in the base's frame [N]")
     place: Fraction = Field(
         1.0,
         description="position along the rod, as a fraction of its length [-]; 1: the tip; elsewhere the force is"
@@ -79,8 +89,9 @@ class SimulatorSection(Schema):
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
     solver: Literal["shooting", "general"] | None = Field(
         None,
-        description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping; default:"
-        " shooting where it describes the robot and its damping ratio is 5 % or more",
+        description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping,"
+        " friction of tendons; default: shooting where it describes the robot, its damping ratio is 5 % or more, and"
+        " nothing rubs",
     )
     drive: Literal["tension", "displacement"] = Field(
         "tension",

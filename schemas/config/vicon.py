@@ -53,7 +53,11 @@ class ViconSection(Schema):
         ),
     ] = 10.0
     tip: str = Field("tip", description="name of Tracker's object at the tip")
-    base: str = Field("base", description="name of Tracker's object at the base; empty: the Vicon world is the base")
+    base: str = Field(
+        "base",
+        description="name of Tracker's object at the base; empty: it is where rod.base has it in the Vicon"
+        " world, by default its origin",
+    )
     euler_order: EulerOrder = Field(
         "XYZ",
         description="order of the three angles; capitals: about the object's moving axes; small letters: about the"

@@ -34,13 +34,13 @@ class Objection:
         return f"{place}: {self.message}" if place else self.message
 
 
-_DOTTED = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+")
+_DOTTED = re.compile(r"[a-z_]+(?:\[\d+])?(?:\.[a-z_0-9]+)+")
 
 
 def objection_from(message: str) -> Objection:
     """Build an objection from a line of text; a key in the text is its place."""
     match = _DOTTED.search(message)
-    return Objection("", "", message, tuple(match[0].split(".")) if match else ())
+    return Objection("", "", message, _parts(match[0]) if match else ())
 
 
 def in_file(objection: Objection, source: str) -> str:
@@ -87,10 +87,15 @@ _INNER = re.compile(r"([a-z_]+(?:\[\d+])?(?:\.[a-z_]+(?:\[\d+])?)*): ")
 def _within(root: Node, path: Path, key: str, value: str, line: str) -> Objection:
     """Build an objection of a table's validator; a key of the table at the line's beginning is its place."""
     if not value and (match := _INNER.match(line)):
-        parts = tuple(int(part) if part.isdigit() else part for part in re.findall(r"[a-z_]+|\d+", match[1]))
+        parts = _parts(match[1])
         if node_at(root, (*path, *parts)) is not None:
             return Objection(dotted((*path, *parts)), "", line[match.end() :], (*path, *parts))
     return Objection(key, value, line, path)
+
+
+def _parts(text: str) -> Path:
+    """Return the parts of a key with dots and indices: `sensors[0].at`."""
+    return tuple(int(part) if part.isdigit() else part for part in re.findall(r"[a-z_][a-z_0-9]*|\d+", text))
 
 
 def dotted(path: Path) -> str:
@@ -129,6 +134,8 @@ def _allowed(root: Node, path: Path) -> str:
     words = in_words(root, node)
     if words == "a table":
         words = f"a table, [{dotted(path)}]" if path else words
+    elif words.endswith("times a table"):
+        words = f"tables, each [[{dotted(path)}]]"
     above = node_at(root, path[:-1]) if path and isinstance(path[-1], int) else None
     unit = unit_of(root, node) or (unit_of(root, above) if above else "")
     return f"must be {words}{f' [{unit}]' if unit and 'number' in words else ''}"

@@ -68,7 +68,8 @@ def tables(model: Any) -> list[Table]:
     root = schema_of(model)
     found: list[Table] = []
     for name, node in root["properties"].items():
-        _collect(root, name, node, found)
+        each = resolved(root, node).get("items")
+        _collect(root, name if each is None else f"{name}[]", each or node, found)
     return found
 
 

@@ -20,7 +20,7 @@ class RodTip(Schema):
 
 
 class RodBase(Schema):
-    """[rod.base]: pose of the base in the world, and the direction of gravity as seen from it."""
+    """[rod.base]: pose of the base in the world, and gravity's direction in it; the bus is in the base's frame."""
 
     position: Vector3 = Field((0.0, 0.0, 0.0), description="of the base, world frame [m]")
     orientation: Quaternion = Field(
@@ -41,21 +41,33 @@ class RodBase(Schema):
             raise ValueError("\n".join(wrong))
         return self
 
+    @property
+    def has_pose(self) -> bool:
+        """True if it is not at the world's origin, or turned against the world."""
+        return any(self.position) or any(self.orientation[1:])
+
     def to_world(self, vector: Vector3) -> Vector3:
         """Turn a vector from the base's axes into the world's."""
-        norm = math.hypot(*self.orientation)
-        w, x, y, z = (one / norm for one in self.orientation)
-        a, b, c = vector
-        return (
-            (1.0 - 2.0 * (y * y + z * z)) * a + 2.0 * (x * y - w * z) * b + 2.0 * (x * z + w * y) * c,
-            2.0 * (x * y + w * z) * a + (1.0 - 2.0 * (x * x + z * z)) * b + 2.0 * (y * z - w * x) * c,
-            2.0 * (x * z - w * y) * a + 2.0 * (y * z + w * x) * b + (1.0 - 2.0 * (x * x + y * y)) * c,
-        )
+        w, x, y, z = self.orientation
+        return _turned(vector, w, x, y, z)
 
-    def gravity(self, size: float) -> Vector3 | None:
-        """Gravity in the world frame [m/s^2] of this size; none where `down` is not given."""
+    def own_gravity(self, gravity: Vector3) -> Vector3:
+        """Return gravity in the base's frame [m/s^2]: along `down` of the size of `gravity`, else that, turned."""
         if self.down is None:
-            return None
-        x, y, z = self.to_world(self.down)
-        norm = math.hypot(x, y, z)
+            w, x, y, z = self.orientation
+            return _turned(gravity, w, -x, -y, -z) if any((x, y, z)) else gravity
+        x, y, z = self.down
+        size, norm = math.hypot(*gravity), math.hypot(x, y, z)
         return size * x / norm, size * y / norm, size * z / norm
+
+
+def _turned(vector: Vector3, w: float, x: float, y: float, z: float) -> Vector3:
+    """Turn a vector by a quaternion of nearly unit length."""
+    norm = math.hypot(w, x, y, z)
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    a, b, c = vector
+    return (
+        (1.0 - 2.0 * (y * y + z * z)) * a + 2.0 * (x * y - w * z) * b + 2.0 * (x * z + w * y) * c,
+        2.0 * (x * y + w * z) * a + (1.0 - 2.0 * (x * x + z * z)) * b + 2.0 * (y * z - w * x) * c,
+        2.0 * (x * z - w * y) * a + 2.0 * (y * z + w * x) * b + (1.0 - 2.0 * (x * x + y * y)) * c,
+    )

@@ -10,10 +10,13 @@ SHORT_FORM = {
         "length", "radius", "youngs_modulus", "poisson_ratio", "density", "shear_damping", "bending_damping", "drag",
         "outer_radius",
     ),
-    "tendon": ("tendon_positions", "tendon_stiffness", "tendon_friction"),
+    "tendon": ("tendon_positions", "tendon_stiffness"),
     "tip": ("tip_mass", "tip_inertia", "tip_offset"),
 }  # fmt: skip
 """Table of the full form, and the keys of [rod] that are its short form for one uniform section."""
+
+HEADINGS = {"section": "[[rod.section]]", "tendon": "[[rod.tendon]]", "tip": "[rod.tip]"}
+"""Headings of these tables."""
 
 ALTERNATIVES = (("damping_ratio", "bending_damping"),)
 """Keys of which one replaces the other."""

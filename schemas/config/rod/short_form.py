@@ -119,15 +119,14 @@ def tendon_keys(tendons: Sequence[RodTendon], length: float) -> dict[str, Any]:
             if constant is None:
                 raise NotShortError(f"{key}.route", "a tendon that is not parallel to the backbone")
             position = (constant[0], constant[1])
+        if tendon.guides != "route":
+            raise NotShortError(f"{key}.guides", "a tendon that rubs at disks only")
         for name in ("stiffness", "friction"):
             if getattr(tendon, name) != getattr(first, name):
                 raise NotShortError(f"{key}.{name}", f"tendons whose {name} differs")
         positions.append(position)
-    return {
-        "tendon_positions": tuple(positions),
-        "tendon_stiffness": first.stiffness,
-        "tendon_friction": first.friction,
-    }
+    found = {"tendon_positions": tuple(positions), "tendon_stiffness": first.stiffness}
+    return found if first.friction is None else found | {"tendon_friction": first.friction}
 
 
 RITZ_ORDER = 8

@@ -1,12 +1,13 @@
 """[[rod.tendon]]: one tendon, its route along the backbone and where it ends."""
 
-from typing import Annotated
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import Positive
-from tendond.schemas.config.rod.table import Along, Varies, first_of
+from tendond.schemas.config.rod.table import Along, Varies, end_of, first_of
 
 Point = tuple[float, float]
 
@@ -30,7 +31,14 @@ class RodTendon(Schema):
     stiffness: Positive | None = Field(
         None, description="stiffness of the whole tendon [N/m]; default: inextensible, driven by tension only"
     )
-    friction: Annotated[float, Field(ge=0.0, le=2.0, description="coefficient of friction on its guides [-]")] = 0.0
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = Field(
+        None, description="coefficient of friction on its guides [-]; default: rod.tendon_friction"
+    )
+    guides: Literal["route", "disks"] = Field(
+        "route",
+        description="where it rubs; route: all along it, as in a sheath; disks: in the holes of the base and of the"
+        " sections' disks, between which it is straight",
+    )
 
     @model_validator(mode="after")
     def _one_route(self) -> "RodTendon":
@@ -54,3 +62,17 @@ class RodTendon(Schema):
             return self.position
         x, y = first_of(self.route or (0.0, 0.0), 2)
         return x, y
+
+
+def beyond(tendons: Sequence[RodTendon], length: float) -> Iterator[str]:
+    """Find tendons that leave a backbone of this length [m]; yield what is wrong with them."""
+    for index, tendon in enumerate(tendons):
+        if tendon.end is not None and tendon.end > length * (1.0 + 1e-9):
+            yield f"tendon[{index}].end: {tendon.end:g} m lies beyond the backbone of {length:g} m"
+        if tendon.route is not None and end_of(tendon.route) > length * (1.0 + 1e-9):
+            yield f"tendon[{index}].route: its last row lies beyond the backbone of {length:g} m"
+
+
+def frictions_of(tendons: Sequence[RodTendon], common: float) -> tuple[float, ...]:
+    """Return the coefficient of friction of each tendon [-], with the common one where it has none of its own."""
+    return tuple(common if one.friction is None else one.friction for one in tendons)

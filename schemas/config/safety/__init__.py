@@ -1,0 +1,1 @@
+"""[safety]: where the body may be, and how far it may be bent."""

@@ -1,0 +1,1 @@
+"""[[sensors]]: sensors beside the pose of the tip."""

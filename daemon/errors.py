@@ -26,3 +26,7 @@ class LawPackageError(LawError, UsageError):
 
 class TargetError(DaemonError):
     """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
+
+
+class SafetyError(DaemonError):
+    """Constraints of [safety] that the resting arm breaks: which, by how much, and what to do."""

@@ -138,13 +138,22 @@ def limit_tension(limits: LimitsSection, period: float, wanted: Array, last: Arr
 
 
 def limit_displacement(
-    limits: LimitsSection, period: float, wanted: Array, last: Array
+    limits: LimitsSection, period: float, wanted: Array, last: Array, pulling: Array | None = None
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return `wanted` displacement within range and rate [m], shape (n,), and the names of the limits that it met."""
+    """Return `wanted` displacement within range and rate [m], shape (n,), and the names of the limits that it met.
+
+    Args:
+        limits: limits of the configuration.
+        period: period of the cycle [s].
+        wanted: [m], shape (n,).
+        last: commanded in the last cycle [m], shape (n,).
+        pulling: rates at which each servo can pull against its tension [m/s], shape (n,); none: as limited.
+    """
     step, low, high = limits.displacement_rate * period, limits.displacement_min, limits.displacement_max
+    up = [step] * len(wanted) if pulling is None else [min(step, rate * period) for rate in pulling.tolist()]
     displacements, met = [], set()
-    for displacement, before in zip(wanted.tolist(), last.tolist(), strict=True):
-        rated = min(max(displacement, before - step), before + step)
+    for displacement, before, most in zip(wanted.tolist(), last.tolist(), up, strict=True):
+        rated = min(max(displacement, before - step), before + most)
         if rated != displacement:
             met.add("displacement rate")
         if not low <= rated <= high:

@@ -9,6 +9,7 @@ from tendond.daemon.control.phases.estimation import estimate
 from tendond.daemon.control.phases.modes import ACTIVE, advance_mode
 from tendond.daemon.control.phases.monitors import watch_tip
 from tendond.daemon.control.phases.prediction import Predicted, limit, predict
+from tendond.daemon.control.phases.protection import protect
 from tendond.daemon.control.record import Response, write_record
 from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.setup import CycleSetup
@@ -42,9 +43,9 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
     state, measured = estimate(setup, state, admission.fresh)
     state, reference = refer(setup, state, admission.fresh)
     wanted = decide(setup, state, measured, reference)
-    limited = limit(setup, state, wanted.tension)
-    predicted = predict(setup, state, limited)
-    state = conclude(setup, predicted, wanted, reference)
+    protected = protect(setup, state, limit(setup, state, wanted.tension))
+    predicted = predict(setup, protected.state, protected.limited)
+    state = conclude(setup, predicted, wanted, reference, altered=protected.intervention is not None)
     return Response(
         state=state,
         command=command_of(state),
@@ -55,6 +56,7 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         situation=wanted.situation,
         decision=wanted.decision,
         limited=predicted.met,
+        safety=protected.intervention,
         error=predicted.error,
     )
 
@@ -65,8 +67,13 @@ def refer(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState
     return watch_tip(setup, state, fresh, reference), reference
 
 
-def conclude(setup: CycleSetup, predicted: Predicted, wanted: Wanted, reference: ReferencePoint) -> CycleState:
-    """Return the state for the next cycle: the model's new tip, the reference's offset, and runs at a limit."""
+def conclude(
+    setup: CycleSetup, predicted: Predicted, wanted: Wanted, reference: ReferencePoint, *, altered: bool = False
+) -> CycleState:
+    """Return the state for the next cycle: the model's new tip, the reference's offset, and runs at a limit.
+
+    `altered`: the safety filter holds the tip back.
+    """
     state = predicted.state
     held_back = any(name != "tension min" for name in predicted.met)  # the minimum only keeps the others taut
     bad = state.bad_cycles
@@ -77,7 +84,7 @@ def conclude(setup: CycleSetup, predicted: Predicted, wanted: Wanted, reference:
         tick=state.tick + 1,
         tip=setup.rod.tip(state.rod),
         release_pending=predicted.held_back and state.mode not in ACTIVE,
-        reference_offset=_next_offset(state, None if held_back else wanted, reference),
+        reference_offset=_next_offset(state, None if held_back or altered else wanted, reference),
         law_state=wanted.law_state,
         bad_cycles=bad,
     )

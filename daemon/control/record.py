@@ -6,18 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.estimation.estimator import filter_estimate
 from tendond.daemon.control.phases.modes import Reply
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.numerics.rotation import quaternion
+from tendond.model.rods.friction import end_tensions
+from tendond.model.rods.selection import rubs
 from tendond.schemas.base import Vector3
 from tendond.schemas.messages import TendonCommand
 from tendond.schemas.record import (
     RECORD_VERSION,
     CycleInputs,
     CycleRecord,
+    Intervention,
     ModelState,
     ObserverEstimate,
     ReferencePoint,
@@ -36,7 +40,7 @@ class Response:
         reply: reply to the operator.
         reference: point of the reference.
         situation, decision: input and output of the law; none where none ran.
-        limited: limits that the command met.
+        limited: limits that the command met. safety: what the safety filter did, if anything.
         error: reason of the model's step without a solution.
     """
 
@@ -49,6 +53,7 @@ class Response:
     situation: Situation | None
     decision: Decision | None
     limited: tuple[str, ...]
+    safety: Intervention | None
     error: str
 
 
@@ -75,6 +80,8 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
             force=_vector(observer.force),
             pull=_vector(observer.pull),
             offset=_vector(observer.offset),
+            residual=None if state.correction is None else _vector(state.correction.shift),
+            filter=filter_estimate(setup.estimator, observer),
         ),
         estimate=None
         if situation is None
@@ -87,8 +94,10 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
         law_state={} if state.law_state is None else state.law_state.logged(),
         wanted=wanted if wanted is not None and all(map(math.isfinite, wanted)) else None,
         tension_estimate=tuple(state.tension_estimate.tolist()),
+        tip_tension=tuple(end_tensions(setup.rod, state.rod).tolist()) if rubs(setup.config.rod) else (),
         law=state.selection.law_name,
         limited=response.limited,
+        safety=response.safety,
         model=ModelState.trusted(
             position=_vector(state.tip.position),
             orientation=quaternion(state.tip.rotation),

@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 from tendond.daemon.control.gains import rate_objection
 from tendond.daemon.control.laws import LAWS, Law, select_law
+from tendond.daemon.control.pose.plan import follows_poses, plan_poses
 from tendond.daemon.control.reference.planar import PlanarReference, plan_in_plane
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.reference.spatial import plan_in_space
@@ -162,6 +163,8 @@ def _plan(
     if not section.in_space:
         return plan_in_plane(config, rod, curve)
     try:
+        if follows_poses(config, section):
+            return plan_poses(config, rod)
         allocation = tendon_allocation(config, rod.parameters)
     except ParameterError as error:
         raise _unsuitable(law, error) from error

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.model.tendons.servo import ServoDynamics, braking_distance
+from tendond.model.tendons.servo import ServoDynamics, available_rate, braking_distance
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.servo import speed_line
 
 Array = NDArray[np.float64]
 
@@ -53,12 +54,19 @@ class ServoMotion:
 
 
 def configured_servo(config: RigConfig) -> ServoDynamics | None:
-    """Return the servos of a configuration; none where they have neither profile nor play."""
+    """Return the servos of a configuration; none where neither profile, play nor voltage are given."""
     section = config.observer
-    if not (section.servo_acceleration or section.backlash):
+    if not (section.servo_acceleration or section.backlash or section.servo_voltage):
         return None
-    rate = config.limits.displacement_rate
-    return ServoDynamics(rate, section.servo_acceleration, section.lag, section.backlash)
+    rate, (stall, no_load) = config.limits.displacement_rate, speed_line(config.servo, section.servo_voltage)
+    return ServoDynamics(rate, section.servo_acceleration, section.lag, section.backlash, 0.0, stall, no_load)
+
+
+def pulling_rates(servo: ServoDynamics | None, tension: Array) -> Array | None:
+    """Return the speeds at which servos can pull against tensions [N], shape (n,): [m/s]; none where no load counts."""
+    if servo is None or servo.stall <= 0.0:
+        return None
+    return np.array([available_rate(servo, one) for one in tension.tolist()])
 
 
 def servos_at(displacement: Array) -> ServoMotion:

@@ -8,12 +8,19 @@ from tendond.daemon.control.commissioning.probe_plan import ProbePlan, probe_lim
 from tendond.daemon.control.commissioning.rest_grid import configured_rests
 from tendond.daemon.control.commissioning.rests import RestFamily
 from tendond.daemon.control.commissioning.tracking import TrackingBounds
+from tendond.daemon.control.estimation.estimator import configured_estimator
 from tendond.daemon.control.gains import observer_gains
+from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.safety.barrier import Barrier
+from tendond.daemon.control.safety.configured import configured_barrier
 from tendond.daemon.control.selection import PlanCache, Selection
+from tendond.daemon.control.sensors import Sensor, configured_sensors
 from tendond.daemon.control.servos import configured_servo
+from tendond.daemon.control.tasks.horizon import HorizonSpace
 from tendond.daemon.control.thresholds import Thresholds
-from tendond.model.errors import ParameterError
+from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.observer_gains import ObserverGains
+from tendond.model.estimation.residual import Residual, residual_of
 from tendond.model.rods.interface import ModelRod
 from tendond.model.rods.selection import model_rod
 from tendond.model.tendons.servo import ServoDynamics
@@ -33,7 +40,7 @@ class CycleSetup:
         config: configuration of the rig, with the robot's own rates where it names none.
         rod: the model.
         selection: law and reference that the configuration names.
-        observer: its gains.
+        observer: its gains, where they are fixed. estimator: what takes its place, if it is configured.
         lag_factor: fraction of a step remaining after one cycle of the actuators' first-order lag [-].
         servo: dynamics of the servos, where they have more than that lag.
         thresholds: thresholds of faults, in cycles.
@@ -41,13 +48,17 @@ class CycleSetup:
         probe: plan of the probe before the first pull; probe_limits: limits of the command meanwhile.
         plans: references that were planned beforehand.
         tracking_bounds: limits of what is tolerated while tracking.
+        residual: learned correction of the model's tip, if there is one.
         slack: tension below which a tendon that is commanded slack counts as slack [N].
+        sensors: configured ones beside the pose, by name.
+        barrier: the safety filter; none where nothing is configured.
     """
 
     config: RigConfig
     rod: ModelRod
     selection: Selection
     observer: ObserverGains
+    estimator: Estimator | None
     lag_factor: float
     servo: ServoDynamics | None
     thresholds: Thresholds
@@ -55,7 +66,10 @@ class CycleSetup:
     probe: ProbePlan
     probe_limits: LimitsSection
     tracking_bounds: TrackingBounds
+    residual: Residual | None
     slack: float
+    sensors: dict[str, Sensor]
+    barrier: Barrier | None = None
     plans: PlanCache = field(default_factory=PlanCache)
 
     @staticmethod
@@ -67,10 +81,9 @@ class CycleSetup:
             ParameterError: a rod that cannot be.
             TargetError: a reference that the rod cannot reach.
             ConvergenceError: the rod has no equilibrium.
+            SafetyError: the resting arm breaks a constraint.
         """
-        config = config.with_own_rates()
-        if config.rod.refusal:
-            raise ParameterError(config.rod.refusal)
+        config = with_its_rod(config.with_own_rates())
         rod = model_rod(config)
         section, period = config.observer, config.loop.period
         rests, scale = configured_rests(config, rod.parameters), rod.parameters.tension_scale
@@ -79,6 +92,7 @@ class CycleSetup:
             rod=rod,
             selection=Selection.from_config(config, rod),
             observer=observer_gains(config, rod.parameters),
+            estimator=configured_estimator(config, rod),
             lag_factor=lag_factor_of(section.lag, period),
             servo=configured_servo(config),
             thresholds=Thresholds.from_config(config),
@@ -86,5 +100,16 @@ class CycleSetup:
             probe=ProbePlan.from_config(config, rod.parameters, rests),
             probe_limits=probe_limits(config),
             tracking_bounds=TrackingBounds.from_config(config),
+            residual=None if section.residual is None else residual_of(section.residual),
             slack=SLACK * scale if math.isfinite(scale) else SLACK,
+            sensors=configured_sensors(config),
+            barrier=configured_barrier(config, rod, lag_factor_of(section.lag, period)),
         )
+
+
+def with_its_rod(config: RigConfig) -> RigConfig:
+    """Return a configuration with the general rod as its model, where its law needs that and no other is asked for."""
+    law = LAWS.get(config.control.law)
+    if config.control.solver is not None or law is None or not isinstance(law.task_space, HorizonSpace):
+        return config
+    return config.model_copy(update={"control": config.control.model_copy(update={"solver": "general"})})

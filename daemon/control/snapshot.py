@@ -36,6 +36,10 @@ SNAPSHOT_VERSION: Literal[2] = 2
 """Version 1 had other names of the state's fields: see `renamed`."""
 
 
+LEFT_OUT_IF_EMPTY = {"left_out_if_empty": True}
+"""Metadata of a dataclass's field, with a default, whose empty container is left out of the text."""
+
+
 class Rebuilt(Protocol):
     """A part of the state that is more than data."""
 
@@ -98,7 +102,12 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
     if dataclasses.is_dataclass(value):
-        return {field.name: to_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        kept = {
+            field.name: getattr(value, field.name)
+            for field in dataclasses.fields(value)
+            if not field.metadata or len(getattr(value, field.name)) > 0
+        }
+        return {name: to_plain(one) for name, one in kept.items()}
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, dict):

@@ -7,7 +7,7 @@ then would be another rig's.
 
 from dataclasses import dataclass
 
-from tendond.schemas.keys import ALIVE, TENDON_STATE, TIP_POSE
+from tendond.schemas.keys import ALIVE, SENSOR, TENDON_STATE, TIP_POSE
 from tendond.schemas.record import CycleInputs
 
 UNNAMED = "one without a name"
@@ -47,6 +47,11 @@ class Sources:
 
 def _quoted(name: str) -> str:
     return f"'{name}'" if name else UNNAMED
+
+
+def without_sensors(others: dict[str, str]) -> dict[str, str]:
+    """Return the publishers of other topics than the sensors', which are judged by themselves (`phases.readings`)."""
+    return {topic: name for topic, name in others.items() if not topic.startswith(f"{SENSOR}/")}
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ def hear(
         else:
             refused[topic] = True
             others = {**others, topic: Source(message.source, tick)}
-    for topic, name in inputs.others.items():
+    for topic, name in without_sensors(inputs.others).items():
         others = {**others, topic: Source(name, tick)}
     if others:
         others = {

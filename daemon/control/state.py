@@ -10,14 +10,20 @@ from tendond.daemon.control.commissioning.averages import RESTLESS, RestWatch
 from tendond.daemon.control.commissioning.jump import JumpWatch
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.tracking import TrackingWatch
+from tendond.daemon.control.estimation.moving_base import BasePose
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import Selection
+from tendond.daemon.control.sensors import UNHEARD, Reading, SensorTrack
 from tendond.daemon.control.servos import ServoMotion
 from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.snapshot import LEFT_OUT_IF_EMPTY
 from tendond.daemon.control.sources import Sources
+from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.model.estimation.observer import ObserverState, start_observer
 from tendond.model.rod.tip import Tip
+from tendond.model.rods.general import GeneralState
 from tendond.model.rods.interface import ModelState
+from tendond.schemas.keys import sensor_topic
 from tendond.schemas.messages import Mode, TendonState, TipPose
 
 Array = NDArray[np.float64]
@@ -46,6 +52,7 @@ class BadCycles:
         disorder: cycles during which poses have arrived out of order, beside others that are used.
         objection: reason of the newest rejected pose.
         since_pose: cycles since a pose arrived, used or not.
+        unsafe: cycles for which no command has kept the constraints of [safety].
     """
 
     rejected: int = 0
@@ -62,6 +69,7 @@ class BadCycles:
     since_pose: int = 0
     disorder: int = 0
     since_disorder: int = 0
+    unsafe: int = 0
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,18 @@ class PoseAge:
     too_old: int = 0
 
 
+@dataclass(frozen=True)
+class TipCorrection:
+    """Learned correction of the model's tip (`model.estimation.residual`).
+
+    Attributes:
+        held: state of each tendon's play [m], shape (n,). shift: of the tip [m], shape (3,).
+    """
+
+    held: Array
+    shift: Array
+
+
 YOUNG, STILL, UNWATCHED = PoseAge(), JumpWatch(), TrackingWatch()
 
 
@@ -92,7 +112,7 @@ class CycleState:
         mode, reason: see `Mode`; mode_since: tick at which the mode was entered.
         rod: state of the model.
         tip: tip of that rod.
-        observer: state of the tip observer.
+        observer: state of the tip observer, or of the estimator in its place.
         selection: law and reference in use.
         pose: newest admitted pose; pose_age: cycles since it arrived.
         previous_position: position of the pose before it [m], shape (3,); pose_interval: cycles between the two.
@@ -114,6 +134,11 @@ class CycleState:
         stamp_age: age of the pose by its stamp. jump_watch: jumps of the measured tip. tracking_watch: tip against
             reference.
         law_state: state that the law keeps while it tracks; none for a law without one.
+        correction: learned correction of the model's tip; none where none is configured.
+        sensors: what is known of each configured sensor beside the pose, by name.
+        readings: those of them that were admitted in this cycle, markers in the base's frame.
+        base: measured poses of a moving base, the youngest first. published: position of the newest admitted pose as it
+            came [m], where it has been taken into that base's frame.
         unreadable: field of the first malformed message and what was wrong with it; empty without one.
     """
 
@@ -123,7 +148,7 @@ class CycleState:
     mode_since: int
     rod: ModelState
     tip: Tip
-    observer: ObserverState
+    observer: ObserverState | EstimatorState
     selection: Selection
     pose: TipPose | None
     pose_age: int | None
@@ -151,6 +176,25 @@ class CycleState:
     jump_watch: JumpWatch = STILL
     tracking_watch: TrackingWatch = UNWATCHED
     law_state: LawState | None = None
+    correction: TipCorrection | None = None
+    sensors: dict[str, SensorTrack] = field(default_factory=dict, metadata=LEFT_OUT_IF_EMPTY)
+    readings: tuple[Reading, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
+    base: tuple[BasePose, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
+    published: tuple[float, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
+
+
+def followed_sources(state: CycleState) -> dict[str, str]:
+    """Return the identity of the publisher in use, by topic."""
+    found = {topic: source.name for topic, source in state.sources.followed.items()}
+    readings = {sensor_topic(name): track.source for name, track in state.sensors.items()}
+    return found | {topic: source for topic, source in readings.items() if source is not None}
+
+
+def started_observer(setup: CycleSetup, rod: ModelState, tip: Tip) -> ObserverState | EstimatorState:
+    """Return the observer, or the estimator in its place, of a model that rests."""
+    if setup.estimator is not None and isinstance(rod, GeneralState):
+        return setup.estimator.start(rod)
+    return start_observer(setup.observer, tip.position)
 
 
 def initial_state(setup: CycleSetup) -> CycleState:
@@ -169,7 +213,7 @@ def initial_state(setup: CycleSetup) -> CycleState:
         mode_since=0,
         rod=rod,
         tip=tip,
-        observer=start_observer(setup.observer, tip.position),
+        observer=started_observer(setup, rod, tip),
         selection=setup.selection,
         pose=None,
         pose_age=None,
@@ -180,4 +224,5 @@ def initial_state(setup: CycleSetup) -> CycleState:
         tension_command=np.zeros(n),
         displacement_estimate=np.zeros(n),
         displacement_command=np.zeros(n),
+        sensors=dict.fromkeys(setup.sensors, UNHEARD),
     )

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from tendond.daemon.control.commissioning.averages import REST_BLOCK_SECONDS
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.safety.section import SafetySection
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class Thresholds:
         mismatch_time: duration of a model far from the measurement.
         limit_time: duration at a limit.
         source_time: time for which another publisher is remembered.
+        unsafe_time: duration without a command that keeps the constraints.
         rest_block: length of the blocks whose mean is a rest.
     """
 
@@ -35,6 +37,7 @@ class Thresholds:
     limit_time: int
     source_time: int
     rest_block: int
+    unsafe_time: int
 
     @staticmethod
     def from_config(config: RigConfig) -> "Thresholds":
@@ -53,6 +56,7 @@ class Thresholds:
             limit_time=cycles(config.limits.limit_time, period),
             source_time=cycles(faults.source_time, period),
             rest_block=cycles(REST_BLOCK_SECONDS, period),
+            unsafe_time=cycles((config.safety or SafetySection()).hold_time, period),
         )
 
 

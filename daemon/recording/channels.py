@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from tendond.daemon.control.snapshot import StateSnapshot
 from tendond.daemon.recording import foxglove
+from tendond.daemon.recording.entities import SceneUpdate
 from tendond.schemas.messages import SimulatorTruth, Status
 from tendond.schemas.record import CycleRecord, LoopTiming
 
@@ -37,7 +38,7 @@ TIMING = Channel("timing", LoopTiming)
 STATUS = Channel("status", Status)
 TIP_MEASURED = Channel("tip/measured", foxglove.PoseInFrame)
 TIP_MODEL = Channel("tip/model", foxglove.PoseInFrame)
-ROD_SHAPE = Channel("rod/shape", foxglove.SceneUpdate)
+ROD_SHAPE = Channel("rod/shape", SceneUpdate)
 LOG = Channel("log", foxglove.Log)
 TRUTH = Channel("truth", SimulatorTruth)
 STATE = Channel("state", StateSnapshot)

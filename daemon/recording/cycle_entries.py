@@ -19,6 +19,8 @@ from tendond.daemon.recording.channels import (
     TRANSFORMS,
     TRUTH,
 )
+from tendond.daemon.recording.contact_scene import contact_entity, no_contact
+from tendond.daemon.recording.entities import SceneUpdate
 from tendond.daemon.recording.thinning import Kept, Thinning
 from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.schemas.base import Vector3
@@ -67,6 +69,7 @@ class CycleEntries:
         self._thinning: Thinning[Cycle] = Thinning(config.loop.period, config.log.idle_period)
         self._trail: deque[Vector3] = deque(maxlen=scene.TRAIL_POINTS)
         self._begun_tick: int | None = None
+        self._contact = False
 
     @property
     def asleep(self) -> bool:
@@ -120,10 +123,19 @@ class CycleEntries:
             yield (ROD_SHAPE, partial(self._shape, now, record, state), now)
             yield (TRANSFORMS, partial(_frames, now, record), now)
 
-    def _shape(self, now: int, record: CycleRecord, state: ModelState) -> foxglove.SceneUpdate:
+    def _shape(self, now: int, record: CycleRecord, state: ModelState) -> SceneUpdate:
         points, tendons = self._rod.curve(state), self._rod.tendon_paths(state)
         self._trail.append(record.measured or record.model.position)
-        return scene.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail)
+        known = scene.filter_entities(now, record.model.position, record.observer)
+        found = None if record.observer.filter is None else record.observer.filter.contact
+        if found is not None:
+            places = found.place, found.first_place, found.last_place
+            length = self._rod.parameters.length
+            known += (contact_entity(now, points, length, places, found.force, found.force_deviation),)
+        elif self._contact:
+            known += (no_contact(now),)
+        self._contact = found is not None
+        return scene.rod_shape(now, record.tick, points, record.reference.position, tendons, self._trail, known)
 
 
 def snapshot(state: CycleState, left_out: int = 0) -> StateSnapshot:

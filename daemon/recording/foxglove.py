@@ -16,7 +16,7 @@ FRAME = "base"
 """Frame of every pose and shape: origin at the clamped end, the straight rod along +z."""
 
 _Nanoseconds = Annotated[int, Field(ge=0, lt=1_000_000_000)]
-_Natural = Annotated[int, Field(ge=0)]
+Natural = Annotated[int, Field(ge=0)]
 
 
 class WellKnown(base.Schema):
@@ -29,7 +29,7 @@ class Time(WellKnown):
     """A point in time: whole seconds and nanoseconds."""
 
     model_config = ConfigDict(title="time")
-    sec: _Natural
+    sec: Natural
     nsec: _Nanoseconds
 
 
@@ -116,82 +116,7 @@ class Log(WellKnown):
     message: str
     name: str = "tendond"
     file: str = ""
-    line: _Natural = 0
-
-
-class Color(WellKnown):
-    """Red, green, blue, alpha, 0 to 1."""
-
-    r: float
-    g: float
-    b: float
-    a: float = 1.0
-
-
-class KeyValuePair(WellKnown):
-    """Key and value in an entity's metadata."""
-
-    key: str
-    value: str
-
-
-class SpherePrimitive(WellKnown):
-    """A sphere; size: diameters [m]."""
-
-    pose: Pose
-    size: Vector3
-    color: Color
-
-
-class LineType(IntEnum):
-    """Manner in which points are joined."""
-
-    LINE_STRIP = 0
-    LINE_LOOP = 1
-    LINE_LIST = 2
-
-
-class LinePrimitive(WellKnown):
-    """A line through points [m]; thickness [m], or pixels where scale_invariant."""
-
-    type: LineType = LineType.LINE_STRIP
-    pose: Pose = Pose()
-    thickness: float
-    scale_invariant: bool = False
-    points: tuple[Point3, ...]
-    color: Color
-    colors: tuple[Color, ...] = ()
-    indices: tuple[_Natural, ...] = ()
-
-
-class Unused(WellKnown):
-    """A primitive that tendond does not draw; its list must be there, empty."""
-
-
-class SceneEntity(WellKnown):
-    """Things to draw; replaces the entity of the same id."""
-
-    timestamp: Time
-    frame_id: str = FRAME
-    id: str
-    lifetime: Duration = Duration()
-    frame_locked: bool = True
-    metadata: tuple[KeyValuePair, ...] = ()
-    arrows: tuple[Unused, ...] = ()
-    cubes: tuple[Unused, ...] = ()
-    spheres: tuple[SpherePrimitive, ...] = ()
-    cylinders: tuple[Unused, ...] = ()
-    lines: tuple[LinePrimitive, ...] = ()
-    triangles: tuple[Unused, ...] = ()
-    texts: tuple[Unused, ...] = ()
-    models: tuple[Unused, ...] = ()
-
-
-class SceneUpdate(WellKnown):
-    """Entities to add or replace."""
-
-    deletions: tuple[Unused, ...] = ()
-    entities: tuple[SceneEntity, ...]
+    line: Natural = 0
 
 
 def timestamp(time_ns: int) -> Time:

@@ -3,7 +3,6 @@
 import json
 import os
 import time
-from dataclasses import dataclass, field
 from types import TracebackType
 from typing import TypeVar
 
@@ -11,7 +10,9 @@ import zenoh
 
 from tendond.bus.file import read_bus_file
 from tendond.bus.identity import new_source
+from tendond.daemon.control.sensors import sensor_reason
 from tendond.daemon.errors import BusConfigError, DaemonError
+from tendond.daemon.runtime.arrivals import QUEUE, Arrivals, Inbox
 from tendond.daemon.runtime.requests import Requests
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import (
@@ -23,46 +24,12 @@ from tendond.schemas.keys import (
     TENDON_STATE,
     TIP_POSE,
     key,
+    sensor_topic,
 )
-from tendond.schemas.messages import ENCODING, Message, SimulatorTruth, Status, TendonCommand, TendonState, TipPose
-from tendond.schemas.wire import UnreadableError, decode, encode
-
-QUEUE = 64
-"""Messages kept between two cycles; older ones are overwritten."""
+from tendond.schemas.messages import ENCODING, Message, SensorReading, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.wire import encode
 
 M = TypeVar("M", bound=Message)
-Subscriber = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
-
-
-@dataclass
-class Arrivals:
-    """Arrivals since the last cycle: the newest of each kind, and counts of unreadable payloads by reason.
-
-    Attributes:
-        pose_lag: time from a pose's capture to its arrival, by the clock of this host [s]; none in lockstep.
-        others: further publishers, by key: their newest identity.
-        inputs: payloads of poses and tendon states that have come in, readable or not.
-        detail: wrong field of the first unreadable one, and the defect.
-        truth: state of the simulator; no input, and so undecoded until the command is out.
-    """
-
-    pose: TipPose | None = None
-    pose_lag: float | None = None
-    tendon_state: TendonState | None = None
-    inputs: int = 0
-    unreadable: dict[str, int] = field(default_factory=dict)
-    others: dict[str, str] = field(default_factory=dict)
-    detail: str = ""
-    truth: zenoh.Sample | None = None
-
-    def decoded_truth(self) -> SimulatorTruth | None:
-        """Return the truth for the log; none where there is none, or none that can be read."""
-        if self.truth is None:
-            return None
-        try:
-            return decode(SimulatorTruth, _payload(self.truth))
-        except UnreadableError:
-            return None
 
 
 class Hub:
@@ -93,9 +60,14 @@ class Hub:
         except zenoh.ZError as error:
             cause = "another controller is running there; stop it" if "in use" in str(error) else _brief(error)
             raise DaemonError(f"cannot listen on {config.bus.endpoint}: {cause}, or change bus.endpoint") from error
-        self._poses = self._subscribe(key(name, TIP_POSE), QUEUE)
-        self._states = self._subscribe(key(name, TENDON_STATE), QUEUE)
-        self._truths = self._subscribe(key(name, SIMULATOR_TRUTH), 1)
+        self._rig = name
+        self._poses = self._subscribe(TipPose, TIP_POSE)
+        self._states = self._subscribe(TendonState, TENDON_STATE)
+        self._readings = {
+            one.name: self._subscribe(SensorReading, sensor_topic(one.name), sensor_reason(one.name, ""))
+            for one in config.sensors
+        }
+        self._truths = self._session.declare_subscriber(key(name, SIMULATOR_TRUTH), zenoh.handlers.RingChannel(1))
         self._commands = self._session.declare_publisher(
             key(name, TENDON_COMMAND), encoding=ENCODING, priority=zenoh.Priority.REAL_TIME, express=True
         )
@@ -119,8 +91,12 @@ class Hub:
     ) -> None:
         self._session.close()
 
-    def _subscribe(self, expression: str, queue: int) -> Subscriber:
-        return self._session.declare_subscriber(expression, zenoh.handlers.RingChannel(queue))
+    def _subscribe(self, kind: type[M], topic: str, prefix: str = "") -> Inbox[M]:
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(QUEUE)
+        return Inbox(kind, topic, self._session.declare_subscriber(key(self._rig, topic), ring), prefix)
+
+    def _newest(self, inbox: Inbox[M], newest: M | None, arrivals: Arrivals, *, repeating: bool) -> M | None:
+        return inbox.newest(newest, arrivals, self.followed.get(inbox.topic), repeating=repeating)
 
     def receive(self, arrivals: Arrivals | None = None, *, repeating: bool = False) -> Arrivals:
         """Add all that has come in since the last call to `arrivals`; never block.
@@ -131,41 +107,22 @@ class Hub:
         """
         arrivals = arrivals or Arrivals()
         before = arrivals.pose
-        arrivals.pose = self._newest(TipPose, TIP_POSE, self._poses, before, arrivals, repeating)
+        arrivals.pose = self._newest(self._poses, before, arrivals, repeating=repeating)
         if arrivals.pose is not None and arrivals.pose is not before and not repeating:
             arrivals.pose_lag = (time.monotonic_ns() - arrivals.pose.stamp_ns) * 1e-9
-        arrivals.tendon_state = self._newest(
-            TendonState, TENDON_STATE, self._states, arrivals.tendon_state, arrivals, repeating
-        )
+        arrivals.tendon_state = self._newest(self._states, arrivals.tendon_state, arrivals, repeating=repeating)
+        for name, inbox in self._readings.items():
+            last = arrivals.readings.get(name)
+            reading = self._newest(inbox, last, arrivals, repeating=repeating)
+            if reading is None or reading is last:
+                continue
+            arrivals.readings[name] = reading
+            if not repeating:
+                arrivals.reading_lags[name] = (time.monotonic_ns() - reading.stamp_ns) * 1e-9
         if others := self.other_controllers():
             arrivals.others[ALIVE] = others[-1]
         arrivals.truth = self._truths.try_recv() or arrivals.truth
         return arrivals
-
-    def _newest(
-        self, kind: type[M], topic: str, subscriber: Subscriber, newest: M | None, arrivals: Arrivals, repeating: bool
-    ) -> M | None:
-        """The newest message of the followed publisher, or of the first that is heard; others are named."""
-        for _ in range(QUEUE):  # no flood keeps the loop here
-            if (sample := subscriber.try_recv()) is None:
-                break
-            arrivals.inputs += 1
-            try:
-                message = decode(kind, _payload(sample))
-                if repeating and message == newest:
-                    continue
-                if newest is not None and message.source != newest.source:
-                    if message.source != self.followed.get(topic):
-                        arrivals.others[topic] = message.source
-                        continue
-                    arrivals.others[topic] = newest.source
-                elif newest is not None and message.seq <= newest.seq:
-                    raise UnreadableError("out of order")
-                newest = message
-            except UnreadableError as error:
-                arrivals.unreadable[error.reason] = arrivals.unreadable.get(error.reason, 0) + 1
-                arrivals.detail = arrivals.detail or error.detail
-        return newest
 
     def claim(self) -> None:
         """Be the rig's controller, as which others know this one from now on.
@@ -240,9 +197,3 @@ def hub_settings(config: RigConfig) -> zenoh.Config:
 def _brief(error: zenoh.ZError) -> str:
     """Zenoh's reason without its places in the source."""
     return str(error).split(" at ", 1)[0].strip()
-
-
-def _payload(sample: zenoh.Sample) -> bytes:
-    if sample.kind != zenoh.SampleKind.PUT:
-        raise UnreadableError("deleted")
-    return sample.payload.to_bytes()

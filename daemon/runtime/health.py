@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from tendond.schemas.messages import LoopHealth
+from tendond.schemas.health import LoopHealth
 
 WINDOW = 1000
 """Cycles that the median and p99 look back on."""

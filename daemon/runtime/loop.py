@@ -12,10 +12,11 @@ from tendond.daemon.control.cycle import respond
 from tendond.daemon.control.phases.modes import ACTIVE, is_taut
 from tendond.daemon.control.record import Response, write_record
 from tendond.daemon.control.setup import CycleSetup
-from tendond.daemon.control.state import CycleState
+from tendond.daemon.control.state import CycleState, followed_sources
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.recording.run_log import RunLog
-from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.arrivals import Arrivals
+from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.emergency import RELEASE_SECONDS, next_seq, release_at_once, slack_command
 from tendond.daemon.runtime.health import Health
 from tendond.daemon.runtime.pacing import Pacer
@@ -145,7 +146,7 @@ class Loop:
             if response is None:
                 response = self._respond(_inputs(wake.arrivals, requested, request, wake.missed_ticks))
             self._state, self._speculated = response.state, None
-            self._hub.followed = {topic: source.name for topic, source in self._state.sources.followed.items()}
+            self._hub.followed = followed_sources(self._state)
             self._hub.publish_command(response.command.stamped(time.monotonic_ns()))
             work_us = (time.monotonic() - wake.at) * 1e6
             # The command is out: all else can wait.
@@ -208,7 +209,7 @@ class Loop:
     def _status(self, record: CycleRecord) -> Status:
         self._status_seq += 1
         health = self._health.report(self._run_log.dropped, self._run_log.error, self._run_log.days_left)
-        return status_of(self._setup.config, self._state, record, self._status_seq, health)
+        return status_of(self._setup, self._state, record, self._status_seq, health)
 
 
 def _inputs(
@@ -226,6 +227,8 @@ def _inputs(
         others=dict(arrivals.others),
         missed_ticks=missed,
         pose_lag=arrivals.pose_lag,
+        readings=dict(arrivals.readings),
+        reading_lags=dict(arrivals.reading_lags),
     )
 
 

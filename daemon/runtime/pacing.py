@@ -1,17 +1,13 @@
-"""Pacing of the cycles: by the clock, or in lockstep by the next pose."""
+"""Pacing of the cycles by the clock."""
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from tendond.bus.subscription import LOCKSTEP_POLL_SECONDS
-from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.arrivals import Arrivals
 from tendond.daemon.runtime.phase import PhaseLock
 from tendond.schemas.messages import TendonCommand
-
-LOCKSTEP_PATIENCE_SECONDS = 5.0
-"""Longest step of a simulator before it counts as gone [s]."""
 
 SPECULATION_SHARE = 0.3
 """Longest speculation, of the period: one that ends late does harm. Chosen; `tendond bench loop` has the times."""
@@ -209,42 +205,3 @@ class Clock:
         took = time.monotonic() - started
         self._took = min(max(self._took, 1.2 * took), 1.25 * longest)  # a stall is forgotten in 112 cycles
         return took
-
-
-class Lockstep:
-    """One cycle for each pose: for simulation, faster than real time and repeatable.
-
-    A simulator that has not had its reply publishes the same pose again, and gets the same command again. When no pose
-    comes for a while, cycles come all the same: faults, requests and the release need them.
-
-    Args:
-        hub: hub of the controller.
-        period: period of the cycle [s].
-        stopped: true when the process is to end; asked while no pose has come yet.
-    """
-
-    def __init__(self, hub: Hub, period: float, stopped: Callable[[], bool]) -> None:
-        self._hub = hub
-        self._period = period
-        self._stopped = stopped
-        self._seq: int | None = None
-        self._patience = LOCKSTEP_PATIENCE_SECONDS
-
-    def wait(self) -> Wake | None:
-        """Wait for a pose with a new sequence number."""
-        arrivals = Arrivals()
-        started = time.monotonic()
-        while self._seq is not None or not self._stopped():
-            self._hub.receive(arrivals, repeating=True)
-            if arrivals.pose is not None:
-                self._patience = LOCKSTEP_PATIENCE_SECONDS
-                if arrivals.pose.seq != self._seq:
-                    self._seq = arrivals.pose.seq
-                    return Wake(time.monotonic(), arrivals, 0.0, 0)
-                arrivals.pose = None
-                self._hub.repeat_command()
-            elif self._seq is not None and time.monotonic() - started > self._patience:
-                self._patience = self._period
-                return Wake(time.monotonic(), arrivals, 0.0, 0)
-            time.sleep(LOCKSTEP_POLL_SECONDS)
-        return None

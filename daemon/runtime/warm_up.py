@@ -12,6 +12,7 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, initial_state
 from tendond.daemon.errors import LawError
 from tendond.model.errors import ModelError
+from tendond.model.warm import warm_up_filter
 from tendond.schemas.messages import Mode, TipPose
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
@@ -26,6 +27,8 @@ def warm_up(setup: CycleSetup) -> CycleState:
         ConvergenceError: as `initial_state`.
     """
     state = initial_state(setup)
+    if setup.estimator is not None:
+        warm_up_filter()  # what weighs a contact is not met in a few quiet cycles
     _track(setup, state)
     for name in LAWS:
         with suppress(LawError):  # a law that does not go with reference or tendons cannot be chosen either

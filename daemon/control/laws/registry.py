@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from tendond.daemon.control.laws import backstepping, sensitivity, sliding_mode
+from tendond.daemon.control.laws import backstepping, mpc, sensitivity, sliding_mode
 from tendond.daemon.control.laws.law import Law
 from tendond.daemon.errors import LawError, LawPackageError
 from tendond.schemas.errors.explain import explain
@@ -14,7 +14,7 @@ from tendond.schemas.errors.explain import explain
 GROUP = "tendond.laws"
 """Entry points of that group name a law each: `name = "package.module:LAW"`."""
 
-BUILT_IN: tuple[Law, ...] = (backstepping.LAW, sliding_mode.LAW, sensitivity.LAW)
+BUILT_IN: tuple[Law, ...] = (backstepping.LAW, sliding_mode.LAW, sensitivity.LAW, mpc.LAW)
 
 MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide")
 """Members of the protocol `Law` without which none can run; `convergence` may be missing in an older package."""

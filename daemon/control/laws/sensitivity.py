@@ -10,6 +10,8 @@ part of that, in the two directions S in which the resting tip can move:
 d is what the measured tip is beside the model's. Without error M stays: the law is incremental, as the paper's are.
 Because reference and prediction are of one time, a moving target is followed without lag. `Allocation` makes tensions
 of M, so that none is below the pretension.
+
+Robots of sections, and references of poses, take `rest_inverse` instead: one moment cannot bend them.
 """
 
 import math
@@ -28,6 +30,8 @@ from tendond.daemon.control.laws.law import (
     SpatialObservation,
     StatelessLaw,
 )
+from tendond.daemon.control.laws.rest_inverse import follow_pose
+from tendond.daemon.control.pose.task import PoseObservation
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.daemon.control.tasks.space import SPACE
 from tendond.schemas.base import Vector3
@@ -39,13 +43,15 @@ class Parameters(LawParameters):
     """rate, smoothing: at which the error decays, and its decay sets in [1/s].
 
     agility: bound of the rate at which a tendon is tightened for it [N/s]. damping: of the inverse, as a part of the
-    sensitivity's size [-].
+    sensitivity's size [-]. Of poses and robots of sections: active_damping: part of a tendon's rate that its tension
+    takes away in a cycle [-]; rate, smoothing and damping have no effect there.
     """
 
     rate: Annotated[float, Field(gt=0.0, le=1e4)] = 30.0
     smoothing: Annotated[float, Field(gt=0.0, le=1e4)] = 100.0
     agility: Annotated[float, Field(gt=0.0, le=1e6)] = 350.0
     damping: Annotated[float, Field(ge=0.0, le=1.0)] = 0.02
+    active_damping: Annotated[float, Field(ge=0.0, le=0.5)] = 0.2
 
 
 @dataclass(frozen=True)
@@ -61,8 +67,10 @@ class Terms(LawTerms):
     lyapunov: float
 
 
-def decide(parameters: Parameters, observation: SpatialObservation) -> Decision:
-    """Return the tensions wanted and the terms."""
+def decide(parameters: Parameters, observation: SpatialObservation | PoseObservation) -> Decision:
+    """Return the tensions wanted and the terms; those for poses are `rest_inverse`'s."""
+    if isinstance(observation, PoseObservation):
+        return follow_pose(observation, parameters.agility, parameters.active_damping)
     prediction, period = observation.prediction, observation.period
     error = observation.target - observation.position
     if prediction is None:  # the coming step is beyond the model: hold

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.daemon.control.phases.base_frame import in_base_frame
+from tendond.daemon.control.phases.readings import admit_readings
+from tendond.daemon.control.sensors import is_sensors
 from tendond.daemon.control.setup import CycleSetup
-from tendond.daemon.control.sources import Sources, hear, with_unnamed
+from tendond.daemon.control.sources import Sources, hear, with_unnamed, without_sensors
 from tendond.daemon.control.state import CycleState, changed
 from tendond.schemas.keys import TENDON_STATE, TIP_POSE
 from tendond.schemas.messages import Mode, TendonState, TipPose
@@ -47,9 +50,12 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     alive = {TIP_POSE: allowed.pose_timeout, TENDON_STATE: allowed.tendon_timeout}
     pulling = state.mode not in (Mode.STARTING, Mode.IDLE, Mode.FAULT)
     heard = hear(state.sources, state.tick, inputs, alive, allowed.source_time, pulling=pulling)
-    pose = None if heard.pose_refused else inputs.pose
     tendons = None if heard.tendons_refused else inputs.tendon_state
-    rejected = [reason for reason, count in sorted(inputs.unreadable.items()) for _ in range(count)]
+    readings = admit_readings(setup, state, inputs, pulling=pulling)
+    framed = in_base_frame(setup, state, inputs, readings.admitted, None if heard.pose_refused else inputs.pose)
+    pose, as_published = framed.pose, framed.published
+    unreadable = {reason: count for reason, count in sorted(inputs.unreadable.items()) if not is_sensors(reason)}
+    rejected = [reason for reason, count in unreadable.items() for _ in range(count)]
     objection = None if pose is None else _objection(setup, state, pose)
     if objection is not None:
         rejected.append(objection)
@@ -67,8 +73,8 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     late = None if tendons is None else _late(setup, state, tendons)
     if late is not None:
         rejected.append(late)
-    foreign = heard.pose_refused + heard.tendons_refused + len(inputs.others)
-    rejected += [ANOTHER_SOURCE] * foreign
+    foreign = heard.pose_refused + heard.tendons_refused + len(without_sensors(inputs.others))
+    rejected += [*[ANOTHER_SOURCE] * foreign, *readings.rejected]
     counts = state.rejected
     if rejected:
         counts = dict(counts)
@@ -78,7 +84,7 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
     age, interval = state.pose_age, state.pose_interval
     previous, path_length, equal = state.previous_position, state.path_length, runs.equal_poses
     if fresh and pose is not None:
-        same = state.pose is not None and state.pose.position == pose.position
+        same = state.pose is not None and (state.published or state.pose.position) == (as_published or pose.position)
         equal, path_length = (lengthened(equal, 1 + missed + (age or 0)), path_length) if same else (0, 0.0)
         previous = None if state.pose is None else np.array(state.pose.position)
         interval, age = 1 + missed + (age or 0), 0
@@ -113,6 +119,10 @@ def admit(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Admissio
         sources=sources,
         commissioned=state.commissioned and not _renewed(state, sources, pose if fresh else None, tendon_state),
         rejected=counts,
+        sensors=readings.tracks,
+        readings=framed.readings,
+        base=framed.base,
+        published=as_published if fresh else state.published,
         unreadable=state.unreadable or inputs.unreadable_detail,
     )
     return Admission(state, fresh, tuple(rejected))
@@ -156,7 +166,9 @@ def describe_refusals(state: CycleState) -> str:
     malformed = f"malformed messages, the first: {state.unreadable}" if state.unreadable else ""
     if state.pose is not None:
         return malformed
-    counts = {name: count for name, count in state.rejected.items() if not name.startswith("tendons")}
+    counts = {
+        name: count for name, count in state.rejected.items() if not (name.startswith("tendons") or is_sensors(name))
+    }
     if not counts:
         return ""
     total = sum(counts.values())

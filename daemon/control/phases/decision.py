@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.probe import probe_tension
 from tendond.daemon.control.law_state import LawState
+from tendond.daemon.control.phases.estimation import corrected_tip
 from tendond.daemon.control.reference.load_offset import moved_point
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tasks.decision import Decision
 from tendond.daemon.control.tasks.task import Ruling, Situation
+from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import ReferencePoint
 
@@ -74,7 +76,7 @@ def _situation(
     """Return what is known of the tip; none where feedback is direct and there is no new pose: the command is held."""
     tip, period, ahead = state.tip, setup.config.loop.period, setup.config.observer.command_delay
     if setup.config.control.feedback == "observer":
-        position, velocity = tip.position + state.observer.offset, tip.velocity
+        position, velocity = corrected_tip(state) + state.observer.offset, tip.velocity
     elif measured is not None:
         previous = measured if state.previous_position is None else state.previous_position
         position = measured
@@ -90,13 +92,22 @@ def _situation(
         state.rod,
         tip,
         state.tension_estimate,
+        acting_tension(state),
         state.observer,
         position,
         velocity,
         reference,
         elapsed,
         offset,
+        state.tension_command,
+        state.displacement_estimate,
     )
+
+
+def acting_tension(state: CycleState) -> Array:
+    """Return the tensions that act on the model [N], shape (n,): those applied, with their estimated errors."""
+    observer = state.observer
+    return observer.acting(state.tension_estimate) if isinstance(observer, EstimatorState) else state.tension_estimate
 
 
 def tracking_time(setup: CycleSetup, state: CycleState) -> float:

@@ -5,8 +5,10 @@ import numpy as np
 from tendond.daemon.control.phases.monitors import (
     monitored_fault,
 )
+from tendond.daemon.control.sensors import silent_sensor
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState
+from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.schemas.messages import Mode
 
 
@@ -30,10 +32,14 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
         return f"model: no solution for {in_seconds(setup, bad.solver_failures)}"
     if bad.limited >= allowed.limit_time:
         return f"limits: the command stood at one for {in_seconds(setup, bad.limited)}"
+    if bad.unsafe >= allowed.unsafe_time:
+        return f"safety: no command keeps the constraints of [safety] for {in_seconds(setup, bad.unsafe)}"
     if state.tendon_state is not None and state.tendon_state.fault:
         return f"tendons: {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > allowed.tendon_timeout:
         return f"tendons stale: no state for {in_seconds(setup, state.tendon_age)}"
+    if silent := sensor_silence(setup, state):
+        return silent
     if (
         state.mode is not Mode.PROBE
         and bad.equal_poses >= allowed.frozen_time
@@ -44,6 +50,8 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
     if bad.mismatches >= allowed.mismatch_time:
         apart = float(np.linalg.norm(state.observer.innovation)) * 1e3
         return f"mismatch: model and measured tip {apart:.0f} mm apart, too far for {in_seconds(setup, bad.mismatches)}"
+    if inconsistent := inconsistency(setup, state):
+        return inconsistent
     if monitored := monitored_fault(setup, state):
         return monitored
     if bad.slack >= allowed.slack_time and (tendon := slack_tendon(setup, state)) is not None:
@@ -53,6 +61,27 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
             f"{state.tension_estimate[tendon]:.1f} N, for {in_seconds(setup, bad.slack)}; is it cut, or off its spool?"
         )
     return ""
+
+
+def sensor_silence(setup: CycleSetup, state: CycleState) -> str:
+    """Say that a required sensor is silent; empty where none is."""
+    if (name := silent_sensor(setup.sensors, state.sensors)) is None:
+        return ""
+    track = state.sensors[name]
+    since = "yet" if track.age is None else f"for {in_seconds(setup, track.age)}"
+    return f"sensor '{name}' silent: no reading {since}{track.objection and f', the newest: {track.objection}'}"
+
+
+def inconsistency(setup: CycleSetup, state: CycleState) -> str:
+    """Say that the estimator has lost the robot; empty where it has not."""
+    observer, largest = state.observer, setup.config.faults.inconsistency
+    if not isinstance(observer, EstimatorState) or not observer.consistency > largest:
+        return ""
+    far, allowed = observer.consistency**0.5, largest**0.5
+    return (
+        f"inconsistency: what is measured is {far:.1f} times as far from the estimate as its noise allows, where "
+        f"faults.inconsistency allows {allowed:.1f}; is the robot the configured one, and is anything touching it?"
+    )
 
 
 def in_seconds(setup: CycleSetup, cycles: int) -> str:

@@ -13,17 +13,17 @@ from tendond.daemon.control.commissioning.probe import Probe, start_probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.commissioning.rest_check import rest_objection
 from tendond.daemon.control.phases.admission import describe_refusals
-from tendond.daemon.control.phases.faults import find_fault, in_seconds
+from tendond.daemon.control.phases.faults import find_fault, in_seconds, sensor_silence
 from tendond.daemon.control.phases.monitors import (
     pose_age_objection,
     watch_pose_age,
     watch_reports,
 )
+from tendond.daemon.control.safety.configured import target_remark
 from tendond.daemon.control.setup import CycleSetup
-from tendond.daemon.control.state import BadCycles, CycleState, changed
+from tendond.daemon.control.state import BadCycles, CycleState, changed, started_observer
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
-from tendond.model.estimation.observer import start_observer
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
@@ -95,7 +95,7 @@ def _with_model_at_rest(setup: CycleSetup, state: CycleState) -> CycleState:
     """Return the state with the model solved anew, slack and at rest."""
     rod = setup.rod.solve_static(np.zeros_like(state.tension_estimate))
     tip = setup.rod.tip(rod)
-    return changed(state, rod=rod, tip=tip, observer=start_observer(setup.observer, tip.position))
+    return changed(state, rod=rod, tip=tip, observer=started_observer(setup, rod, tip))
 
 
 def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Reply]:
@@ -131,8 +131,10 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
     """Pretension, after the probe of the tendons where one is due, or asked for by itself."""
     state = changed(state, bad_cycles=BadCycles())
     due = setup.config.commissioning.probe and not state.commissioned
+    remark = target_remark(setup.barrier, state.selection.reference.target)
+    note = f"; {remark}" if remark else ""
     if not (due or probe_only):
-        return enter(state, Mode.PRETENSION, ARMED), Reply(True, "armed")
+        return enter(state, Mode.PRETENSION, ARMED), Reply(True, f"armed{note}")
     report = state.tendon_state
     held = (
         None
@@ -144,7 +146,7 @@ def _arm(setup: CycleSetup, state: CycleState, *, probe_only: bool) -> tuple[Cyc
         Mode.PROBE,
         PROBING if probe_only else ARMED,
     )
-    return state, Reply(True, PROBING if probe_only else f"armed: {PROBING}")
+    return state, Reply(True, PROBING if probe_only else f"armed: {PROBING}{note}")
 
 
 def _end_probe(state: CycleState, probe: Probe) -> CycleState:
@@ -196,6 +198,8 @@ def _arming_refused(setup: CycleSetup, state: CycleState) -> str:
         return f"the tendon driver reports {state.tendon_state.fault}"
     if state.tendon_state is not None and state.tendon_age > setup.thresholds.tendon_timeout:
         return f"the tendon driver has said nothing for {in_seconds(setup, state.tendon_age)}"
+    if silent := sensor_silence(setup, state):
+        return silent
     if state.bad_cycles.solver_failures:
         return "the model has no solution"
     if old := pose_age_objection(setup, state, 1):

@@ -6,15 +6,17 @@ The tolerances and the watches themselves are in `commissioning/tracking.py`; he
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendond.daemon.control.commissioning.jump import JumpWatch, watch_jump
 from tendond.daemon.control.commissioning.tracking import TrackingWatch, tip_angle, tracking_fault, watch_tracking
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, PoseAge, changed
-from tendond.model.estimation.observer import ObserverState
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, ReferencePoint
+
+Array = NDArray[np.float64]
 
 ONE_CLOCK = 10.0
 """Difference from the receiver's clock [s] beyond which a stamp is of another clock: only its age's growth counts."""
@@ -77,8 +79,8 @@ def _odd_report(setup: CycleSetup, state: CycleState) -> str:
     return ""
 
 
-def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: ObserverState) -> JumpWatch:
-    """Return the watch of jumps after the observer's cycle; `fresh`: with a new pose."""
+def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, innovation: Array) -> JumpWatch:
+    """Return the watch of jumps; `fresh`: with a new pose, and its `innovation` [m]."""
     if state.mode not in WATCHED or state.pose is None or state.previous_position is None:
         return JumpWatch() if state.jump_watch != JumpWatch() else state.jump_watch
     if not fresh:
@@ -87,7 +89,7 @@ def watch_jumps(setup: CycleSetup, state: CycleState, fresh: bool, observer: Obs
         return JumpWatch(gap_cycles=state.pose_interval)
     x, y, z = state.previous_position.tolist()
     distance = math.dist(state.pose.position, (x, y, z))
-    change = float(np.linalg.norm(observer.innovation - state.observer.innovation))
+    change = float(np.linalg.norm(innovation - state.observer.innovation))
     return watch_jump(setup.tracking_bounds, state.jump_watch, state.pose_interval, distance, change, (x, y, z))
 
 
@@ -97,7 +99,7 @@ def watch_tip(setup: CycleSetup, state: CycleState, fresh: bool, reference: Refe
         return changed(state, tracking_watch=TrackingWatch()) if state.tracking_watch != TrackingWatch() else state
     if not fresh or state.jump_watch.withheld:
         return state
-    held = setup.observer.kind == "force" and setup.config.commissioning.orientation < math.pi
+    held = setup.observer.kind != "offset" and setup.config.commissioning.orientation < math.pi
     angle = tip_angle(state.pose.orientation, quaternion(state.tip.rotation)) if held else None
     return changed(
         state,

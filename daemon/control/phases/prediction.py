@@ -10,10 +10,12 @@ from tendond.daemon.control.actuation import attainable, follow, lead, limit_dis
 from tendond.daemon.control.commissioning.probe import TAKE_UP
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.phases.modes import ACTIVE, enter
-from tendond.daemon.control.servos import compensate, servos_at
+from tendond.daemon.control.servos import compensate, pulling_rates, servos_at
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import BadCycles, CycleState, changed
 from tendond.model.errors import ConvergenceError
+from tendond.model.estimation.kalman.state import EstimatorState
+from tendond.model.rods.general import GeneralState
 from tendond.model.rods.interface import ModelState
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.messages import Mode
@@ -95,7 +97,17 @@ def predict(setup: CycleSetup, state: CycleState, limited: Limited) -> Predicted
             displacement_command=zeros,
             servo_motion=None,
         )
-    return Predicted(after, bool(step.met), met, step.error)
+    return Predicted(_remembered(setup, state, after), bool(step.met), met, step.error)
+
+
+def _remembered(setup: CycleSetup, before: CycleState, after: CycleState) -> CycleState:
+    """Return the state with the model's step in the estimator's memory."""
+    observer, old, new = after.observer, before.rod, after.rod
+    if setup.estimator is None or not isinstance(observer, EstimatorState):
+        return after
+    assert isinstance(old, GeneralState)
+    assert isinstance(new, GeneralState)
+    return changed(after, observer=setup.estimator.advance(observer, old, new))
 
 
 def _partial(setup: CycleSetup, state: CycleState, command: Array, part: float) -> Array:
@@ -143,7 +155,8 @@ def _advance(setup: CycleSetup, state: CycleState, command: Array) -> _Step:
         if rests and state.probe.held is not None:  # release only: the model may still be approaching the arm
             wanted = np.minimum(wanted, state.probe.held)
         asked = np.clip(wanted - slack, last - down, last + up)
-    displacement, met = limit_displacement(config.limits, config.loop.period, asked, last)
+    pulling = pulling_rates(setup.servo, state.tension_estimate)
+    displacement, met = limit_displacement(config.limits, config.loop.period, asked, last, pulling)
     after = changed(
         state,
         rod=rod,
@@ -164,6 +177,12 @@ def _advance_model(setup: CycleSetup, state: CycleState, tension: Array) -> tupl
         The rod, the counts with those of steps without a solution, and the reason if there is none.
     """
     observer, bad, error = state.observer, state.bad_cycles, ""
+    if setup.estimator is not None and isinstance(observer, EstimatorState) and isinstance(state.rod, GeneralState):
+        try:
+            rod = setup.estimator.step(observer, state.rod, tension)
+            return rod, changed(bad, solver_failures=0) if bad.solver_failures else bad, ""
+        except ConvergenceError as failure:
+            return state.rod, changed(bad, solver_failures=bad.solver_failures + 1), str(failure)
     for force in (observer.tip_force, observer.force):
         try:
             rod = setup.rod.step(state.rod, tension, tip_force=force)

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from tendond.daemon.control.reference.equilibria import folded_note, plane_objection, selected
 from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.goal import Goal
-from tendond.daemon.control.reference.load_offset import LoadOffset
+from tendond.daemon.control.reference.load_offset import LoadOffset, offset_gain
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
@@ -116,7 +117,12 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
         trajectory, target, arrival = _sampled(section, curve, REACHED * rod.parameters.length)
         notes = feasibility(curve, trajectory, arrival, target, config.limits)
         return PlanarReference(in_world(target, axes), None, curve, None, trajectory, arrival, notes)
-    point, arc = _resolve(section, curve, REACHED * rod.parameters.length)
+    tolerance, new = REACHED * rod.parameters.length, config.control.rules > 1
+    point, arc, folded = _resolve(config, curve, tolerance)
+    if new and arc is not None and section.unreachable == "refuse":
+        objection = plane_objection(config, rod, curve, arc, tolerance)
+        if objection:
+            raise TargetError(objection)
     across, along = point.tolist()
     progress, arrival = progress_of(section)
     if section.path == "direct" or arc is None:
@@ -124,13 +130,21 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
     else:
         start_arc = float(np.interp(config.pretension.tension, curve.tension, curve.arc))
         trajectory = CurvePath(progress, curve, start_arc, arc - start_arc)
-    load_offset = LoadOffset(axes, arrival, rod.parameters.length) if section.target_name == "across" else None
-    notes = feasibility(curve, trajectory, arrival, (across, along), config.limits)
+    load_offset = None
+    if section.target_name == "across":
+        gain = offset_gain(curve, arc, config.loop.period) if new and arc is not None else None
+        load_offset = LoadOffset(axes, arrival, rod.parameters.length, gain)
+    notes = folded + feasibility(curve, trajectory, arrival, (across, along), config.limits)
     return PlanarReference(in_world((across, along), axes), arc, curve, load_offset, trajectory, arrival, notes)
 
 
-def _resolve(section: ReferenceSection, curve: StaticCurve, tolerance: float) -> tuple[Array, float | None]:
+Resolved = tuple[Array, float | None, tuple[str, ...]]
+"""Point of a target in the plane [m]; arc length of it, if it is on the curve; remarks for the operator."""
+
+
+def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolved:
     """Return the target's point in the plane [m], and its arc length where it is on the curve to `tolerance` [m]."""
+    section = config.reference
     name = section.target_name
     if name == "position":
         assert section.position is not None
@@ -138,31 +152,32 @@ def _resolve(section: ReferenceSection, curve: StaticCurve, tolerance: float) ->
         arc = float(curve.nearest(wanted)[0])
         at = curve.at(arc)[0]
         if float(np.linalg.norm(at - wanted)) <= tolerance:
-            return wanted, arc
+            return wanted, arc, ()
         return _unreachable(section, f"position = {list(section.position)}", wanted, at)
     if name == "across":
         value = TARGET_X if section.across is None else section.across
         found = curve.where_across(value)
-        values, asked, unit = curve.spline(curve.arc)[:, 0], f"across = {value}", "m"
+        default = " (the default)" if section.across is None else ""
+        values, asked, unit = curve.spline(curve.arc)[:, 0], f"across = {value}{default}", "m"
     else:
         value = _angle(section, curve)
         found = curve.where_angle(value)
         values, unit = curve.angle, "rad"
         asked = f"angle = {value:g}" if name == "angle" else f"direction, which is an angle of {value:.4f} rad,"
     if found.size:
-        arc = float(found[-1] if section.branch != "below_135" else found[0])
-        return curve.at(arc)[0], arc
+        index = selected(config, section, found, asked)
+        arc = float(found[index])
+        papers = config.control.rules == 1 or section.branch is None  # the paper's branch, of its robot
+        return curve.at(arc)[0], arc, () if papers else folded_note(section, curve, found, index, asked)
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])
     wanted = np.array([value, point[1]]) if name == "across" else point
     return _unreachable(section, asked, wanted, point, f"{values[nearest]:.4f} {unit}")
 
 
-def _unreachable(
-    section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = ""
-) -> tuple[Array, float | None]:
+def _unreachable(section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = "") -> Resolved:
     if section.unreachable == "track":
-        return wanted, None
+        return wanted, None, ()
     at = f"(across, along) = ({nearest[0]:.4f}, {nearest[1]:.4f}) m"
     raise TargetError(
         f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max; "

@@ -19,8 +19,10 @@ from tendond.daemon.control.reference.time_scaling import (
     steady,
 )
 from tendond.daemon.control.reference.workspace import Surface, WorkspaceRest
+from tendond.daemon.control.servos import configured_servo
 from tendond.daemon.errors import TargetError
 from tendond.model.errors import ConvergenceError
+from tendond.model.rods.friction import without_friction
 from tendond.model.rods.interface import ModelRod
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.base import Vector3
@@ -105,13 +107,14 @@ def plan_in_space(config: RigConfig, rod: ModelRod, allocation: Allocation) -> S
 
     Args:
         config: configuration of the rig; its reference is in space.
-        rod: the controller's model.
+        rod: the controller's model; its resting tips are taken without friction of the tendons, which leaves the tip
+            somewhere around them.
         allocation: map from moments to tensions of its tendons.
 
     Raises:
         TargetError: it is further from where the tip can rest than `moved_max`, or too fast for the limits.
     """
-    section, surface = config.reference, Surface(rod, allocation)
+    section, surface = config.reference, Surface(without_friction(rod), allocation)
     wanted, length, timing = _wanted(section)
     try:
         start = surface.rest(allocation.moment(np.full(allocation.arms.shape[1], allocation.tension_min)))
@@ -132,7 +135,8 @@ def plan_in_space(config: RigConfig, rod: ModelRod, allocation: Allocation) -> S
     relaxation = rod.parameters.bending_damping[0] / rod.parameters.bending_stiffness
     stretches = []
     for (path, given), name in zip(asked, ("the approach", "the trajectory"), strict=False):
-        slowed, cause = slow_down(given, path, allocation, config.limits.displacement_rate, relaxation)
+        rate = config.limits.displacement_rate
+        slowed, cause = slow_down(given, path, allocation, rate, relaxation, configured_servo(config))
         if slowed.slowed >= SLOWDOWN_MAX:
             raise TargetError(f"reference.kind = '{section.kind}': {cause} allows it at no speed")
         if cause:

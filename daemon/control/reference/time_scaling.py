@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.path import RestPath
+from tendond.daemon.control.servos import pulling_rates
 from tendond.model.tendons.allocation import Allocation
+from tendond.model.tendons.servo import ServoDynamics
 
 Array = NDArray[np.float64]
 
@@ -120,8 +122,18 @@ def as_given(end: float) -> Timing:
     return Timing(_AsGiven(end), end, 1.0)
 
 
+def slower(timing: Timing, factor: float) -> Timing:
+    """Return the timing with `factor` times its duration."""
+    return Timing(_Slower(timing.progress, factor), timing.end * factor, timing.slowed * factor)
+
+
 def slow_down(
-    timing: Timing, path: RestPath, allocation: Allocation, rate: float, relaxation: float
+    timing: Timing,
+    path: RestPath,
+    allocation: Allocation,
+    rate: float,
+    relaxation: float,
+    servo: ServoDynamics | None = None,
 ) -> tuple[Timing, str]:
     """Return the timing, slowed as far as the limits require, and the name of the limit; empty if none.
 
@@ -132,13 +144,15 @@ def slow_down(
         rate: displacement rate allowed [m/s].
         relaxation: time constant of the rod's damping, Bbt / EI [s]: a rod that is bent at a rate M' takes a moment
             M + relaxation M'.
+        servo: whose loads leave it less than the rate; none: no load does.
     """
     times = np.linspace(0.0, timing.end, max(100, math.ceil(SAMPLES_PER_UNIT * path.length)))
     at = [(path.at(place), speed) for place, speed, _ in map(timing.progress, times)]
     moments = np.array([value[0][path.MOMENT] for value, _ in at])
     rates = np.array([value[1][path.MOMENT] * speed for value, speed in at])
-    displacement_rate = max(float(np.max(np.abs(value[1][path.DISPLACEMENT])) * speed) for value, speed in at)
-    by_rate = displacement_rate / (MARGIN * rate)
+    wanted = np.array([value[1][path.DISPLACEMENT] * speed for value, speed in at])
+    by_rate = float(np.max(np.abs(wanted))) / (MARGIN * rate)
+    by_load = _slowed_by_load(servo, wanted, [allocation.tensions(one) for one in moments])
 
     tolerance = BEYOND * float(np.max(np.abs(allocation.corners)))
 
@@ -153,8 +167,21 @@ def slow_down(
             middle = math.sqrt(low * high)
             low, high = (low, middle) if holds(middle) else (middle, high)
         by_tension = high
-    slowed = max(1.0, by_rate, by_tension)
+    slowed = max(1.0, by_rate, by_tension, by_load)
     if slowed == 1.0:
         return timing, ""
     cause = "limits.displacement_rate" if by_rate >= by_tension else "limits.tension_max"
-    return Timing(_Slower(timing.progress, slowed), timing.end * slowed, slowed), cause
+    if by_load == slowed:
+        cause = "the load of the servos at observer.servo_voltage"
+    return slower(timing, slowed), cause
+
+
+def _slowed_by_load(servo: ServoDynamics | None, rates: Array, tensions: list[Array]) -> float:
+    """Return the factor by which servos that pull against these tensions [N] are slower than these rates [m/s]."""
+    slowest = 0.0
+    for row, pulls in zip(rates, tensions, strict=True):
+        able = pulling_rates(servo, pulls)
+        if able is not None:
+            taken = np.maximum(row, 0.0) / np.maximum(MARGIN * able, np.finfo(float).tiny)
+            slowest = max(slowest, float(np.max(taken)))
+    return min(slowest, SLOWDOWN_MAX)

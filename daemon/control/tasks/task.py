@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.decision import Decision
+from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.model.estimation.observer import ObserverState
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
@@ -24,24 +25,28 @@ class Situation(NamedTuple):
 
     Attributes:
         rod: the model; model: its state; tip: its tip.
-        tension: tension now applied [N], shape (n,).
-        observer: state of the tip observer.
+        tension: tension now applied [N], shape (n,). acting: with its estimated error, as the model has it [N].
+        observer: state of the tip observer, or of the estimator in its place.
         position, velocity: motion of the tip, as `control.feedback` has it [m, m/s], shape (3,).
         reference: point of the reference now.
         elapsed: time since tracking began [s].
         offset: shift of the reference along the straight rod [m].
+        command: tension commanded last [N], shape (n,). displacement: of the tendons, estimated [m], shape (n,).
     """
 
     rod: ModelRod
     model: ModelState
     tip: Tip
     tension: Array
-    observer: ObserverState
+    acting: Array
+    observer: ObserverState | EstimatorState
     position: Array
     velocity: Array
     reference: ReferencePoint
     elapsed: float
     offset: float
+    command: Array
+    displacement: Array
 
 
 class Ruling(NamedTuple):

@@ -1,0 +1,1 @@
+"""The estimator of a configuration, beside the phases that use it."""

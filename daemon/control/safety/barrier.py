@@ -1,0 +1,200 @@
+"""The safety filter: the command nearest to the one wanted whose motion, if it is held, keeps all constraints.
+
+A constraint h (a distance less its margins) must hold along the whole motion that follows if the command is held from
+now on. With H = min h over the motion under the tensions applied now, a command is allowed if
+
+    min h over its own motion >= (1 - gamma) H,    gamma = 1 - exp(-period / approach_time)
+
+which is the discrete-time barrier condition (Agrawal & Sreenath, Discrete control barrier functions, RSS 2017) with the
+held command as backup (Gurriet et al., A scalable safety critical control framework, IEEE Access 8, 2020): to hold is
+always allowed while H >= 0, so the condition can be met again in the next cycle. Where H < 0, because model or
+constraint were wrong, it asks for a return. See docs/explanation/safety-filter.md.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendond.daemon.control.safety.body import Body, Shape
+from tendond.daemon.control.safety.constraints import Constraints, Values
+from tendond.daemon.control.safety.horizon import Horizon
+from tendond.daemon.control.safety.program import smallest_change
+from tendond.model.errors import ConvergenceError
+from tendond.model.rods.general import GeneralRod, GeneralState
+from tendond.model.strain.derivatives.linearise import Linearisation
+from tendond.model.strain.state import StrainState
+
+Array = NDArray[np.float64]
+
+ENOUGH = 1e-5
+"""Shortfall of a constraint that counts as none [m], and for strains a thousandth of it: below any margin."""
+
+ROUNDS = 4
+"""Linear programs at most: distances are curved, and each adds the rows that its solution missed. Chosen: more than
+two are needed only beside a sphere's edge."""
+
+ROWS = 3
+"""Constraints that a linear program adds, at one sample each: those missed most."""
+
+
+AIM = 0.1
+"""Part of `ENOUGH` by which a program goes beyond its rows, so that rounding does not bring a further round."""
+
+NEARLY = 20.0
+"""Shortfall that still counts as kept after the last round, of `ENOUGH`: 0.2 mm, beside margins of millimetres."""
+
+SLOPE_MIN = 1e-9
+"""Slope below which a command does nothing to a constraint [m/N]."""
+
+REACHED = 1e-6
+"""Change of a command that a row may still ask for [N]."""
+
+Along = Callable[[Array], Values]
+Pair = tuple[Array, Array]
+
+
+class Filtered(NamedTuple):
+    """The filter's result.
+
+    Attributes:
+        command: [N], shape (m,). constraint: name of the one that is nearest to its limit, after the filter.
+        distance: of it along the motion that follows, less margins, [m], of strain [-].
+        kept: whether all constraints are, within `NEARLY`; met: within `ENOUGH`.
+    """
+
+    command: Array
+    constraint: str
+    distance: float
+    kept: bool
+    met: bool
+
+
+class Barrier:
+    """The filter of a configuration. Not for use by two threads at once.
+
+    Args:
+        rod: the model. body: its places. constraints: of them. horizon: times of the motion. gamma: see above [-].
+    """
+
+    def __init__(self, rod: GeneralRod, body: Body, constraints: Constraints, horizon: Horizon, gamma: float) -> None:
+        self.body, self.constraints, self.horizon, self.gamma = body, constraints, horizon, gamma
+        self._rod, self._linear = rod, Linearisation(rod.strain_rod)
+        self._enough = np.full(len(constraints.names), ENOUGH)
+        self._enough[constraints.surfaces.count :] *= 1e-3
+
+    def at_rest(self, state: StrainState) -> tuple[str, float]:
+        """Return the nearest constraint of a resting state, and its distance less margins [m], of strain [-]."""
+        shape = self.body.shape(state)
+        clear = self._now(shape.points, shape)
+        row = int(np.argmin(clear / self._enough))
+        return self.constraints.names[row], float(clear[row])
+
+    def at_tip(self, place: Array) -> tuple[str, float]:
+        """Return the nearest surface of a place of the tip [m], shape (3,), and its distance less margins [m]."""
+        surfaces, last = self.constraints.surfaces, len(self.body.parts) - 1
+        of_tip = np.flatnonzero(surfaces.point == last)
+        if len(of_tip) == 0:
+            return "", np.inf
+        clear = surfaces.measure(np.broadcast_to(place, (last + 1, 3))).values[of_tip] - self.constraints.margin
+        row = int(np.argmin(clear))
+        return self.constraints.names[of_tip[row]], float(clear[row])
+
+    def _now(self, points: Array, shape: Shape) -> Array:
+        """Return the constraints of a shape that does not move, shape (r,)."""
+        still, straight = np.zeros((1, len(points), 3)), np.zeros((1, self.constraints.bends, 2))
+        return np.asarray(self.constraints.values(points, shape.bends, still, straight).clear[0])
+
+    def filter(
+        self, state: GeneralState, tensions: Array, force: Array, shift: Array, wanted: Array, low: Array, high: Array
+    ) -> Filtered:
+        """Return the allowed command nearest to the one wanted.
+
+        Args:
+            state: of the model. tensions: applied now [N], shape (m,). force: on its tip [N], shape (3,).
+            shift: of the tip, by which the observer corrects the model's [m], shape (3,).
+            wanted: command [N], shape (m,), within low and high: bounds of the command by all other limits [N].
+
+        Raises:
+            ConvergenceError: the model has no step from here, or no finite motion after it.
+            LinAlgError: the program is singular.
+        """
+        self._rod.use(state)
+        step = self._linear.step(state.strain, self._rod.loads(tensions, force, state.body))
+        motion = self.horizon.motion(np.concatenate((state.strain.strain, state.strain.rate)), step)
+        shape = self.body.shape(state.strain)
+        moves, turns = self.constraints.project(shape, self.body.bend_rows, motion)
+        if not (np.isfinite(moves).all() and np.isfinite(turns).all()):
+            raise ConvergenceError("safety: the motion ahead is not finite", 0.0, 0.0, 0)
+        points = shape.points + (self.body.parts**2)[:, None] * shift
+
+        def along(change: Array) -> Values:
+            weights = np.concatenate(([1.0], change))
+            return self.constraints.values(points, shape.bends, moves @ weights, turns @ weights)
+
+        held = along(np.zeros_like(wanted)).clear
+        floor = (1.0 - self.gamma) * np.minimum(held.min(axis=0), self._now(points, shape))
+        values = along(wanted - tensions)
+        if not (floor - values.clear > self._enough).any():
+            return self._described(wanted, values.clear, True)
+        hold = np.clip(tensions, low, high)
+        between = np.minimum(hold, wanted), np.maximum(hold, wanted)
+        for bounds in (between, (low, high)):
+            found = self._nearest(along, floor, (moves, turns), tensions, wanted, hold, bounds)
+            if found.met:
+                return found
+        return found
+
+    def _nearest(
+        self, along: Along, floor: Array, moved: Pair, tensions: Array, wanted: Array, hold: Array, bounds: Pair
+    ) -> Filtered:
+        """Search the allowed command; `along` gives the constraints for a change of the tensions applied now.
+
+        The constraints are linearised where the command is held, not where it is wanted, which may be behind an
+        obstacle. The distance to a sphere or a plane is convex: what its linearisation allows is allowed.
+        """
+        command = hold
+        for _ in range(ROUNDS):
+            values = along(command - tensions)
+            lack = floor - values.clear
+            if command is not hold and not (lack > self._enough).any():
+                return self._described(command, values.clear, True)
+            slopes = self.constraints.slopes(values, *moved)
+            command = self._solved(slopes, lack + AIM * self._enough, command, wanted, bounds)
+        return self._less_bad(along, floor, command, hold, tensions)
+
+    def _solved(self, slopes: Array, lack: Array, at: Array, wanted: Array, bounds: Pair) -> Array:
+        """Return the command nearest to the wanted one that the constraints allow, linearised at one.
+
+        Args:
+            slopes: by the command, shape (k r, m). lack: at the command `at`, shape (k, r).
+        """
+        sizes = np.maximum(np.sqrt(np.einsum("qm,qm->q", slopes, slopes)), SLOPE_MIN)
+        rows, wants = slopes / sizes[:, None], lack.ravel() / sizes
+        wants += rows @ (at - wanted)  # needed from the wanted command on
+        kept, change = np.zeros(0, dtype=np.intp), np.zeros_like(wanted)
+        for _ in range(ROUNDS):
+            missed = (wants - rows @ change).reshape(lack.shape)
+            samples, places = missed.argmax(axis=0), np.arange(lack.shape[1])
+            missed, worst = missed[samples, places], samples * lack.shape[1] + places
+            order = np.argsort(missed)[: -ROWS - 1 : -1]
+            worst = worst[order[missed[order] > REACHED]]
+            if len(worst) == 0:
+                break
+            kept = np.union1d(kept, worst)
+            change = smallest_change(rows[kept], wants[kept], bounds[0] - wanted, bounds[1] - wanted)
+        return np.clip(wanted + change, *bounds)
+
+    def _less_bad(self, along: Along, floor: Array, command: Array, hold: Array, tensions: Array) -> Filtered:
+        """Return the command, or to hold where that is nearer to the constraints, which neither may keep."""
+        clear = [along(one - tensions).clear for one in (command, hold)]
+        spare = [float(np.min((one - floor) / self._enough)) for one in clear]
+        better = 0 if spare[0] >= -NEARLY or spare[0] >= spare[1] else 1
+        found = self._described((command, hold)[better], clear[better], spare[better] >= -NEARLY)
+        return found._replace(met=spare[better] >= -1.0)
+
+    def _described(self, command: Array, clear: Array, kept: bool) -> Filtered:
+        least = clear.min(axis=0)
+        row = int(np.argmin(least / self._enough))
+        return Filtered(command, self.constraints.names[row], float(least[row]), kept, kept)

@@ -105,7 +105,7 @@ class ServoProcess:
         commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE, pace.arrived)
         resets = session.declare_queryable(key(name, SERVO_RESET), zenoh.handlers.RingChannel(QUEUE))
         states = session.declare_publisher(key(name, TENDON_STATE), encoding=ENCODING, express=True)
-        reported, phase = "", driver.phase
+        reported, cleared, phase = "", "ready", driver.phase
         healths = session.declare_publisher(key(name, SERVO_HEALTH), encoding=ENCODING)
         before = health_time = time.monotonic()
         losses = ReadLossLog(before)
@@ -128,7 +128,9 @@ class ServoProcess:
             self._reset(resets, driver)
             if (report := self._report(driver)) != reported:
                 reported = report
-                self._host.say(f"fault: {reported}" if reported else "fault cleared")
+                waiting = bool(reported) and reported == driver.objection and not driver.fault
+                self._host.say(f"{'not ready' if waiting else 'fault'}: {reported}" if reported else cleared)
+                cleared = "ready" if waiting else "fault cleared"
             if driver.phase is not phase:
                 phase = driver.phase
                 self._host.say(f"servos: {phase.value}")

@@ -1,13 +1,14 @@
 """Faults of a simulated rig, caused by a request while it runs."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import zenoh
 
 from tendond.bus.client import BusError, open_client
 from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.sensors.section import SensorSection
 from tendond.schemas.faults import FAULTS, Fault, FaultRequest
 from tendond.schemas.keys import SIMULATOR_INJECT, key
 from tendond.schemas.requests import ControlReply
@@ -26,14 +27,16 @@ class Faults:
 
     Args:
         tendons: number of tendons, and of servos.
+        sensors: those beside the camera.
 
     Attributes:
         time: simulated [s]; whoever steps the rig sets it.
     """
 
-    def __init__(self, tendons: int) -> None:
+    def __init__(self, tendons: int, sensors: Sequence[SensorSection] = ()) -> None:
         self._tendons = tendons
-        self._caused: dict[tuple[Fault, int | None], tuple[FaultRequest, float]] = {}
+        self._sensors = {one.name: one for one in sensors}
+        self._caused: dict[tuple[Fault, int | str | None], tuple[FaultRequest, float]] = {}
         self.time = 0.0
 
     def cause(self, request: FaultRequest) -> ControlReply:
@@ -46,6 +49,8 @@ class Faults:
             return ControlReply(
                 done=False, message=f"there is no servo {request.servo}; the servos are 1 to {self._tendons}"
             )
+        if request.sensor is not None and (wrong := self._misfit(request.sensor, request)):
+            return ControlReply(done=False, message=wrong)
         if request.fault is Fault.CLEAR:
             self._caused = {
                 of: one for of, one in self._caused.items() if request.servo is not None and of[1] != request.servo
@@ -53,7 +58,7 @@ class Faults:
             return ControlReply(done=True, message=_whose(request) + "cleared")
         lasting = request.duration
         until = math.inf if lasting is None else self.time + lasting
-        self._caused[request.fault, request.servo] = request, until
+        self._caused[request.fault, request.servo or request.sensor] = request, until
         span = "until it is cleared" if lasting is None else f"for {lasting:g} s"
         kind = FAULTS[request.fault]
         size = f" of {request.amount:g} {kind.unit}" if kind.size is not None else ""
@@ -65,6 +70,22 @@ class Faults:
             if kind is fault and self.time < until - ROUNDING:
                 return request
         return None
+
+    def of_sensor(self, fault: Fault, name: str) -> FaultRequest | None:
+        """Return the request of a fault of a sensor that is active now, if any."""
+        request, until = self._caused.get((fault, name), (None, self.time))
+        return request if self.time < until - ROUNDING else None
+
+    def _misfit(self, name: str, request: FaultRequest) -> str:
+        """Say why a sensor cannot have this fault; empty where it can."""
+        sensor = self._sensors.get(name)
+        if sensor is None:
+            known = ", ".join(self._sensors) or "none"
+            return f"there is no sensor '{name}'; [[sensors]] of the simulator's configuration has: {known}"
+        needed = max(request.rows or ((0, 1) if request.fault is Fault.SWAPPED else (0,)))
+        return (
+            "" if needed < sensor.rows else f"sensor '{name}' has no row {needed}; its rows are 0 to {sensor.rows - 1}"
+        )
 
     @property
     def stuck(self) -> list[int]:
@@ -80,7 +101,7 @@ class Faults:
         return [
             servo - 1
             for (fault, servo), (_, until) in self._caused.items()
-            if fault is kind and servo is not None and self.time < until - ROUNDING
+            if fault is kind and isinstance(servo, int) and self.time < until - ROUNDING
         ]
 
     @property
@@ -91,6 +112,8 @@ class Faults:
 
 
 def _whose(request: FaultRequest) -> str:
+    if request.sensor is not None:
+        return f"sensor {request.sensor}: "
     return "" if request.servo is None else f"servo {request.servo}: "
 
 

@@ -13,7 +13,7 @@ from tendond.daemon.control.state import CycleState, initial_state
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.rods import plant_rod
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import SensorReading, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction
 
@@ -41,10 +41,12 @@ class Wires:
 
     Attributes:
         pose: pose of a tick, from the plant's; none where none arrives.
+        readings: readings of a tick, by sensor, from the plant's.
         command: command that reaches the plant. report: report of the tendons that reaches the controller.
     """
 
     pose: Callable[[int, TipPose | None], TipPose | None] = lambda _, pose: pose
+    readings: Callable[[int, dict[str, SensorReading]], dict[str, SensorReading]] = lambda _, readings: readings
     command: Callable[[TendonCommand], TendonCommand] = lambda command: command
     report: Callable[[TendonState], TendonState] = lambda report: report
 
@@ -101,6 +103,10 @@ def watched_loop(
             asked = CycleInputs(request=asked)
         arrived: dict[str, Any] = {"pose": pose, "tendon_state": tendon_state, "unreadable": {}, "missed_ticks": 0}
         arrived["pose_lag"] = None if pose is None else tick * config.loop.period - pose.stamp_ns * 1e-9
+        arrived["readings"] = readings = wires.readings(tick, plant.readings)
+        arrived["reading_lags"] = {
+            name: tick * config.loop.period - one.stamp_ns * 1e-9 for name, one in readings.items()
+        }
         inputs = asked.model_copy(update=arrived)
         state, command, record = step(setup, state, inputs)
         if see_state is not None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
+from tendond.drivers.simulator.rotations import turned
 from tendond.model.numerics.rotation import quaternion
 from tendond.model.rod.tip import Tip
 from tendond.schemas.config.simulator import SimulatedMocap
@@ -100,9 +101,6 @@ class Mocap:
             position = position + np.array(teleport.vector)
         w, x, y, z = quaternion(tip.rotation)
         if section.rotation_noise > 0.0:
-            a, b, c = 0.5 * section.rotation_noise * self._random.standard_normal(3)
-            turned = np.array([w - a * x - b * y - c * z, x + a * w - b * z + c * y,
-                               y + b * w - c * x + a * z, z + c * w - a * y + b * x])  # fmt: skip
-            w, x, y, z = (turned / np.linalg.norm(turned)).tolist()
+            w, x, y, z = turned((w, x, y, z), 0.5 * section.rotation_noise * self._random.standard_normal(3))
         px, py, pz = position.tolist()
         return TipPose(seq=0, stamp_ns=stamp_ns, position=(px, py, pz), orientation=(w, x, y, z), valid=valid)

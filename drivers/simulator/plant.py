@@ -1,33 +1,26 @@
 """Simulated robot: the rod of the controller's model with its own parameters, driven by commands."""
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.faults import Faults
-from tendond.drivers.simulator.friction import TendonMiddles, grip
 from tendond.drivers.simulator.loads import SPREAD, HungWeight, impacts_at
 from tendond.drivers.simulator.mocap import Mocap
 from tendond.drivers.simulator.rods import GeneralPlantRod, PlantRod
+from tendond.drivers.simulator.sensors import SimulatedSensors, Truth
 from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model.rod.tip_body import ball_inertia
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.servo import speed_line
 from tendond.schemas.faults import Fault
-from tendond.schemas.messages import SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import SensorReading, SimulatorTruth, TendonCommand, TendonState, TipPose
 
 Array = NDArray[np.float64]
 
-ITERATIONS = 30
-RELAXATION = 0.8
-"""Relaxation of the friction iteration: nearly 1 would do for sliding tendons, 2/3 for sticking ones."""
-
 CUT_SLACK = 1.0
 """Slack of a cut tendon [m]."""
-
-ENDS_TOLERANCE = 1e-7
-"""Tolerance of the friction iteration [m]: 2 mN for a tendon of 20 kN/m."""
 
 
 class Plant:
@@ -42,6 +35,7 @@ class Plant:
 
     Attributes:
         faults: faults that requests have caused.
+        readings: of the sensors beside the camera, that arrive with the newest observation, by their names.
     """
 
     def __init__(self, config: RigConfig, rod: PlantRod) -> None:
@@ -49,22 +43,24 @@ class Plant:
         self._section = section
         self._limits = config.limits
         self._rod = rod
-        self._general = rod if isinstance(rod, GeneralPlantRod) else None  # with friction of its own
-        self._friction = section.servo.friction if self._general is None else 0.0
+        self._general = rod if isinstance(rod, GeneralPlantRod) else None
         slack = np.zeros(rod.parameters.tendon_count)
         self._command = slack
         self._by_displacement = False  # servos hold the tendons' displacement; else their tension is as commanded
-        self._servos = SimulatedActuators(section.servo, rod.time_step, slack)
-        self.faults = Faults(len(slack))
+        line = speed_line(config.servo, section.servo.voltage)
+        self._servos = SimulatedActuators(section.servo, rod.time_step, slack, line)
+        self.faults = Faults(len(slack), config.sensors)
+        self._sensors = SimulatedSensors(config.sensors, section.seed, self.faults)
+        self.readings: dict[str, SensorReading] = {}
         self._mocap = Mocap(section.mocap, section.seed, self.faults)
         straight = np.array([0.0, 0.0, rod.parameters.length])
-        self._weight = HungWeight(section.weight, section.rod.gravity, straight)
+        self._weight = HungWeight(section.weight, section.rod.base_gravity, straight)
         self._hung = 0.0  # mass that is part of the tip [kg]
         self._hang(self._weight.body(0.0))
         self._force = self._weight.force(0.0, rod.time_step)
         self._state: Any = rod.solve_static(slack, tip_force=self._force)
-        self._weight = HungWeight(section.weight, section.rod.gravity, rod.tip(self._state).position)
-        self._middles: TendonMiddles | None = None  # of tendons with friction, while displacement drives
+        self._before = self._state
+        self._weight = HungWeight(section.weight, section.rod.base_gravity, rod.tip(self._state).position)
         self._pull = slack
         self.seq = 0
 
@@ -101,11 +97,7 @@ class Plant:
         elif command is not None:
             by_displacement = command.armed and self._section.drive == "displacement"
             if by_displacement and not self._by_displacement:
-                ends = self._rod.displacements(self._state, elastic=True)
-                self._servos.stand(ends)
-                if self._friction > 0.0:
-                    stiffness, shortening = self._rod.tendon_stiffness, self._rod.displacements(self._state)
-                    self._middles = TendonMiddles(stiffness, ends, shortening)
+                self._servos.stand(self._rod.displacements(self._state, elastic=True))
             elif self._by_displacement and not by_displacement:
                 self._servos.stand(np.zeros(self.tendon_count))
             self._by_displacement = by_displacement
@@ -123,17 +115,18 @@ class Plant:
             else:  # of several at once along the rod, the last one's place counts for all
                 push = push + force
                 self._rod.spread_push(place, SPREAD)
-        ratio = grip(self._friction, self._bend)
         if self._by_displacement:
-            ends = self._servos.follow_displacement(self._command)
-            ends[self.faults.cut] = -CUT_SLACK
-            self._state = self._step_by_displacement(ends, ratio, push)
+            mean, end = self._servos.follow_displacement(self._command, self._pull)
         else:
-            tension = self._servos.follow_tension(self._command, ratio)
-            tension[self.faults.cut] = 0.0
-            self._state = self._rod.step(self._state, tension, tip_force=self._force, push=push)
-            self._pull = self._servos.tension
-            self._pull[self.faults.cut] = 0.0
+            mean, end = self._servos.follow_tension(self._command)
+        for driven in (mean, end):
+            driven[self.faults.cut] = -CUT_SLACK if self._by_displacement else 0.0
+        loads: dict[str, Any] = {"tip_force": self._force, "push": push}
+        loads["displacements" if self._by_displacement else "tensions"] = end
+        if self._general is not None:
+            loads["mean"] = mean
+        self._before, self._state = self._state, self._rod.step(self._state, **loads)
+        self._pull = self._state.tensions if self._by_displacement else end
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
         self.faults.time = self.time
@@ -151,42 +144,15 @@ class Plant:
             return np.clip(command.displacement, limits.displacement_min, limits.displacement_max)
         return np.clip(command.tension, 0.0, limits.tension_max) if command.armed else np.zeros(self.tendon_count)
 
-    @property
-    def _bend(self) -> float:
-        """Bend of the tendons' paths [rad]: that of the tip against the base, for a rod without inflection."""
-        return math.acos(min(1.0, max(-1.0, float(self._rod.tip(self._state).rotation[2, 2]))))
-
-    def _step_by_displacement(self, ends: Array, ratio: float, push: Array) -> Any:
-        """Advance one step with the tendons' ends at `ends` [m], shape (n,).
-
-        With friction, equivalent ends are found by iteration, as they depend on the state after the step.
-        """
-        start = self._state
-        if self._middles is None:
-            state = self._rod.step(start, displacements=ends, tip_force=self._force, push=push)
-            self._pull = state.tensions
-            return state
-        given = self._middles.given(ends, self._rod.displacements(start), ratio)
-        for _ in range(ITERATIONS):
-            state = self._rod.step(start, displacements=given, tip_force=self._force, push=push)
-            shortening = self._rod.displacements(state)
-            missing = self._middles.given(ends, shortening, ratio) - given
-            if float(np.max(np.abs(missing))) < ENDS_TOLERANCE:
-                break
-            given = given + RELAXATION * missing
-        self._middles.slide(ends, shortening, ratio)
-        self._pull = self._middles.tension(ends)
-        return state
-
     def observe(self, stamp_ns: int) -> tuple[TipPose | None, TendonState, SimulatorTruth]:
         """Return the pose (none where none arrives now), the servos' report and the truth, captured at `stamp_ns`.
 
-        Call it once a step.
+        `readings` are then those of the same time. Call it once a step.
         """
         tip = self._rod.tip(self._state)
         x, y, z = tip.position.tolist()
         vx, vy, vz = tip.velocity.tolist()
-        fx, fy, fz = (self._force + self._hung * np.array(self._section.rod.gravity)).tolist()
+        fx, fy, fz = (self._force + self._hung * np.array(self._section.rod.base_gravity)).tolist()
         displacement = tuple(self._rod.displacements(self._state).tolist())
         ends = tuple(self._servos.ends.tolist()) if self._by_displacement else displacement
         tensions = self._state.tensions if self._general is None else self._general.mean_tensions(self._state)
@@ -201,4 +167,6 @@ class Plant:
             tension=tuple(tensions.tolist()),
             tip_force=(fx, fy, fz),
         )
+        seen = Truth(self._rod, self._before, self._state, self._pull, self._section.rod.base_gravity)
+        self.readings = self._sensors.read(seen, self.time, stamp_ns)
         return self._mocap.see(tip, self.time, stamp_ns), state, truth

@@ -1,7 +1,7 @@
 """Process of the simulator: publishes poses, tendon states and the truth, subscribes to commands."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import zenoh
 
@@ -15,8 +15,8 @@ from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
-from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import ENCODING, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.keys import SIMULATOR_TRUTH, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key, sensor_topic
+from tendond.schemas.messages import ENCODING, Message, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.requests import ControlReply
 from tendond.schemas.wire import encode
 
@@ -77,10 +77,11 @@ class Simulator:
             self._source = "simulator-lockstep"  # a run repeats to the last byte
         with session:
             commands = Subscription(session, key(name, TENDON_COMMAND), TendonCommand, QUEUE)
-            publishers = [
-                session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
-                for topic in (SIMULATOR_TRUTH, TENDON_STATE, TIP_POSE)
-            ]
+            sensors = [sensor_topic(one.name) for one in self._config.sensors]
+            publishers = {
+                topic: session.declare_publisher(key(name, topic), encoding=ENCODING, express=True)
+                for topic in (SIMULATOR_TRUTH, TENDON_STATE, *sensors, TIP_POSE)
+            }
             faults = listen(session, name)
             period = self._config.simulator.period
             deadline, silent = time.monotonic(), 0.0
@@ -118,14 +119,17 @@ class Simulator:
             )
         return self._plant.faults.cause(request)
 
-    def _send(self, publishers: list[zenoh.Publisher], observation: Observation) -> None:
-        """Truth and tendons first: a controller that waits for the pose then finds them there."""
+    def _send(self, publishers: Mapping[str, zenoh.Publisher], observation: Observation) -> None:
+        """The pose last: a controller that waits for it then finds all else there."""
         pose, state, truth = observation
         if two := self._followed.objection(time.monotonic()):
             state = state.model_copy(update={"fault": "; ".join(filter(None, (two, state.fault)))})
-        for publisher, message in zip(publishers, (truth, state, pose), strict=True):
+        messages: dict[str, Message | None] = {SIMULATOR_TRUTH: truth, TENDON_STATE: state}
+        messages |= {sensor_topic(name): reading for name, reading in self._plant.readings.items()}
+        messages[TIP_POSE] = pose
+        for topic, message in messages.items():
             if message is not None:
-                publisher.put(encode(message.named(self._source)))
+                publishers[topic].put(encode(message.named(self._source)))
 
     def _received(self, commands: Subscription[TendonCommand]) -> list[TendonCommand]:
         """Take the commands that have come since the last call, oldest first."""
@@ -140,7 +144,7 @@ class Simulator:
         return received
 
     def _next_command(
-        self, commands: Subscription[TendonCommand], publishers: list[zenoh.Publisher]
+        self, commands: Subscription[TendonCommand], publishers: Mapping[str, zenoh.Publisher]
     ) -> TendonCommand | None:
         """Publish a pose and wait for the command that replies to it; none when the process is to end.
 

@@ -6,12 +6,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tendond.drivers.simulator.strain_places import StrainPlaces
 from tendond.model.errors import ParameterError
 from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
 from tendond.model.rods.general import GeneralRod, GeneralState
-from tendond.model.rods.selection import rod_from_section, solver_of
+from tendond.model.rods.selection import Solver, rod_from_section, rubs, solver_of
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.friction.along import stretches
@@ -71,8 +72,15 @@ class PlantRod(Protocol):
         """Add a body to the tip."""
 
 
+def plant_solver(section: SimulatorSection) -> Solver:
+    """Return the solver of a simulated plant: `simulator.solver`, else the one that its robot and friction need."""
+    if section.solver is None and section.servo.friction > 0.0:
+        return "general"
+    return solver_of(section.rod, section.solver)
+
+
 def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
-    """Return the rod of a simulated plant, by `simulator.solver`, which by default is what the robot needs.
+    """Return the rod of a simulated plant, by `plant_solver`.
 
     Args:
         section: [simulator].
@@ -81,11 +89,25 @@ def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
     Raises:
         ParameterError: a robot that cannot be, or that the named solver does not solve.
     """
-    if solver_of(section.rod, section.solver) == "general":
-        robot, friction = robot_from_section(section.rod), section.servo.friction
-        tendons = tuple(replace(one, friction=one.friction or friction) for one in robot.tendons)
-        return GeneralPlantRod(replace(robot, tendons=tendons), time_step)
+    if plant_solver(section) == "general":
+        return GeneralPlantRod(plant_robot(section), time_step)
+    if section.servo.friction > 0.0 or rubs(section.rod):
+        raise ParameterError(
+            "simulator.solver = 'shooting': that rod has no friction of tendons: remove the key, or set"
+            " simulator.servo.friction and that of the rod's tendons to 0"
+        )
     return rod_from_section(section.rod, time_step)
+
+
+def plant_robot(section: SimulatorSection) -> Robot:
+    """Return a simulated plant's robot for the general rod, whose tendons without friction have that of the servos.
+
+    Raises:
+        ParameterError: a robot that cannot be.
+    """
+    robot, friction = robot_from_section(section.rod), section.servo.friction
+    tendons = tuple(replace(one, friction=one.friction or friction) for one in robot.tendons)
+    return replace(robot, tendons=tendons)
 
 
 class GeneralPlantRod(GeneralRod):
@@ -106,11 +128,12 @@ class GeneralPlantRod(GeneralRod):
         super().__init__(robot, time_step)
         self.error_max = 0.0
         self._steps = 0
-        layout = self._rod.layout
+        layout = self.strain_rod.layout
         layout.tendon_stiffness[:] = self.tendon_stiffness  # the shooting rod's, for those that are given none
         self._own_mass = layout.mass.copy()
         self._push = np.zeros(len(layout.mass))
         self._rubbing = np.flatnonzero(layout.friction > 0.0)
+        self._places: dict[bytes, StrainPlaces] = {}
 
     def step(
         self,
@@ -118,43 +141,65 @@ class GeneralPlantRod(GeneralRod):
         tensions: ArrayLike | None = None,
         *,
         displacements: ArrayLike | None = None,
+        mean: ArrayLike | None = None,
         tip_force: ArrayLike = ZERO,
         push: ArrayLike = ZERO,
     ) -> GeneralState:
         """Compute the state one time step later, under loads that are held over it.
 
+        A step holds the mean of what drives a tendon, which is of second order. One with friction takes it at the
+        step's end, as the tensions along it are those at the end.
+
         Args:
-            state: of this rod. tensions: [N], shape (n,). displacements: instead, of the elastic tendons' ends [m].
+            state: of this rod. tensions: at the end of the step [N], shape (n,). displacements: instead, of the elastic
+                tendons' ends [m]. mean: of either over the step; default: as at its end.
             tip_force, push: world frame [N], shape (3,).
 
         Raises:
             ConvergenceError: there is no solution.
         """
-        loads: Loads = self._rod.loads(tension=tensions, displacement=displacements, tip_force=tip_force)
+        given = tensions if displacements is None else displacements
+        ends = np.zeros(len(self.tendon_stiffness)) if given is None else np.array(given, dtype=np.float64)
+        held = ends.copy() if mean is None else np.array(mean, dtype=np.float64)
+        held[self._rubbing] = ends[self._rubbing]
+        loads: Loads = (
+            self.strain_rod.loads(tension=held, tip_force=tip_force)
+            if displacements is None
+            else self.strain_rod.loads(displacement=held, tip_force=tip_force)
+        )
         loads.force[:] += self._push[:, None] * np.asarray(push, dtype=np.float64)
-        new = self._rod.step(state.strain, loads)
+        new = self.strain_rod.step(state.strain, loads)
         self._steps += 1
         if self._steps % CHECK_EVERY == 0:
-            self.error_max = max(self.error_max, *tip_error(self._rod, new))
-        taut = loads.tension
+            self.error_max = max(self.error_max, *tip_error(self.strain_rod, new))
+        taut = ends
         if displacements is not None:
-            taut = np.maximum(0.0, self.tendon_stiffness * (loads.tension - self._rod.displacements(new)))
+            taut = np.maximum(0.0, self.tendon_stiffness * (ends - self.strain_rod.displacements(new)))
             if new.pulls is not None:
                 taut[self._rubbing] = new.pulls[:, 0]
-        return self._after(state, new, taut.copy(), tip_force)
+        return self._after(state, new, taut, tip_force)
 
     def mean_tensions(self, state: GeneralState) -> Array:
         """Return the tensions of the tendons, means along those that rub [N], shape (n,)."""
-        layout, tensions = self._rod.layout, state.tensions.copy()
+        layout, tensions = self.strain_rod.layout, state.tensions.copy()
         stretched = stretches(layout, state.strain.pulls, tensions, self.tendon_stiffness)
         tensions[self._rubbing] = (stretched * self.tendon_stiffness)[self._rubbing]
         return tensions
 
     def tip(self, state: GeneralState) -> Tip:
         """Return the tip; without acceleration and input gain, which no plant asks for."""
-        position, rotation = self._rod.tip(state.strain)
+        position, rotation = self.strain_rod.tip(state.strain)
         nothing = np.zeros(3)
-        return Tip(position, rotation, self._rod.tip_velocity(state.strain), nothing, np.zeros((3, 0)), state.tensions)
+        return Tip(
+            position, rotation, self.strain_rod.tip_velocity(state.strain), nothing, np.zeros((3, 0)), state.tensions
+        )
+
+    def cross_sections(self, state: GeneralState, at: Array) -> tuple[Array, Array, Array]:
+        """Return positions, orientations and strains at arc lengths [m]; see `StrainPlaces.find`."""
+        places = self._places.get(key := at.tobytes())
+        if places is None:
+            places = self._places[key] = StrainPlaces(self.strain_rod, at)
+        return places.find(state.strain)
 
     def spread_push(self, place: float, half_width: float = 0.05) -> None:
         """Spread the push of later steps over the mass points of a stretch, as a parabola; see `Rod.spread_push`.
@@ -162,7 +207,7 @@ class GeneralPlantRod(GeneralRod):
         Args:
             place: of its middle, as a part of the length. half_width: likewise.
         """
-        layout = self._rod.layout
+        layout = self.strain_rod.layout
         at = np.concatenate(([0.0], np.cumsum(layout.step)))[layout.place] / self.parameters.length
         on_axis = ~layout.arm.any(axis=1)
         share = np.where(on_axis, np.maximum(0.0, 1.0 - ((at - place) / half_width) ** 2), 0.0)
@@ -181,5 +226,5 @@ class GeneralPlantRod(GeneralRod):
         """
         if not (np.isfinite(mass) and mass >= 0.0):
             raise ParameterError(f"tip: mass = {mass!r} must be finite and not negative")
-        self._rod.layout.mass[:] = self._own_mass
-        self._rod.layout.mass[self._tip_point] += mass
+        self.strain_rod.layout.mass[:] = self._own_mass
+        self.strain_rod.layout.mass[self._tip_point] += mass

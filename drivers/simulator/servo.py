@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.drivers.simulator.friction import between
 from tendond.model.tendons.servo import ServoDynamics, advance, at_rest
 from tendond.schemas.config.simulator import SimulatedServos
 
@@ -19,55 +18,56 @@ class SimulatedActuators:
         section: [simulator.servo].
         period: between commands [s].
         start: present value, shape (n,).
+        line: tension at which a servo stands [N], 0: none; speed without load [m/s].
 
     Attributes:
-        tension: tension that they pull with where tension drives [N], shape (n,).
         stuck: indices of those that do not move.
     """
 
-    def __init__(self, section: SimulatedServos, period: float, start: Array) -> None:
+    def __init__(
+        self, section: SimulatedServos, period: float, start: Array, line: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         self._servo = ServoDynamics(
-            section.rate, section.acceleration, section.lag, section.backlash, section.resolution
+            section.rate, section.acceleration, section.lag, section.backlash, section.resolution, *line
         )
         self._period = period
-        self._lag_factor = math.exp(-period / section.lag) if section.lag > 0.0 else 0.0
+        self._half_lag = math.exp(-0.5 * period / section.lag) if section.lag > 0.0 else 0.0
         self.stuck: list[int] = []
         self.stand(start)
 
     def stand(self, at: Array) -> None:
         """Stand still at `at`, without history."""
         self._states = [at_rest(place) for place in at.tolist()]
-        self._shaft = at.copy()
         self._end = at.copy()
 
     @property
-    def tension(self) -> Array:
-        return self._shaft.copy()
-
-    @property
     def ends(self) -> Array:
-        """Position of the tendons' ends [m] (or tension at the rod [N]), shape (n,)."""
+        """Position of the tendons' ends [m], or tension there [N], shape (n,)."""
         return self._end.copy()
 
-    def follow_displacement(self, goal: Array) -> Array:
-        """Return the displacement of the tendons' ends after a period of moving to `goal` [m], shape (n,)."""
-        for index, place in enumerate(goal.tolist()):
+    def follow_displacement(self, goal: Array, load: Array) -> tuple[Array, Array]:
+        """Return the tendons' ends, mean and last of a period of moving to `goal` [m], shape (n,) each.
+
+        Args:
+            goal: [m].
+            load: tension against them [N], shape (n,).
+        """
+        before = self._end
+        for index, (place, pull) in enumerate(zip(goal.tolist(), load.tolist(), strict=True)):
             state = self._states[index]
             if index in self.stuck:
                 state, place = state._replace(velocity=0.0), state.position
-            self._states[index] = advance(self._servo, state, place, self._period)
+            self._states[index] = advance(self._servo, state, place, self._period, load=pull)
         self._end = np.array([state.end for state in self._states])
-        return self._end.copy()
+        return 0.5 * (before + self._end), self._end.copy()
 
-    def follow_tension(self, goal: Array, ratio: float = 1.0) -> Array:
-        """Return the tensions at the rod after a period of pulling with `goal` [N], shape (n,): lag, then friction.
+    def follow_tension(self, goal: Array) -> tuple[Array, Array]:
+        """Return the tensions in the middle and at the end of a period of pulling with `goal` [N], shape (n,) each.
 
-        Args:
-            goal: [N].
-            ratio: see `friction.grip`.
+        An ideal one has its goal at once.
         """
         goal = goal.copy()
-        goal[self.stuck] = self._shaft[self.stuck]
-        self._shaft = goal + self._lag_factor * (self._shaft - goal)
-        self._end = between(self._end, self._shaft, ratio)
-        return self._end.copy()
+        goal[self.stuck] = self._end[self.stuck]
+        middle = goal + self._half_lag * (self._end - goal)
+        self._end = goal + self._half_lag**2 * (self._end - goal)
+        return middle, self._end.copy()

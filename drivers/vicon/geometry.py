@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tendond.model.numerics.rotation import quaternion
 from tendond.schemas.base import Quaternion, Vector3
+from tendond.schemas.config.rod.bodies import RodBase
 from tendond.schemas.config.vicon import Axes, EulerOrder, ViconSection, axis_vector
 
 Array = NDArray[np.float64]
@@ -30,6 +31,13 @@ class Placement:
 
 
 WORLD = Placement(np.zeros(3), np.eye(3))
+
+
+def placed(base: RodBase | None) -> Placement:
+    """Return the pose of the base in the world as [rod.base] has it."""
+    if base is None:
+        return WORLD
+    return Placement(np.array(base.position), rotation_from_quaternion(*base.orientation))
 
 
 def rotation_from_euler(angles: Vector3, order: EulerOrder) -> Array:

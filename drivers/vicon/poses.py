@@ -3,7 +3,7 @@
 from collections import Counter
 
 from tendond.drivers.vicon.frames import Frame
-from tendond.drivers.vicon.geometry import WORLD, Alignment, continued
+from tendond.drivers.vicon.geometry import WORLD, Alignment, Placement, continued
 from tendond.drivers.vicon.level import Level
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.vicon import ViconSection
@@ -18,8 +18,8 @@ class PoseBuilder:
     """One message per frame.
 
     Args:
-        section: [vicon].
-        gravity: gravity of the model, in the base frame [m/s^2].
+        section: [vicon]. gravity: of the model, in the base's frame [m/s^2].
+        base: pose of the base in the Vicon world, where no object shows it.
 
     Attributes:
         objections: reasons for which the last frame gave no valid pose; empty when it did.
@@ -27,8 +27,9 @@ class PoseBuilder:
         level: level of the base.
     """
 
-    def __init__(self, section: ViconSection, gravity: Vector3) -> None:
+    def __init__(self, section: ViconSection, gravity: Vector3, base: Placement = WORLD) -> None:
         self._section = section
+        self._base = base
         self._alignment = Alignment(section, gravity)
         self.level = Level(self._alignment, gravity)
         self._last: TipPose | None = None
@@ -40,7 +41,7 @@ class PoseBuilder:
         """Build the message for a frame; none before the first pose."""
         stamp_ns = max(0, frame.stamp_ns - round(self._section.latency * 1e9))
         placement, objections = None, []
-        tip, base = frame.objects.get(self._section.tip), WORLD
+        tip, base = frame.objects.get(self._section.tip), self._base
         if tip is None:
             objections.append(self._absent(frame, self._section.tip))
         if self._section.base:

@@ -10,6 +10,7 @@ from tendond.bus.identity import new_source
 from tendond.drivers.host import Host, await_controller
 from tendond.drivers.vicon.datastream import DataStreamSource
 from tendond.drivers.vicon.frames import Frame, Sequencer
+from tendond.drivers.vicon.geometry import placed
 from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.drivers.vicon.udp import UdpSource
 from tendond.schemas.config.rig import RigConfig
@@ -89,7 +90,7 @@ class ViconDriver:
         self._section = section
         self._host = host
         self._log = LimitedLog(host.say)
-        self._builder = PoseBuilder(section, config.rod.gravity)
+        self._builder = PoseBuilder(section, config.rod.base_gravity, placed(config.rod.base))
         wanted = {section.tip, section.base} - {""}
         self._sequencer = Sequencer(frozenset(wanted))
         self._heard = time.monotonic()

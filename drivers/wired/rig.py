@@ -2,7 +2,7 @@
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,7 @@ from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.config.simulator import SimulatedServos
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.faults import Fault
-from tendond.schemas.keys import SIMULATOR_TRUTH, key
+from tendond.schemas.keys import SIMULATOR_TRUTH, key, sensor_topic
 from tendond.schemas.messages import ENCODING, TendonCommand, TipPose
 from tendond.schemas.wire import encode
 
@@ -104,7 +104,7 @@ class WiredRig:
         self._plant = plant
         self._source = new_source("simulator")
         self._stopped = stopped
-        self._alignment = Alignment(vicon, config.rod.gravity)
+        self._alignment = Alignment(vicon, config.rod.base_gravity)
         self._tendons = [SpooledServo(tendon, servo.baudrate) for tendon in calibration.tendons]
         self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
 
@@ -113,7 +113,7 @@ class WiredRig:
         self.bus.close()
 
     def run(self) -> None:
-        """Simulate until stopped; the truth is published for the controller's log.
+        """Simulate until stopped; the truth is published for the controller's log, and the readings of sensors.
 
         Raises:
             BusError: no controller.
@@ -125,16 +125,19 @@ class WiredRig:
         except StoppedError:
             return
         with session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:
-            truths = session.declare_publisher(key(name, SIMULATOR_TRUTH), encoding=ENCODING, express=True)
+            topics = [SIMULATOR_TRUTH, *(sensor_topic(one.name) for one in self._config.sensors)]
+            publishers = {
+                topic: session.declare_publisher(key(name, topic), encoding=ENCODING, express=True) for topic in topics
+            }
             faults = listen(session, name)
             deadline = time.monotonic()
             while not self._stopped():
-                self._step(truths, tracker)
+                self._step(publishers, tracker)
                 handle_faults(faults, lambda request: cause(self.bus, self._plant.faults, request))
                 deadline = max(deadline + period, time.monotonic() - period)
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
-    def _step(self, truths: zenoh.Publisher, tracker: socket.socket) -> None:
+    def _step(self, publishers: Mapping[str, zenoh.Publisher], tracker: socket.socket) -> None:
         """Advance the rod with the servos' displacements and publish the result."""
         self._plant.step(
             TendonCommand(
@@ -151,7 +154,9 @@ class WiredRig:
             tendon.tension = tension
         if self._plant.faults.now(Fault.SILENCE) is not None:
             return
-        truths.put(encode(truth.named(self._source)))
+        publishers[SIMULATOR_TRUTH].put(encode(truth.named(self._source)))
+        for sensor, reading in self._plant.readings.items():
+            publishers[sensor_topic(sensor)].put(encode(reading.named(self._source)))
         if pose is not None:
             tracker.sendto(self._packet(pose), ("127.0.0.1", self._vicon.port))
 

@@ -14,6 +14,9 @@ BACKDRIVE = 10.0
 """Speed of a shaft without torque per external torque [rad/s per N m]."""
 
 OVERLOAD_SECONDS = 1.0
+NO_TORQUE = 1e-9
+"""Stall torque that stands for a motor without output [N m]."""
+
 YIELD_SPEED = 0.5
 """Speed of a shaft under more torque than the motor can hold [rad/s]."""
 
@@ -150,15 +153,13 @@ class EmulatedMotor(EmulatedShaft):
         if mode in MOVES_IN_MODE:
             goal = self.value(MOVES_IN_MODE[mode]) * self._direction
             wanted = goal * table.VELOCITY_UNIT if mode == 1 else NO_LOAD_SPEED * goal / table.FULL_PWM
-            shaft.rate = max(abs(wanted), 1e-9) / table.TICK
+            shaft.rate, shaft.stall = max(abs(wanted), 1e-9) / table.TICK, 0.0
             shaft.step(shaft.position + math.copysign(1e9, wanted) if wanted else shaft.shaft, duration)
             return
         goal_shaft = self._shaft_at(self.value(table.GOAL_POSITION))
-        ahead = goal_shaft - shaft.shaft
-        against = -math.copysign(1.0, ahead) * outside / STALL_TORQUE
-        able = NO_LOAD_SPEED * max(0.0, self._duty - against)
-        shaft.rate = max(min(self._profile_speed(goal_shaft), able), 1e-6) / table.TICK
-        shaft.step(goal_shaft, duration)
+        shaft.rate = max(self._profile_speed(goal_shaft), 1e-6) / table.TICK
+        shaft.stall, shaft.no_load = max(self._torque_max, NO_TORQUE), NO_LOAD_SPEED * self._duty / table.TICK
+        shaft.step(goal_shaft, duration, -outside)
         self._ongoing = self._ongoing and abs(shaft.position - goal_shaft) > 0.5
 
     def _profile_speed(self, goal: float) -> float:

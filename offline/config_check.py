@@ -14,6 +14,7 @@ from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.rod.reach import ends_early
 from tendond.schemas.errors.explain import Objection, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
 
@@ -117,10 +118,11 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
         hub_settings(config)
     except ConfigError as error:
         yield str(error)
-    if not config.rod.refusal and not law_objections(config.control):  # the gains depend on the laws
+    if not law_objections(config.control):  # the gains depend on the laws
         with suppress(ModelError):  # reported as an error already
             if gains := lowered(config, model_rod(config).parameters):
                 yield gains
+    yield from _short_tendon(config)
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (
@@ -140,3 +142,33 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
             load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
         except TendondError as error:
             yield str(error)
+
+
+def safety_remarks(config: RigConfig) -> Iterator[str]:
+    """Compare the target with [safety]; a message where the filter does not let the tip go there."""
+    from tendond.daemon.control.safety.configured import target_remark
+    from tendond.daemon.control.setup import CycleSetup
+    from tendond.model import ModelError
+
+    if config.safety is None:
+        return
+    with suppress(DaemonError, ModelError):  # is an error of its own
+        setup = CycleSetup.from_config(config)
+        if remark := target_remark(setup.barrier, setup.selection.reference.target):
+            yield f"safety: {remark}"
+
+
+def _short_tendon(config: RigConfig) -> Iterator[str]:
+    """Say which law a tendon that ends before the tip chose, or that a law in the plane pulls such a one."""
+    from tendond.daemon.control.laws import BENDING_PLANE
+
+    law, control, length = LAWS.get(config.control.law), config.control, config.rod.backbone_length
+    if law is None or not ends_early(config.rod, control.agonist):
+        return
+    end = config.rod.tendon[control.agonist].end or 0.0
+    where = f"tendon {control.agonist}, which ends at {end * 1e3:.4g} of {length * 1e3:.4g} mm"
+    if law.task_space is BENDING_PLANE:
+        yield (
+            f"control.law: {law.name} pulls {where}; of both presets of this kind `tendond study stability` finds such"
+            " loops unstable (radius 1.22 and 1.76 at 100 Hz): compare laws with `tendond study stability --track`"
+        )

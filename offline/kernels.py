@@ -15,12 +15,12 @@ from tendond.schemas.config.rig import RigConfig
 TENDONS = 4
 """Number of tendons of the paper's robot."""
 
-SHOOTING, TRAJECTORIES, GENERAL = "shooting", "trajectories", "general"
+SHOOTING, TRAJECTORIES, GENERAL, FILTER = "shooting", "trajectories", "general", "filter"
 
 NAMES = {SHOOTING: "shooting rod", GENERAL: "general rod"}
 """Name for people of a list of parts, by its first."""
 
-ALL = ((SHOOTING, TRAJECTORIES), (GENERAL,))
+ALL = ((SHOOTING, TRAJECTORIES), (GENERAL, FILTER))
 """Parts of `tendond.model.warm`; each list is compiled in a process of its own."""
 
 Progress = Callable[[str, int, str], None]
@@ -29,11 +29,12 @@ Progress = Callable[[str, int, str], None]
 
 def parts_of(config: RigConfig) -> tuple[tuple[str, ...], ...]:
     """Return the parts that a controller and a simulator with this configuration need, and `tendond config check`."""
-    from tendond.model.rods.selection import solver_of
+    from tendond.drivers.simulator.rods import plant_solver
+    from tendond.model.rods.selection import source_of
 
-    plant = config.simulator
-    solvers = {solver_of(config.rod, config.control.solver), solver_of(plant.rod, plant.solver), GENERAL}
-    return tuple((solver,) for solver in NAMES if solver in solvers)
+    solvers = {source_of(config).solver, plant_solver(config.simulator), GENERAL}
+    filters = (FILTER,) if config.observer.kind == "kalman" else ()
+    return tuple((solver, *(filters if solver == GENERAL else ())) for solver in NAMES if solver in solvers)
 
 
 def compile_kernels(parts: Sequence[Sequence[str]], tendons: int, progress: Progress) -> dict[str, float]:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.drivers.simulator.lockstep import open_loop
-from tendond.model.rods.selection import Solver
 from tendond.offline.bench.profiles import LAWS, ProfileRow, profile_config, run_profile
 from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import check_config
@@ -29,8 +28,9 @@ SLACK = (-0.1, -0.1, -0.1)
 """Displacement of the other tendons [m]."""
 
 HEADING = (
-    "| coefficient | law | servo pulls at 58 mm [N] | rod is pulled [N] | lost at the reversal [mm] | x at 20 mm,"
-    " pulled and paid out [mm] | settled [s] | error [mm] |\n| --- | --- | --- | --- | --- | --- | --- | --- |"
+    "| coefficient | law | servo pulls at 58 mm [N] | mean along the path [N] | x at 20 mm,"
+    " pulled and paid out [mm] | settled [s] | error [mm] | error, configured [mm] |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- |"
 )
 
 
@@ -40,7 +40,7 @@ class FrictionLoop:
 
     Attributes:
         end: displacement of the servo's end [m].
-        before, behind: tension at the servo, and as the rod feels it [N].
+        before, behind: tension at the servo, and its mean along the path [N].
         x: tip x [m].
     """
 
@@ -49,19 +49,9 @@ class FrictionLoop:
     behind: Array
     x: Array
 
-    @property
-    def lost(self) -> float:
-        """Difference of the end between pulling and paying out at the same x, near the reversal [m]."""
-        back = np.flatnonzero((np.arange(len(self.end)) >= STEPS) & (self.end > 0.8 * FARTHEST))
-        pulled = 0.95 * FARTHEST
-        x = float(np.interp(pulled, self.end[:STEPS], self.x[:STEPS]))
-        return pulled - float(np.interp(x, self.x[back], self.end[back]))
 
-
-def pull_and_release(
-    coefficient: float, stiffness: float = TENDON_STIFFNESS, solver: Solver = "shooting"
-) -> FrictionLoop:
-    """Pull and release a tendon of `stiffness` [N/m] with a friction coefficient [-], on the rod of a solver.
+def pull_and_release(coefficient: float, stiffness: float = TENDON_STIFFNESS) -> FrictionLoop:
+    """Pull and release a tendon of `stiffness` [N/m] with a friction coefficient [-], on the general rod.
 
     Raises:
         ConvergenceError: the plant has no solution.
@@ -72,7 +62,7 @@ def pull_and_release(
                 "drive": "displacement",
                 "period": PERIOD,
                 "servo": {"friction": coefficient},
-                "solver": solver,
+                "solver": "general",
                 "rod": {"tendon_stiffness": stiffness, "gravity": [0.0, 0.0, 0.0]},
             }
         },
@@ -91,8 +81,8 @@ def pull_and_release(
     return FrictionLoop(*np.array(rows).T)
 
 
-def run_rig(law: str, coefficient: float) -> ProfileRow:
-    """Profile `rig` with tendons that rub.
+def run_rig(law: str, coefficient: float, configured: float = 0.0) -> ProfileRow:
+    """Run profile `rig` with a coefficient of friction [-], and one that is configured in the controller's model.
 
     Raises:
         ConvergenceError: the plant has no solution.
@@ -100,7 +90,8 @@ def run_rig(law: str, coefficient: float) -> ProfileRow:
     config = profile_config("rig", law)
     servo = config.simulator.servo.model_copy(update={"friction": coefficient})
     simulator = config.simulator.model_copy(update={"servo": servo})
-    return run_profile("rig", law, config.model_copy(update={"simulator": simulator}))
+    rod = config.rod.model_copy(update={"tendon_friction": configured})
+    return run_profile("rig", law, config.model_copy(update={"simulator": simulator, "rod": rod}))
 
 
 def table() -> str:
@@ -111,11 +102,12 @@ def table() -> str:
         pulled = float(np.interp(HALFWAY, loop.end[:STEPS], loop.x[:STEPS]))
         paid_out = float(np.interp(HALFWAY, loop.end[: STEPS - 1 : -1], loop.x[: STEPS - 1 : -1]))
         for law in LAWS:
-            row = run_rig(law, coefficient)
+            row, known = run_rig(law, coefficient), run_rig(law, coefficient, coefficient)
             settled = f"never: {row.fault}" if row.settled is None else f"{row.settled:.2f}"
             cells = (
                 f"{coefficient:g}", law, f"{loop.before[STEPS - 1]:.1f}", f"{loop.behind[STEPS - 1]:.1f}",
-                f"{1e3 * loop.lost:.2f}", f"{1e3 * pulled:.1f}, {1e3 * paid_out:.1f}", settled, f"{row.error_mm:.2f}",
+                f"{1e3 * pulled:.1f}, {1e3 * paid_out:.1f}", settled, f"{row.error_mm:.2f}",
+                f"{known.error_mm:.2f}",
             )  # fmt: skip
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -91,7 +91,7 @@ def run_wired_chain(out: Path, text: str, hold: float, report: Report) -> None:
         commands = {
             "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
             "simulator": ("simulate", "--wired", "--config", str(config_file)),
-            "vicon driver": ("vicon", "--config", str(config_file)),
+            "vicon driver": ("rig", "vicon", "--config", str(config_file)),
             "servo driver": ("servo", "--config", str(config_file)),
         }
         demo = _Demo(endpoint, commands, hold, {"servo driver": port})
@@ -196,7 +196,8 @@ class _Demo:
                 elapsed = time.monotonic() - started
                 progress.update(task, completed=elapsed, description=status.mode.value, state=tip_in_words(status))
                 if status.mode is Mode.FAULT:
-                    busy = "; is this computer busy?" if status.reason.startswith("overrun") else ""
+                    late = status.reason.startswith(("overrun", "pose jump", "pose age", "pose stale"))
+                    busy = "; is this computer too busy to simulate the robot in real time?" if late else ""
                     raise DaemonError(f"the demo ended in a fault: {status.reason}{busy}")
                 time.sleep(POLL_SECONDS)
             progress.update(task, completed=self._hold)

@@ -52,6 +52,7 @@ class Case:
     Attributes:
         name: in words.
         servo: keys of [simulator.servo]. camera: of [simulator.mocap]. configured: of [observer].
+        friction: coefficient of friction of the controller's model.
         emulated: emulated servos take the place of the simulated ones.
         goal: everything is configured, and the goals are to be met.
     """
@@ -60,6 +61,7 @@ class Case:
     servo: Section = field(default_factory=lambda: IDEAL_SERVO)
     camera: Section = field(default_factory=lambda: IDEAL_CAMERA)
     configured: Section = field(default_factory=lambda: NOTHING)
+    friction: float = 0.0
     emulated: bool = False
     goal: bool = False
 
@@ -77,11 +79,17 @@ def cases() -> list[Case]:
         )
     ]
     camera = Case("pose delay and noise alone", camera=CAMERA, configured=KNOWS_CAMERA)
-    real = Case("all, of which only the pose's delay is configured", REAL, CAMERA, KNOWS_CAMERA)
+    real = Case("all configured but the servos", REAL, CAMERA, KNOWS_CAMERA, FRICTION)
     inverted = {**CONFIGURED, "command_delay": 0.004, "lag": SERVO_LAG}
     wrong = [
-        Case(f"all, {word} at {percent} %", REAL, CAMERA, {**CONFIGURED, key: 0.01 * percent * CONFIGURED[key]})
+        Case(
+            f"all, {word} at {percent} %", REAL, CAMERA, {**CONFIGURED, key: 0.01 * percent * CONFIGURED[key]}, FRICTION
+        )
         for word, key in (("dead time", "command_delay"), ("backlash", "backlash"), ("profile", "servo_acceleration"))
+        for percent in (50, 150)
+    ]
+    wrong += [
+        Case(f"all, friction at {percent} %", REAL, CAMERA, CONFIGURED, 0.01 * percent * FRICTION)
         for percent in (50, 150)
     ]
     frictions = [
@@ -90,22 +98,24 @@ def cases() -> list[Case]:
             {**REAL, "friction": coefficient},
             CAMERA,
             CONFIGURED,
-            goal=True,
+            coefficient,
+            goal=coefficient <= FRICTION,
         )
         for coefficient in (0.1, 0.3)
     ]
+    emulated = {**CONFIGURED, "command_delay": EMULATED_DELAY}
     return [
         Case("ideal servos on elastic tendons"),
         camera,
         *alone,
+        Case("friction alone, configured", {**IDEAL_SERVO, "friction": FRICTION}, friction=FRICTION),
         real,
-        Case("all configured, the lag inverted", REAL, CAMERA, inverted),
-        Case("all configured: profile 'rig'", REAL, CAMERA, CONFIGURED, goal=True),
+        Case("all configured, the lag inverted", REAL, CAMERA, inverted, FRICTION),
+        Case("all configured but friction: profile 'rig'", REAL, CAMERA, CONFIGURED),
+        Case("all configured", REAL, CAMERA, CONFIGURED, FRICTION, goal=True),
         *frictions,
         *wrong,
-        Case(
-            "emulated servos, all configured", REAL, CAMERA, {**CONFIGURED, "command_delay": EMULATED_DELAY}, True, True
-        ),
+        Case("emulated servos, all configured", REAL, CAMERA, emulated, FRICTION, emulated=True, goal=True),
     ]
 
 
@@ -117,6 +127,7 @@ def config_of(case: Case, period: float) -> RigConfig:
     values["observer"].update(case.configured)
     values["simulator"]["servo"] = dict(case.servo)
     values["simulator"]["mocap"].update(case.camera)
+    values["rod"]["tendon_friction"] = case.friction
     if case.emulated:
         values["servo"] = {}
     return check_config(values, f"case '{case.name}'")

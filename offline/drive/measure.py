@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
@@ -62,7 +63,7 @@ def run_case(case: Case, period: float = 4.0) -> DriveOutcome:
     """
     config = config_of(case, period)
     trajectory = CycleSetup.from_config(config).selection.reference
-    assert isinstance(trajectory, SpatialReference)
+    assert isinstance(trajectory, SpatialReference | PoseReference)
     seconds = config.pretension.duration + trajectory.arrival + REST_SECONDS
     cycles = IDLE_CYCLES + math.ceil(seconds / config.loop.period) + 1
     wires = STRAIGHT
@@ -84,7 +85,7 @@ def emulated_wires(config: RigConfig) -> ServoWires:
     return ServoWires(section, calibration, config.loop.period)
 
 
-def measure(trace: list[Watched], period: float, trajectory: SpatialReference) -> DriveOutcome:
+def measure(trace: list[Watched], period: float, trajectory: SpatialReference | PoseReference) -> DriveOutcome:
     """Measure a run to the end of the rest after its trajectory."""
     last = trace[-1].record
     part = [one for one in trace if one.record.mode is Mode.TRACKING]

@@ -13,7 +13,9 @@ from tendond.daemon.errors import UsageError
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.describe.scaled import has
-from tendond.offline.identification.parameters import FROM, Parameter
+from tendond.offline.identification.geometry import geometry_of, nominal_geometry, with_geometry
+from tendond.offline.identification.parameter import Parameter
+from tendond.offline.identification.parameters import FROM
 from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
@@ -24,6 +26,9 @@ SCALE = {"E": "stiffness", "rho": "mass", "Bbt": "damping", "C": "drag", "tendon
 
 ABSENT = "the configuration has none, and a factor on it has no effect: describe a first guess"
 """Reason for which a factor cannot be fitted."""
+
+OWN_FRICTION = "each tendon has its own friction in the configuration: remove the friction of [[rod.tendon]]"
+NO_TIP = "the configuration has no body on the tip: set rod.tip_mass, or fit tip_mass too"
 
 
 def parameters_of(rod: RodSection, parameters: Iterable[Parameter]) -> tuple[Parameter, ...]:
@@ -36,6 +41,10 @@ def parameters_of(rod: RodSection, parameters: Iterable[Parameter]) -> tuple[Par
             parameter = replace(parameter, unit="-", meaning=meaning, section="rod.scale", key=key)
         elif parameter.name == "tip_mass" and rod.tip is not None:
             parameter = replace(parameter, section="rod.tip", key="mass")
+        elif (placed := geometry_of(rod, parameter)) is None:
+            continue
+        else:
+            parameter = placed
         found.append(parameter)
     return tuple(found)
 
@@ -53,6 +62,7 @@ def nominal(config: RigConfig) -> dict[str, float]:
         "delay": observer.delay,
         "lag": observer.lag,
         "zero": 0.0,
+        **nominal_geometry(rod),
     }
     if rod.not_uniform:
         robot, scale = robot_from_section(rod), rod.scale or RodScale()
@@ -69,9 +79,15 @@ def nominal(config: RigConfig) -> dict[str, float]:
 
 
 def absent(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, str]:
-    """Return the factors on what the robot does not have, with the reason for which they are not fitted."""
-    values = nominal(config)
-    return {one.name: ABSENT for one in parameters if one.section == "rod.scale" and values[one.name] == 0.0}
+    """Return the parameters of what the robot does not have, with the reason for which they are not fitted."""
+    values, rod = nominal(config), config.rod
+    names = {one.name for one in parameters}
+    found = {one.name: ABSENT for one in parameters if one.section == "rod.scale" and values[one.name] == 0.0}
+    if "mu" in names and rod.tendon and all(one.friction is not None for one in rod.tendon):
+        found["mu"] = OWN_FRICTION
+    if values["tip_mass"] == 0.0 and "tip_mass" not in names:
+        found |= {one.name: NO_TIP for one in parameters if one.group == "tip_offset"}
+    return found
 
 
 def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, float]:
@@ -91,10 +107,12 @@ def starts(config: RigConfig, parameters: Iterable[Parameter]) -> dict[str, floa
 def section_with(rod: RodSection, values: Mapping[str, float]) -> RodSection:
     """Return [rod] with other values, by name; those that are not given stay."""
     changed: dict[str, Any] = {}
+    not_uniform = rod.not_uniform
+    rod = with_geometry(rod, values)
     if "tip_mass" in values:
         mass = values["tip_mass"]
         changed |= {"tip_mass": mass} if rod.tip is None else {"tip": rod.tip.model_copy(update={"mass": mass})}
-    if rod.not_uniform:
+    if not_uniform:
         known = {key: values[name] for name, key in SCALE.items() if values.get(name, 0.0) > 0.0}
         changed["scale"] = (rod.scale or RodScale()).model_copy(update=known)
         return rod.model_copy(update=changed)

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from tendond.offline.identification.configured import nominal, parameters_of
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import PARAMETERS, Parameter
+from tendond.offline.identification.parameter import Parameter
+from tendond.offline.identification.parameters import PARAMETERS
 from tendond.offline.identification.recordings.recording import Recording
 
 
@@ -23,6 +24,9 @@ def force_scale(recordings: Sequence[Recording], parameters: Sequence[Parameter]
             f"the servos' load, assumed to be accurate to {options.load_noise:g} N; an error of its scale is one of E",
             True,
         )
+    known = [parameter.name for parameter in parameters if parameter.force and parameter.name in options.priors]
+    if known:
+        return f"the prior of {', '.join(known)}", True
     values = nominal(recordings[0].config)
     for held in ("rho", "E", "tip_mass"):
         if held not in names and values[held] > 0.0:

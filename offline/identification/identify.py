@@ -1,29 +1,42 @@
-"""Identification from logs: check, fit, drop what the data do not identify, fit again, compare on other logs."""
+"""Identification from logs: check, fit, hold what the data do not identify, fit again, compare on other logs."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from tendond.offline.identification.candidates import candidates
 from tendond.offline.identification.configured import absent, nominal, parameters_of, starts
+from tendond.offline.identification.fitting.candidate import Trial
 from tendond.offline.identification.fitting.evaluations import EvaluationCache
+from tendond.offline.identification.fitting.identifiable import fit_identifiable
 from tendond.offline.identification.fitting.problem import FitProblem, Report
+from tendond.offline.identification.fitting.selection import select
 from tendond.offline.identification.fitting.servo_start import servo_start
 from tendond.offline.identification.fitting.solve import FitResult, fit
-from tendond.offline.identification.fitting.statistics import ALIKE, Statistics, statistics
 from tendond.offline.identification.force_scale import force_scale, weight_hides_tip_mass
 from tendond.offline.identification.options import Options
-from tendond.offline.identification.parameters import Parameter, chosen
+from tendond.offline.identification.parameter import Parameter
+from tendond.offline.identification.parameters import DYNAMIC, FROM, GENERAL, PARAMETERS, chosen
 from tendond.offline.identification.recordings.checks import Finding, check, errors
-from tendond.offline.identification.recordings.recording import DataError, Recording
-from tendond.offline.identification.results.result import Found, HeldOut, Identification, Ratio
+from tendond.offline.identification.recordings.recording import DataError, Drive, Recording
+from tendond.offline.identification.recordings.rests import has_only_rests
+from tendond.offline.identification.results.collect import compare, found_parameters, ratios_to_modulus
+from tendond.offline.identification.results.result import Identification
+from tendond.offline.identification.simulation.rests import StaticSimulation
 from tendond.offline.identification.simulation.simulate import Simulation
+from tendond.offline.identification.simulation.simulated import Simulated
 from tendond.offline.source_hash import source_hash
 
 SOURCES = ("model", "schemas", "offline/identification")
 """Modules of the package that a fit's evaluations depend on."""
+
+AT_REST = "rests do not depend on it: record motion"
+NO_PLAY = "the servos' reports at rest do not show it: fit to the commands (--drive command), or record motion"
 
 
 def identify(
@@ -50,24 +63,44 @@ def identify(
         FitError, SimulationError: no result.
     """
     config = recordings[0].config
-    parameters = parameters_of(config.rod, chosen(options.parameters))
     drive = options.drive or ("measured" if all(r.has_reports for r in recordings) else "command")
-    everything = [*recordings, *held_out]
-    findings = check(everything, drive)
+    statics = all(map(has_only_rests, recordings)) if options.statics is None else options.statics
+    trials: list[Trial] = []
+    if options.parameters is None:
+        forced = options.load_noise is not None or any(recording.weight > 0.0 for recording in recordings)
+        forced = forced or any(PARAMETERS[name].force for name in options.priors)
+        tried, trials = candidates(config, _unseen(PARAMETERS.values(), drive) if statics else {}, forced)
+        parameters = tuple(parameter for one in tried for parameter in one.parameters)
+    else:
+        parameters = parameters_of(config.rod, chosen(options.parameters))
+    why = absent(config, parameters) | (_unseen(parameters, drive) if statics else {})
+    free = [parameter for parameter in parameters if parameter.name not in why]
+    simulate = partial(_simulation, drive=drive, statics=statics, general=any(one.name in GENERAL for one in free))
+    findings = check([*recordings, *held_out], drive, simulate, not any(one.section == "rod.base" for one in free))
     for finding in findings:
         tell(finding)
     bad = errors(findings)
     if bad:
         raise DataError("\n".join(finding.text for finding in bad))
-    why = absent(config, parameters)
-    free = [parameter for parameter in parameters if parameter.name not in why]
     starts(config, free)  # refused before anything is computed
+    simulations = tuple(simulate(recording) for recording in recordings)
+    noise = float(np.median([simulation.recording.noise for simulation in simulations])) or 1e-5
+    begin: dict[str, float] = {}
+
+    def problem_of(some: Sequence[Parameter], start: Mapping[str, float], prior_scale: float = noise) -> FitProblem:
+        return FitProblem(
+            simulations, some, start, options.load_noise, options.jobs, report, options.priors, prior_scale
+        )  # fmt: skip
+
+    if options.parameters is None:
+        selected = select(tried, nominal(config), problem_of, noise)
+        order = {parameter.name: place for place, parameter in enumerate(free)}
+        free = sorted(selected.parameters, key=lambda one: order[one.name])
+        parameters, begin, trials = tuple(free), selected.values, [*selected.trials, *trials]
     scale, known = force_scale(recordings, free, options)
-    simulations = tuple(Simulation(recording, drive) for recording in recordings)
-    noise = float(np.median([recording.noise for recording in recordings])) or 1e-5
     kept = EvaluationCache(memory, {
         "logs": [_digest(recording) for recording in recordings], "options": asdict(options) | {"jobs": 0},
-        "source": source_hash(SOURCES), "drive": drive,
+        "source": source_hash(SOURCES), "drive": drive, "statics": statics,
     })  # fmt: skip
     if known and weight_hides_tip_mass(recordings, parameters, options):
         why["tip_mass"] = "the same weight hangs in every log, so only the sum is identifiable: add a log without it"
@@ -75,43 +108,62 @@ def identify(
         scale += f", in addition to rod.tip_mass = {nominal(config)['tip_mass']:g} kg, which these logs cannot check"
     if not known:
         free = [parameter for parameter in free if parameter.name != "E"]
-    first: Statistics | None = None
-    while True:
-        if not free:
-            raise DataError("the logs identify none of the parameters: " + "; ".join(why.values()))
-        start = starts(config, free)
-        problem = FitProblem(simulations, free, start, options.load_noise, options.jobs, report)
-        result = fit(problem, kept, options.loss, noise, servo_start(simulations, free, start))
-        spread = statistics(result)
-        first = first or spread
-        lost = _lost(result, spread)
-        if not lost:
-            break
-        why |= lost
-        free = [parameter for parameter in free if parameter.name not in lost]
+
+    def fit_of(some: Sequence[Parameter]) -> FitResult:
+        start = starts(config, some)
+        start |= {one.name: max(begin[one.name], FROM.get(one.name, -math.inf)) for one in some if one.name in begin}
+        first = servo_start(simulations, some, start)
+        result = fit(problem_of(some, start), kept, options.loss, noise, first)
+        if any(one.name in options.priors for one in some) and rms_of(result) > noise:
+            # A prior weighs as its sigma against what the poses are really off.
+            wider = problem_of(some, start, rms_of(result))
+            result = fit(wider, EvaluationCache(None, {}), options.loss, noise, result.coordinates)
+        return result
+
+    done = fit_identifiable(free, why, fit_of)
     kept.forget()
-    others = tuple(Simulation(recording, drive) for recording in held_out)
+    result, spread = done.result, done.statistics
+    others = tuple(simulate(recording) for recording in held_out)
     nominal_values = nominal(config)
     return Identification(
         config=config,
         drive=drive,
+        statics=statics,
         findings=tuple(findings),
-        parameters=tuple(_found(parameters, nominal_values, result, spread, why, known)),
-        ratios=() if known else tuple(_ratios(nominal_values, result, spread)),
+        parameters=tuple(found_parameters(parameters, nominal_values, result, spread, done.why, known, options.priors)),
+        ratios=() if known else tuple(ratios_to_modulus(nominal_values, result, spread)),
         scale=scale,
         fit=result,
         statistics=spread,
         held_out=tuple(
-            _compare(simulation, used, nominal_values, result.values)
+            compare(simulation, used, nominal_values, result.values)
             for group, used in ((simulations, True), (others, False))
             for simulation in group
         ),
         noise=noise,
-        rms=float(np.sqrt(np.mean(np.concatenate([blocks[0].ravel() for blocks in result.residuals]) ** 2))),
+        rms=rms_of(result),
         simulations=simulations,
         others=others,
-        first=first,
+        first=done.first,
+        trials=tuple(trials),
     )
+
+
+def _simulation(recording: Recording, drive: Drive, statics: bool, general: bool) -> Simulated:
+    return StaticSimulation(recording, drive) if statics else Simulation(recording, drive, general=general)
+
+
+def rms_of(result: FitResult) -> float:
+    """Return the root mean square of the poses' residuals, a coordinate [m]."""
+    return float(np.sqrt(np.mean(np.concatenate([blocks[0].ravel() for blocks in result.residuals]) ** 2)))
+
+
+def _unseen(parameters: Iterable[Parameter], drive: Drive) -> dict[str, str]:
+    """Return the parameters that rests do not show, with the reasons."""
+    found = {one.name: AT_REST for one in parameters if one.name in DYNAMIC}
+    if drive == "measured":
+        found |= {one.name: NO_PLAY for one in parameters if one.name == "backlash"}
+    return found
 
 
 def _digest(recording: Recording) -> str:
@@ -121,73 +173,3 @@ def _digest(recording: Recording) -> str:
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr(recording.weight).encode())
     return digest.hexdigest()
-
-
-def _lost(result: FitResult, spread: Statistics) -> dict[str, str]:
-    """Return the parameters that are not identifiable, with the reasons."""
-    names = [parameter.name for parameter in result.parameters]
-    lost: dict[str, str] = {}
-    for k, parameter in enumerate(result.parameters):
-        deviation = spread.deviations[k]
-        if parameter.name in result.bounded and not _is_none(parameter, result):
-            lost[parameter.name] = (
-                f"it reached the end of its range, {result.values[parameter.name]:.4g} {parameter.unit}"
-            )
-        elif not deviation <= parameter.max_deviation:
-            alike = [names[i] for i in range(len(names)) if i != k and abs(spread.correlation[k, i]) > ALIKE]
-            together = [name for direction in spread.unidentifiable if parameter.name in direction.names
-                        for name in direction.names if name != parameter.name]  # fmt: skip
-            partners = list(dict.fromkeys(alike + together))
-            if partners:
-                lost[parameter.name] = f"these data do not distinguish it from {', '.join(partners)}"
-            else:
-                lost[parameter.name] = "these data hardly depend on it"
-    return lost
-
-
-def _is_none(parameter: Parameter, result: FitResult) -> bool:
-    """Check for a delay, lag, backlash or tip mass of zero, which is a valid result."""
-    return parameter.lower < 1e-3 and not parameter.logarithmic and result.values[parameter.name] < 1e-3
-
-
-def _found(
-    parameters: Sequence[Parameter], start: Mapping[str, float], result: FitResult, spread: Statistics,
-    why: Mapping[str, str], known: bool,
-) -> list[Found]:  # fmt: skip
-    """Collect the requested parameters."""
-    names = [parameter.name for parameter in result.parameters]
-    found = []
-    for parameter in parameters:
-        value, reason = result.values[parameter.name], why.get(parameter.name, "")
-        error = float("inf")
-        if parameter.name in names:
-            error = parameter.error(value, float(spread.deviations[names.index(parameter.name)]))
-        if not known and parameter.force and not reason:
-            reason = "without a known force only its ratio to E is fixed" if parameter.name != "E" else (
-                "without a known force its scale is not fixed"
-            )  # fmt: skip
-        found.append(Found(parameter, start[parameter.name], value, error, not reason, reason))
-    return found
-
-
-def _ratios(start: Mapping[str, float], result: FitResult, spread: Statistics) -> list[Ratio]:
-    """Compute the ratios of the force's parameters to E, which the fit held: the relative errors are the same."""
-    found = []
-    for k, parameter in enumerate(result.parameters):
-        if parameter.force:
-            value = result.values[parameter.name] / result.values["E"]
-            error = parameter.error(result.values[parameter.name], float(spread.deviations[k])) / result.values["E"]
-            found.append(Ratio(f"{parameter.name}/E", start[parameter.name] / start["E"], value, error))
-    return found
-
-
-def _compare(simulation: Simulation, used: bool, start: Mapping[str, float], fitted: Mapping[str, float]) -> HeldOut:
-    """Compare the configured model and the fitted one on a recording."""
-    measured = simulation.recording.position
-    apart = []
-    for values in (start, fitted):
-        distance = np.linalg.norm(
-            simulation.predicted_poses(simulation.motion(values), values["delay"]) - measured, axis=1
-        )
-        apart += [float(np.sqrt(np.mean(distance**2))), float(distance.max())]
-    return HeldOut(simulation.recording.name, used, *apart)

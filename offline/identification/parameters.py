@@ -1,65 +1,53 @@
-"""Parameters that can be identified: name, unit, key in the configuration, and coordinate in the fit."""
+"""Parameters that can be identified, by name; vectors component by component, and their names on the command line."""
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 
 from tendond.daemon.errors import UsageError
+from tendond.offline.identification.parameter import Parameter
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter that can be fitted.
-
-    Attributes:
-        name: name on the command line.
-        unit: SI unit.
-        meaning: meaning in words.
-        section, key: section and key of the configuration; empty where there is none.
-        scale: unit of the fit's coordinate; 0 for the logarithm of the value.
-        lower, upper: bounds, factors of the start where the logarithm is fitted.
-        force: true if it scales with force: the motion alone fixes only ratios of such parameters.
-        max_error: error beyond which the value is not reported: a fraction of the value, or in its unit.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    section: str
-    key: str
-    scale: float
-    lower: float
-    upper: float
-    force: bool = False
-    max_error: float = 0.25
-
-    @property
-    def logarithmic(self) -> bool:
-        """True if the fit's coordinate is the logarithm."""
-        return self.scale == 0.0
-
-    def coordinate(self, value: float, start: float) -> float:
-        """Convert a value to the fit's coordinate, zero at the start."""
-        return math.log(value / start) if self.logarithmic else (value - start) / self.scale
-
-    def value(self, coordinate: float, start: float) -> float:
-        """Convert a coordinate to the value."""
-        return start * math.exp(coordinate) if self.logarithmic else start + self.scale * coordinate
-
-    def error(self, value: float, deviation: float) -> float:
-        """Convert the standard error of the coordinate to that of the value."""
-        return deviation * (value if self.logarithmic else self.scale)
-
-    @property
-    def max_deviation(self) -> float:
-        """Return `max_error` in the coordinate."""
-        return self.max_error if self.logarithmic else self.max_error / self.scale
+MAX_TENDONS = 16
+"""Largest number of tendons of a robot."""
 
 
 def _factor(
-    name: str, unit: str, meaning: str, section: str, key: str, *, force: bool = False, span: float = 20.0
-) -> Parameter:
-    return Parameter(name, unit, meaning, section, key, 0.0, 1.0 / span, span, force)
+    name: str, unit: str, meaning: str, section: str, key: str, *, force: bool = False, span: float = 20.0,
+    max_error: float = 0.25, group: str = "",
+) -> Parameter:  # fmt: skip
+    return Parameter(name, unit, meaning, section, key, 0.0, 1.0 / span, span, force, max_error, group)
+
+
+def _vectors() -> Iterator[Parameter]:
+    """Yield the components of vectors; lengths and curvatures are for a robot of 1 m, see `parameters_of`."""
+    for axis in "xyz":
+        meaning = f"{axis} of the mass on the tip, from the tip"
+        yield Parameter(
+            f"tip_offset_{axis}", "m", meaning, "rod", "tip_offset", 1e-3, -0.2, 0.2, max_error=2e-3, group="tip_offset"
+        )  # fmt: skip
+    for axis in "xy":
+        meaning = f"curvature without load about {axis}"
+        yield Parameter(
+            f"precurvature_{axis}", "1/m", meaning, "rod", "precurvature", 0.1, -6.0, 6.0, max_error=0.1,
+            group="precurvature",
+        )  # fmt: skip
+    for axis in "xyz":
+        meaning = f"shift of the base along {axis}, in the frame of the poses"
+        yield Parameter(
+            f"base_{axis}", "m", meaning, "rod.base", "position", 2e-3, -1.0, 1.0, max_error=0.01, group="base_position"
+        )  # fmt: skip
+    for axis in "xyz":
+        meaning = f"turn of the base about {axis}, component of a rotation vector, in the frame of the poses"
+        yield Parameter(
+            f"base_turn_{axis}", "rad", meaning, "rod.base", "orientation", 0.02, -1.6, 1.6, max_error=0.05,
+            group="base_rotation",
+        )  # fmt: skip
+    for i in range(MAX_TENDONS):
+        meaning = f"true displacement of tendon {i} where zero is reported; negative: slack"
+        yield Parameter(f"zero_{i}", "m", meaning, "", "", 1e-3, -0.05, 0.05, max_error=1e-3, group="zeros")
+    for i in range(MAX_TENDONS):
+        meaning = f"factor on the distance of tendon {i} from the backbone"
+        yield _factor(
+            f"radius_{i}", "-", meaning, "rod.scale", "tendon_radius", span=2.0, max_error=0.1, group="radii"
+        )  # fmt: skip
 
 
 PARAMETERS: dict[str, Parameter] = {
@@ -87,33 +75,69 @@ PARAMETERS: dict[str, Parameter] = {
         Parameter("lag", "s", "time constant of the servos", "observer", "lag", 0.01, 1e-4, 0.5, max_error=0.01),
         Parameter("backlash", "m", "lost when a servo changes direction", "", "", 1e-4, 0.0, 0.005, max_error=1e-4),
         Parameter("zero", "m", "true displacement where zero is reported", "", "", 0.001, -0.02, 0.02, max_error=0.001),
+        Parameter(
+            "mu", "-", "friction of the tendons on their guides", "rod", "tendon_friction", 0.05, 0.0, 2.0,
+            max_error=0.05,
+        ),
+        _factor(
+            "radius", "-", "factor on all tendons' distances from the backbone", "rod.scale", "tendon_radius",
+            span=2.0, max_error=0.1,
+        ),
+        *_vectors(),
     )
-}
+}  # fmt: skip
 """Parameters by name."""
 
 DEFAULT = ("E", "rho", "Bbt", "C", "tendon_stiffness", "tip_mass", "delay", "lag", "spool", "backlash")
 
-FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3}
-"""Minimum start of a fit [s, m, kg]: at zero derivatives vanish, or their steps do."""
+DYNAMIC = ("Bbt", "C", "delay", "lag")
+"""Parameters that rests do not depend on."""
+
+FROM = {"lag": 2e-3, "backlash": 2e-5, "tip_mass": 2e-3, "mu": 0.02}
+"""Minimum start of a fit [s, m, kg, -]: at zero derivatives vanish, or their steps do."""
+
+GENERAL = (
+    "mu",
+    "precurvature_x",
+    "precurvature_y",
+    *(f"base{part}_{axis}" for part in ("", "_turn") for axis in "xyz"),
+)
+"""Parameters that only the general rod has."""
+
+ALIASES = {
+    "youngs_modulus": ("E",), "density": ("rho",), "bending_damping": ("Bbt",), "drag": ("C",),
+    "tendon_friction": ("mu",), "spool_radius": ("spool",), "tendon_radius": ("radius",), "slack": ("zero",),
+    "base": tuple(f"base{part}_{axis}" for part in ("", "_turn") for axis in "xyz"),
+}  # fmt: skip
+"""Other names: keys of the configuration, and vectors of vectors."""
 
 
-def chosen(names: Iterable[str]) -> tuple[Parameter, ...]:
+def members(name: str) -> tuple[str, ...]:
+    """Return the names of the parameters that a name on the command line stands for; empty where it is unknown."""
+    if name in PARAMETERS:
+        return (name,)
+    return ALIASES.get(name) or tuple(one.name for one in PARAMETERS.values() if one.group == name)
+
+
+def names() -> list[str]:
+    """Return the names that `chosen` takes, vectors by their own."""
+    single = [name for name, one in PARAMETERS.items() if not one.group]
+    return [*single, *dict.fromkeys(one.group for one in PARAMETERS.values() if one.group), "base"]
+
+
+def chosen(wanted: Iterable[str]) -> tuple[Parameter, ...]:
     """Select parameters by name, in the order of `PARAMETERS`.
 
     Raises:
         UsageError: an unknown name, or none.
     """
-    wanted = [name.strip() for name in names if name.strip()]
-    for name in wanted:
-        if name not in PARAMETERS:
-            raise UsageError(f"--parameters: '{name}': choose among {', '.join(PARAMETERS)}")
-    if not wanted:
-        raise UsageError(f"--parameters: choose among {', '.join(PARAMETERS)}")
-    return tuple(parameter for parameter in PARAMETERS.values() if parameter.name in wanted)
-
-
-def bounds(parameter: Parameter, start: float) -> tuple[float, float]:
-    """Return the bounds of the fit's coordinate."""
-    if parameter.logarithmic:
-        return math.log(parameter.lower), math.log(parameter.upper)
-    return parameter.coordinate(parameter.lower, start), parameter.coordinate(parameter.upper, start)
+    found: set[str] = set()
+    for name in (one.strip() for one in wanted):
+        if not name:
+            continue
+        if not (parts := members(name)):
+            raise UsageError(f"--parameters: '{name}': choose among {', '.join(names())}")
+        found.update(parts)
+    if not found:
+        raise UsageError(f"--parameters: choose among {', '.join(names())}")
+    return tuple(parameter for parameter in PARAMETERS.values() if parameter.name in found)

@@ -26,8 +26,9 @@ class Arrays:
     """A run, column by column.
 
     `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record
-    (`tendond.schemas.record`) with dots between, `timing.` and `truth.` before what the loop and the simulator say.
-    Numbers that a cycle does not have are NaN, texts are empty; several texts of a cycle have '; ' between.
+    (`tendond.schemas.record`) with dots between, with the place behind the rows of a sensor's reading; `timing.` and
+    `truth.` stand before what the loop and the simulator say. Numbers that a cycle does not have are NaN, texts are
+    empty; several texts of a cycle have '; ' between.
 
     Attributes:
         path: the log.
@@ -64,10 +65,10 @@ class Arrays:
         found = {}
         for name, array in self.arrays.items():
             if array.ndim == 1:
-                found[column_name(name)] = array
+                found[column_name(name, unit=self.units[name])] = array
             else:
                 for i, component in enumerate(components(name, array.shape[1])):
-                    found[column_name(name, component)] = array[:, i]
+                    found[column_name(name, component, self.units[name])] = array[:, i]
         return found
 
 
@@ -84,7 +85,8 @@ def load(path: str | Path) -> Arrays:
         raise no_cycles(Path(path))
     names = list(dict.fromkeys(name for row in rows for name in row))
     arrays = {name: _array([row.get(name) for row in rows]) for name in names}
-    return Arrays(Path(path), run.config, run.metadata, arrays, {name: unit_of(name) for name in names})
+    kinds = {sensor.name: sensor.kind for sensor in run.config.sensors}
+    return Arrays(Path(path), run.config, run.metadata, arrays, {name: unit_of(name, kinds) for name in names})
 
 
 def _rows(run: Run) -> Iterator[dict[str, Any]]:
@@ -124,6 +126,8 @@ def _flatten(path: str, value: Any, row: dict[str, Any]) -> None:
     elif isinstance(value, dict):
         for key, inner in value.items():
             _flatten(f"{path}.{key}" if path else key, inner, row)
+    elif isinstance(value, list) and path.endswith(".rows"):
+        row.update({f"{path}.{place}": numbers for place, numbers in enumerate(value) if numbers is not None})
     elif isinstance(value, list) and all(isinstance(item, str) for item in value):
         row[path] = "; ".join(value)
     elif value is not None:

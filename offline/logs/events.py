@@ -11,8 +11,8 @@ from tendond.schemas.requests import ControlAction
 
 REQUEST, MODE, FAULT = "request", "mode", "fault"
 REJECTED, NO_POSE, LIMIT = "input rejected", "no new pose", "limit met"
-NO_SOLUTION, MISSED = "no solution", "deadline missed"
-KINDS = (REQUEST, MODE, FAULT, REJECTED, NO_POSE, LIMIT, NO_SOLUTION, MISSED)
+NO_SOLUTION, MISSED, SAFETY = "no solution", "deadline missed", "safety filter"
+KINDS = (REQUEST, MODE, FAULT, REJECTED, NO_POSE, LIMIT, SAFETY, NO_SOLUTION, MISSED)
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,8 @@ def events(records: Sequence[CycleRecord]) -> list[Event]:
             add(NO_POSE, f"the newest is {record.pose_age} cycles old")
         for name in record.limited:
             add(LIMIT, name)
+        if record.safety is not None:
+            add(SAFETY, record.safety.constraint)
         if record.model.error:
             add(NO_SOLUTION, record.model.error)
         if record.inputs.missed_ticks:
@@ -83,7 +85,9 @@ def tallies(found: Sequence[Event]) -> list[Tally]:
     groups: dict[tuple[str, str], list[Event]] = {}
     for event in found:
         if event.kind not in (REQUEST, MODE, FAULT):
-            groups.setdefault((event.kind, event.text if event.kind in (REJECTED, LIMIT) else ""), []).append(event)
+            groups.setdefault((event.kind, event.text if event.kind in (REJECTED, LIMIT, SAFETY) else ""), []).append(
+                event
+            )
     result = []
     for (kind, _), group in groups.items():
         lengths = [1]

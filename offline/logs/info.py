@@ -21,7 +21,7 @@ def info(path: Path) -> dict[str, Any]:
     Keys: files, bytes, complete, damage (texts), metadata, calibration (of the servos; null without), started (UTC),
     duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), left_out (of the log on
     purpose, while the arm was idle), missed_deadlines (of the loop), modes (tick, mode, reason at each change), faults
-    (tick, reason), rejected (inputs, by reason), snapshots.
+    (tick, reason), rejected (inputs, by reason), readings (of sensors, by name), snapshots.
 
     Raises:
         LogError: not one of ours, without configuration, without one cycle that can be read, or of another version.
@@ -29,6 +29,7 @@ def info(path: Path) -> dict[str, Any]:
     run = open_run(path)
     counts: Counter[str] = Counter()
     rejected: Counter[str] = Counter()
+    readings: Counter[str] = Counter({sensor.name: 0 for sensor in run.config.sensors})
     modes: list[dict[str, Any]] = []
     damage: list[str] = []
     ticks: list[int] = []
@@ -54,6 +55,7 @@ def info(path: Path) -> dict[str, Any]:
                         ticks.append(cycle.tick)
                         times.append(record.log_time)
                         rejected.update(cycle.rejected)
+                        readings.update(cycle.inputs.readings.keys())
                         if not modes or modes[-1]["mode"] != cycle.mode.value:
                             modes.append({"tick": cycle.tick, "mode": cycle.mode.value, "reason": cycle.reason})
                     elif topic == STATE.topic and ticks and (stretch := left_out_before(record.data)) is not None:
@@ -81,6 +83,7 @@ def info(path: Path) -> dict[str, Any]:
         "modes": modes,
         "faults": [change for change in modes if change["mode"] == Mode.FAULT.value],
         "rejected": dict(rejected),
+        "readings": dict(readings),
         "snapshots": counts["state"],
     }
 

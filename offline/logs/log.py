@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.recording import foxglove, scene
 from tendond.daemon.recording.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel
+from tendond.daemon.recording.entities import SceneUpdate
 from tendond.offline.files import as_text
 from tendond.offline.logs.container import LogError as LogError
 from tendond.offline.logs.run import decode, no_cycles, open_run
@@ -89,7 +90,7 @@ def load(path: Path) -> LogFile:
     )
 
 
-def _scene(path: Path, update: foxglove.SceneUpdate) -> tuple[int, list[Array]]:
+def _scene(path: Path, update: SceneUpdate) -> tuple[int, list[Array]]:
     """Return the tick of a scene, and the points of the rod and its tendons."""
     for entity in update.entities:
         ticks = [pair.value for pair in entity.metadata if pair.key == scene.TICK]

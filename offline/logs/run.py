@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -144,12 +145,19 @@ def _config(path: Path, data: bytes) -> RigConfig:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RenamedKeyWarning)  # a log is not to be edited
-            return check_config(json.loads(data), CONFIG)
+            return check_config(_with_its_rules(json.loads(data)), CONFIG)
     except ValueError as error:
         raise LogError(f"{path}: its configuration is not valid JSON: {error}; use another log") from error
     except ConfigError as error:
         lines = "; ".join(str(error).splitlines())
         raise LogError(f"{path}: {lines}; read it with the version of tendond that wrote it") from error
+
+
+def _with_its_rules(data: Any) -> Any:
+    """Return a recorded configuration with the rules that held when it was written: 1 before they had a number."""
+    if not isinstance(data, dict) or not isinstance(control := data.get("control", {}), dict) or "rules" in control:
+        return data
+    return {**data, "control": {**control, "rules": 1}}
 
 
 def _calibration(path: Path, data: bytes) -> Calibration:

@@ -85,7 +85,7 @@ class _PlottedRun:
         self._paper = published
         settling = self._metrics.settling_iterations
         self._shown = len(self._tip) if settling is None else min(len(self._tip), max(MIN_ITERATIONS, 3 * settling))
-        self._gravity = np.array(log.config.rod.gravity)
+        self._gravity = np.array(log.config.rod.base_gravity)
         self._shapes = [(tick - int(self._ticks[0]), 1000.0 * points) for tick, points in log.shapes]
 
     @property

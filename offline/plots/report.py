@@ -17,7 +17,9 @@ from tendond.offline.logs.log import LogFile, load
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, summary
+from tendond.offline.plots.contacts import COLUMNS, found_contacts
 from tendond.offline.plots.figures import overview, shapes_figure
+from tendond.offline.plots.filter import filter_figure, has_filter
 from tendond.offline.plots.spatial import space_figure
 from tendond.offline.plots.style import style
 from tendond.offline.plots.timeline import loop_timing, timeline
@@ -82,6 +84,8 @@ def page(
         table = f"<p>{escape(str(error))}</p>"
     if TipPath.of(log).points.size:
         figures.append(("In space", space_figure(log)))
+    if has_filter(log):
+        figures.append(("Filter", filter_figure(log)))
     figures.append(("Modes and events", _untitled(timeline(log))))
     if log.timings:
         figures.append(("Loop timing", _untitled(loop_timing(log))))
@@ -94,6 +98,7 @@ def page(
         *(f"<h2>{name}</h2>{_image(figure, name)}" for name, figure in figures),
         "<h2>Numbers</h2>",
         table,
+        *_contacts(log),
         "<h2>Requests, modes, faults</h2>",
         _events(shown),
         "<h2>Other events</h2>",
@@ -152,6 +157,13 @@ def _health(facts: dict[str, Any]) -> str:
     ]
     cells = (f"<tr><td>{name}</td><td class='{look}'>{escape(text)}</td></tr>" for name, text, look in rows)
     return f"<table>{''.join(cells)}</table>"
+
+
+def _contacts(log: LogFile) -> list[str]:
+    rows = [contact.row for contact in found_contacts(log.records)]
+    if not (rows or log.config.observer.contact):
+        return []
+    return ["<h2>Contacts</h2>", _table(COLUMNS, rows, numeric=(0, 1, 2)) if rows else "<p>none found</p>"]
 
 
 def _events(found: list[Event]) -> str:

@@ -46,6 +46,7 @@ class PointResult:
         rate_cost_iterations: cycles before it settled in which the command was at its displacement rate, up to
             those that the tendon's whole travel takes at that rate.
         overshoot_percent ... steady_error_mm: see `offline.logs.metrics`; none without a cycle of tracking.
+        open_loop_error_mm: steady error under the nominal run's commands, see `open_loop`; none if not asked for.
         min_tension_n, peak_tension_n: commanded, from arming to the end, and true, until an impact.
         force_error_n: largest |estimated - true force on the tip| of the last cycles before any impact; none without
             a force observer.
@@ -64,6 +65,7 @@ class PointResult:
     ripple_mm: float | None = None
     rise_iterations: int | None = None
     steady_error_mm: float | None = None
+    open_loop_error_mm: float | None = None
     min_tension_n: float | None = None
     peak_tension_n: float | None = None
     force_error_n: float | None = None

@@ -5,7 +5,7 @@ from typing import Any
 
 from tendond.offline.robustness.points import FEEDBACKS
 from tendond.offline.robustness.run import Rows
-from tendond.offline.robustness.summary import GOAL, MEASURES, alarms, counts, groups, misses, worst
+from tendond.offline.robustness.summary import GOAL, MEASURES, Groups, alarms, counts, groups, misses, removed, worst
 
 UNITS = {
     "settling_iterations": ("settling", "iterations"),
@@ -16,6 +16,7 @@ UNITS = {
     "tpl_mm": ("total path length of x", "mm"),
     "rise_iterations": ("rise", "iterations"),
     "steady_error_mm": ("steady error", "mm"),
+    "open_loop_error_mm": ("steady error in open loop", "mm"),
     "peak_tension_n": ("largest tension", "N"),
     "force_error_n": ("error of the estimated force", "N"),
 }
@@ -57,6 +58,7 @@ def report(rows: Rows, settings: dict[str, Any]) -> str:
             "Settling [iterations] / ripple [mm]; for impacts, settling after the impact. **Bold**: misses the goal.",
             *(_axes_table(law, axes) for law in dict.fromkeys(law for law, _ in axes)),
         ]
+    parts += _removed(known)
     parts.append("## Worst of each measure")
     parts += [_worst(law, feedback, part) for (law, feedback), part in known.items()]
     if misconfigured:
@@ -78,6 +80,32 @@ def _counts(parts: dict[tuple[str, str], Rows]) -> str:
         for (law, name), rows in parts.items()
     ]
     return _markdown(head, lines)
+
+
+def _removed(parts: Groups) -> list[str]:
+    """Write the errors with and without feedback, if the open loop was run."""
+    lines = [
+        (
+            _words(law),
+            feedback,
+            str(found["points"]),
+            *(f"{found[loop][key]:.3g}" for loop in ("open_loop", "closed_loop") for key in ("median", "p95", "worst")),
+            found["open_loop"]["at"],
+        )
+        for (law, feedback), rows in parts.items()
+        if (found := removed(rows)) is not None
+    ]
+    if not lines:
+        return []
+    return [
+        "## What the feedback removes",
+        "Steady error of the tip [mm] at the end of tracking, before any impact. Open loop: the plant under the tendon "
+        "commands of the nominal run, without feedback. Points that end in a fault are left out.",
+        _markdown(
+            ("law", "feedback", "points", *(f"{loop}: {key}" for loop in ("open loop", "closed loop") for key in
+             ("median", "95 %", "worst")), "worst open loop at"), lines,
+        ),
+    ]  # fmt: skip
 
 
 def _axes_table(law: str, parts: dict[tuple[str, str], Rows]) -> str:

@@ -12,6 +12,7 @@ from tendond.model.rods.selection import model_rod
 from tendond.offline.files import write_whole
 from tendond.offline.robustness.evaluate import RESULT_COLUMNS, PointResult
 from tendond.offline.robustness.executors import Chunk, Done, chunks_of
+from tendond.offline.robustness.open_loop import with_open_loop
 from tendond.offline.robustness.plants import rig_of
 from tendond.offline.robustness.points import AXES, Point, points_of
 from tendond.offline.robustness.results import ResultsFile
@@ -26,7 +27,15 @@ Report = Callable[[int, int, int], None]
 """Called with the points done, their total number, and how many miss the goal."""
 
 
-def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, fresh: bool = False) -> Rows:
+def run(
+    settings: Settings,
+    folder: Path,
+    execute: Executor,
+    report: Report,
+    *,
+    fresh: bool = False,
+    open_loop_threads: int = 0,
+) -> Rows:
     """Run the points that the folder's results file does not have, and write results.csv; all of them are returned.
 
     Args:
@@ -35,6 +44,7 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
         execute: runs chunks of points, in any order.
         report: called with the progress.
         fresh: leave aside what the folder has.
+        open_loop_threads: that step the plants without feedback at the end; 0: that is left out.
 
     Raises:
         TendondError: settings or a folder that cannot be used; what `execute` raises.
@@ -60,6 +70,8 @@ def run(settings: Settings, folder: Path, execute: Executor, report: Report, *, 
                         done, missed = done + 1, missed + (not result.meets)
                     report(done, len(points), missed)
         rows = [(point, kept.results[point.key]) for point in points]
+    if open_loop_threads:
+        rows = with_open_loop(settings.config, rows, open_loop_threads)
     write_whole(folder / "results.csv", csv_text(rows))
     return rows
 

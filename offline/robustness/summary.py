@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
+
 from tendond.offline.robustness.alarms import FALSE, TRUE
 from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, PointResult
 from tendond.offline.robustness.points import Point
@@ -17,6 +19,7 @@ MEASURES = (
     "tpl_mm",
     "rise_iterations",
     "steady_error_mm",
+    "open_loop_error_mm",
     "peak_tension_n",
     "force_error_n",
 )
@@ -86,6 +89,26 @@ def worst(rows: Rows, measure: str) -> tuple[Point, PointResult] | None:
     return max(known, key=lambda row: sign * float(getattr(row[1], measure)), default=None)
 
 
+def removed(rows: Rows) -> dict[str, Any] | None:
+    """Compare the tip's steady errors with and without feedback, of the points that track to the end [mm].
+
+    Each a median, a 95th percentile and the worst, with the worst one's name; none where the open loop was not run.
+    """
+    both = [
+        (str(point), result.open_loop_error_mm, result.steady_error_mm)
+        for point, result in rows
+        if None not in (result.open_loop_error_mm, result.steady_error_mm) and misses(result) != ("fault",)
+    ]
+    if not both:
+        return None
+    names, *errors = zip(*both, strict=True)
+    found: dict[str, Any] = {"points": len(both)}
+    for name, values in zip(("open_loop", "closed_loop"), errors, strict=True):
+        median, high, largest = np.percentile(values, (50.0, 95.0, 100.0)).tolist()
+        found[name] = {"median": median, "p95": high, "worst": largest, "at": names[int(np.argmax(values))]}
+    return found
+
+
 def _group(key: tuple[str, str], rows: Rows) -> dict[str, Any]:
     extremes: dict[str, Any] = {}
     for measure in (*MEASURES, "min_tension_n"):
@@ -99,6 +122,7 @@ def _group(key: tuple[str, str], rows: Rows) -> dict[str, Any]:
         "worst": extremes,
         "faults": _faults(rows),
         "alarms": alarms(rows),
+        "feedback_removes": removed(rows),
     }
 
 

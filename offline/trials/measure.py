@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.drivers.simulator.lockstep import Watched, watched_loop
@@ -77,7 +78,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> TrialOutcome:
     """
     config = config_of(base, trial, seed)
     trajectory = CycleSetup.from_config(config).selection.reference
-    assert isinstance(trajectory, SpatialReference)
+    assert isinstance(trajectory, SpatialReference | PoseReference)
     period = config.loop.period
     cycles = IDLE_CYCLES + math.ceil((config.pretension.duration + trajectory.arrival) / period) + 1
     trace = list(watched_loop(config, cycles, {IDLE_CYCLES: ControlAction.ARM}))
@@ -102,7 +103,7 @@ def run_trial(base: RigConfig, trial: Trial, seed: int = 0) -> TrialOutcome:
 
 def outcome_of(
     *, time: Array, tip: Array, reference: Array, tension: Array, limited: int,
-    trajectory: SpatialReference, mode: str, reason: str,
+    trajectory: SpatialReference | PoseReference, mode: str, reason: str,
     goal_mm: float,
 ) -> TrialOutcome:  # fmt: skip
     """Measure a run; arguments as the attributes of `TrialOutcome`, and the largest RMS that is wanted."""

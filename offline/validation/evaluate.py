@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.estimation.residual import Residual
+from tendond.offline.correction.learned import along, train
 from tendond.offline.validation.baselines.constant_curvature import predict_arcs
 from tendond.offline.validation.baselines.polynomial import fit_polynomial
-from tendond.offline.validation.correction.learned import Correction, train
 from tendond.offline.validation.datasets.poses import DatasetError, Poses, thinned
 from tendond.offline.validation.fitting.identifiable import Knowledge, inseparable, knowledge_of
 from tendond.offline.validation.fitting.problem import Problem, groups_of, staged
@@ -86,7 +87,7 @@ class Validation:
     jumps: list[Jump]
     failed: int
     values: dict[str, float]
-    correction: Correction | None = field(default=None)
+    correction: Residual | None = field(default=None)
 
     def model(self, name: str) -> ModelResult:
         """Return a model by its name."""
@@ -149,7 +150,7 @@ def evaluate(poses: Poses, design: Design, request: Request, progress: Progress 
     if request.residual:
         correction = train(poses.command, poses.tip - found.tip, poses.block, training)
         count = len(problem.parameters) + np.size(correction.coefficients)
-        add("rod with correction", count, found.tip + correction.shift(poses.command))
+        add("rod with correction", count, found.tip + along(correction, poses.command))
     hidden = poses.held_out
     scale = float(np.sqrt(np.mean(solution.residuals**2)))
     error = frictionless.tip - poses.tip

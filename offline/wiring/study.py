@@ -172,9 +172,9 @@ def right_rig(job: Job) -> tuple[RigConfig, Wires, str]:
     tilt = math.radians(2.0) * random.uniform() * _direction(random)
     offset = 0.002 * random.uniform() * _direction(random)
     turn = turn_by(tilt)
-    gx, gy, gz = (turn.T @ np.array(config.rod.gravity)).tolist()
+    gx, gy, gz = (turn.T @ np.array(config.rod.base_gravity)).tolist()
     rod = section.rod.model_copy(
-        update={"youngs_modulus": stiffness * section.rod.youngs_modulus, "gravity": (gx, gy, gz)}
+        update={"youngs_modulus": stiffness * section.rod.youngs_modulus, "gravity": (gx, gy, gz), "base": None}
     )
     simulator = section.model_copy(
         update={

@@ -6,9 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.offline.identification.parameters import Parameter, bounds
+from tendond.offline.identification.parameter import Parameter, bounds
+from tendond.offline.identification.priors import Prior
 from tendond.offline.identification.simulation.motion import SimulationError, TipMotion
-from tendond.offline.identification.simulation.simulate import MOTIONLESS, Simulation
+from tendond.offline.identification.simulation.simulated import Simulated
 
 Array = NDArray[np.float64]
 
@@ -34,16 +35,20 @@ class FitProblem:
         load_noise: noise of the servos' tensions [N]; none: they are not used.
         jobs: number of threads.
         report: called with the progress.
+        priors: what is known of parameters, by name; of those that are not fitted it is ignored.
+        prior_scale: residual [m] that counts as one sigma of a prior: what the poses are off.
     """
 
     def __init__(
         self,
-        simulations: Sequence[Simulation],
+        simulations: Sequence[Simulated],
         parameters: Sequence[Parameter],
         start: Mapping[str, float],
         load_noise: float | None,
         jobs: int,
         report: Report,
+        priors: Mapping[str, Prior] | None = None,
+        prior_scale: float = 0.0,
     ) -> None:
         self.simulations = tuple(simulations)
         self.parameters = tuple(parameters)
@@ -51,6 +56,8 @@ class FitProblem:
         self._load_noise = load_noise
         self._jobs = jobs
         self._report = report
+        self._priors = dict(priors or {})
+        self.prior_scale = prior_scale
         self._size = 0  # number of residuals; zero before the first evaluation, which must succeed
 
     def values(self, coordinates: Array) -> dict[str, float]:
@@ -63,11 +70,14 @@ class FitProblem:
 
     def finer(self) -> "FitProblem":
         """Return the problem with half the time step."""
-        simulations = [Simulation(one.recording, one.drive, 0.5 * one.step) for one in self.simulations]
-        return FitProblem(simulations, self.parameters, self.start, self._load_noise, self._jobs, self._report)
+        simulations = [one.finer() for one in self.simulations]
+        return FitProblem(
+            simulations, self.parameters, self.start, self._load_noise, self._jobs, self._report, self._priors,
+            self.prior_scale,
+        )  # fmt: skip
 
     def shaped(self, row: Array) -> list[list[Array]]:
-        """Split the flat residuals into each recording's blocks."""
+        """Split the flat residuals into each recording's blocks; those of the priors, at their end, are left out."""
         found, start = [], 0
         for simulation in self.simulations:
             blocks = []
@@ -93,7 +103,7 @@ class FitProblem:
             if self._size == 0:
                 raise
             return np.full(self._size, np.inf)
-        row = _row(self.blocks(values, motions))
+        row = self._row(values, motions)
         self._size = row.size
         return row
 
@@ -110,16 +120,16 @@ class FitProblem:
             changed[k] += step
             steps.append(step)
             shifted.append(self.values(changed))
-            moving.append(any(parameter.name not in MOTIONLESS[s.drive] for s in self.simulations))
+            moving.append(any(parameter.name not in s.motionless for s in self.simulations))
         runs = [base, *(values for values, moves in zip(shifted, moving, strict=True) if moves)]
         motions = iter(self._motions(runs, "derivatives"))
         still = next(motions)
-        row = _row(self.blocks(base, still))
+        row = self._row(base, still)
         columns = [
-            (_row(self.blocks(values, next(motions) if moves else still)) - row) / step
+            (self._row(values, next(motions) if moves else still) - row) / step
             for values, step, moves in zip(shifted, steps, moving, strict=True)
         ]
-        return np.column_stack(columns)
+        return np.column_stack([np.zeros((row.size, 0)), *columns])
 
     def _motions(self, runs: Sequence[Mapping[str, float]], what: str) -> list[list[TipMotion]]:
         """Compute the tip's motion of each recording for each set of values."""
@@ -140,10 +150,22 @@ class FitProblem:
             pool.shutdown(wait=True, cancel_futures=True)
         return [[found[row, number] for number in range(len(self.simulations))] for row in range(len(runs))]
 
-    def _together(self, runs: int, simulation: Simulation) -> int:
+    def _together(self, runs: int, simulation: Simulated) -> int:
         """Return the number of sets of values that one task simulates: as many as leave each thread a task."""
         return max(1, runs * len(self.simulations) // self._jobs) if simulation.general else 1
 
+    def _row(self, values: Mapping[str, float], motions: Sequence[TipMotion]) -> Array:
+        """Return all residuals, flat: of the recordings, then of the priors of the fitted parameters."""
+        known = [(self._priors[one.name], values[one.name]) for one in self.parameters if one.name in self._priors]
+        off = [self.prior_scale * (value - prior.value) / prior.sigma for prior, value in known]
+        blocks = [block.ravel() for recording in self.blocks(values, motions) for block in recording]
+        return np.concatenate([*blocks, np.array(off)])
 
-def _row(blocks: Sequence[Sequence[Array]]) -> Array:
-    return np.concatenate([block.ravel() for recording in blocks for block in recording])
+    def data(self, row: Array) -> Array:
+        """Return the flat residuals without those of the priors."""
+        return row[: row.size - self.prior_count]
+
+    @property
+    def prior_count(self) -> int:
+        """Number of priors of fitted parameters, whose residuals come last."""
+        return sum(one.name in self._priors for one in self.parameters)

@@ -6,15 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tendond.offline.identification.parameters import Parameter, bounds
-from tendond.offline.identification.simulation.simulate import Simulation
+from tendond.offline.identification.parameter import Parameter, bounds
+from tendond.offline.identification.simulation.simulated import Simulated
 
 Array = NDArray[np.float64]
 
 
-def servo_start(
-    simulations: Sequence[Simulation], parameters: Sequence[Parameter], start: Mapping[str, float]
-) -> Array:
+def servo_start(simulations: Sequence[Simulated], parameters: Sequence[Parameter], start: Mapping[str, float]) -> Array:
     """Find coordinates to start a fit from, shape (p,): lag and backlash from the servos' reports alone.
 
     The servos' response needs no rod, and the backlash, whose residuals have kinks, needs a good first guess.

@@ -6,12 +6,12 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from tendond.daemon.errors import DaemonError
 from tendond.offline.identification.fitting.evaluations import EvaluationCache
 from tendond.offline.identification.fitting.problem import FitProblem
-from tendond.offline.identification.parameters import Parameter, bounds
+from tendond.offline.identification.parameter import Parameter, bounds
 
 Array = NDArray[np.float64]
 
@@ -59,6 +59,7 @@ class FitResult:
         remaining: remaining error of each coordinate by the time step, shape (p,).
         evaluations: evaluations of the residuals.
         bounded: names of parameters that ended at a bound.
+        prior_scale: residual that counts as one sigma of a prior [m], see `FitProblem`.
     """
 
     parameters: tuple[Parameter, ...]
@@ -70,6 +71,7 @@ class FitResult:
     remaining: Array
     evaluations: int
     bounded: tuple[str, ...]
+    prior_scale: float = 0.0
 
 
 def fit(
@@ -88,13 +90,41 @@ def fit(
         SimulationError: the rod has no solution at the start.
         FitError: no result.
     """
+    if not problem.parameters:
+        return refine(
+            problem.finer(), np.zeros(0), np.zeros((problem.residuals(np.zeros(0)).size, 0)), cache, loss, noise
+        )
+    found = minimum(problem, cache, loss, noise, first)
+    derivatives = cache.get("jacobian", found.x, partial(problem.jacobian, found.x))
+    return refine(problem.finer(), found.x, derivatives, cache, loss, noise, int(found.nfev))
+
+
+def minimum(
+    problem: FitProblem,
+    cache: EvaluationCache | None = None,
+    loss: Loss = "linear",
+    noise: float = 1e-4,
+    first: Array | None = None,
+    tolerance: float = TOLERANCE,
+) -> OptimizeResult:
+    """Return the minimum of a problem's residuals, with its coordinates `x` and the number of evaluations `nfev`.
+
+    Args:
+        problem, loss, noise, first: see `fit`. cache: none: nothing is kept.
+        tolerance: of coordinates and sum of squares; above `TOLERANCE` the fit may end before it.
+
+    Raises:
+        SimulationError: the rod has no solution at the start.
+        FitError: no result.
+    """
+    kept = cache or EvaluationCache(None, {})
     span = np.array([bounds(parameter, problem.start[parameter.name]) for parameter in problem.parameters])
 
     def residuals(at: Array) -> Array:
-        return cache.get("residuals", at, partial(problem.residuals, at))
+        return kept.get("residuals", at, partial(problem.residuals, at))
 
     def jacobian_at(at: Array) -> Array:
-        return cache.get("jacobian", at, partial(problem.jacobian, at))
+        return kept.get("jacobian", at, partial(problem.jacobian, at))
 
     found = least_squares(
         residuals,
@@ -104,14 +134,14 @@ def fit(
         loss=loss,
         f_scale=OUTLIER * noise,
         x_scale="jac",
-        xtol=TOLERANCE,
-        ftol=TOLERANCE,
+        xtol=tolerance,
+        ftol=tolerance,
         gtol=None,
         max_nfev=MAX_EVALUATIONS,
     )
-    if not np.all(np.isfinite(found.x)) or found.status <= 0:
+    if not np.all(np.isfinite(found.x)) or (found.status <= 0 and tolerance <= TOLERANCE):
         raise FitError(f"the fit did not converge in {found.nfev} evaluations: {found.message}")
-    return refine(problem.finer(), found.x, jacobian_at(found.x), cache, loss, noise, int(found.nfev))
+    return found
 
 
 def refine(
@@ -122,9 +152,9 @@ def refine(
     Raises:
         FitError: the rod has no solution at a step.
     """
-    span = np.array([bounds(parameter, fine.start[parameter.name]) for parameter in fine.parameters])
+    span = np.array([bounds(one, fine.start[one.name]) for one in fine.parameters]).reshape(-1, 2)
     whole, row = at, cache.get("fine", at, partial(fine.residuals, at))
-    for _ in range(FINER_ROUNDS):
+    for _ in range(FINER_ROUNDS if fine.parameters else 0):
         root = np.sqrt(loss_weights(loss, row, OUTLIER * noise))
         at = at + bounded_step(root[:, None] * jacobian, root * row, span[:, 0] - at, span[:, 1] - at)
         row = cache.get("fine", at, partial(fine.residuals, at))
@@ -144,6 +174,7 @@ def refine(
             for parameter, place, (low, high) in zip(fine.parameters, at, span, strict=True)
             if min(place - low, high - place) < 1e-3
         ),
+        prior_scale=fine.prior_scale,
     )
 
 

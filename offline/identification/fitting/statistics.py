@@ -66,7 +66,13 @@ class Statistics:
 
 
 def statistics(fit: FitResult) -> Statistics:
-    """Compute the statistics of a fit."""
+    """Compute the statistics of a fit.
+
+    A prior counts as a measurement of its own: its score has the variance that its sigma says.
+    """
+    if not fit.parameters:
+        none = np.zeros((0, 0))
+        return Statistics(none, none, np.zeros(0), 0.0, sum(len(blocks[0]) for blocks in fit.residuals), ())
     scores, start = [], 0
     bread = fit.jacobian.T @ (fit.weights[:, None] * fit.jacobian)
     white = np.zeros_like(bread)
@@ -83,7 +89,8 @@ def statistics(fit: FitResult) -> Statistics:
             samples += rows
     names = [parameter.name for parameter in fit.parameters]
     max_deviation = np.array([parameter.max_deviation for parameter in fit.parameters])
-    return covariance(bread, scores, white, names, max_deviation, samples, fit.remaining)
+    known = fit.prior_scale * fit.jacobian[start:]
+    return covariance(bread, scores, white, names, max_deviation, samples, fit.remaining, known.T @ known)
 
 
 def covariance(
@@ -94,6 +101,7 @@ def covariance(
     max_deviation: Array,
     samples: int,
     remaining: Array | None = None,
+    priors: Array | None = None,
 ) -> Statistics:
     """Compute the sandwich covariance, and the directions that the data do not identify.
 
@@ -105,8 +113,12 @@ def covariance(
         max_deviation: deviation of each parameter above which it is not identifiable.
         samples: number of instants.
         remaining: deviation of each coordinate that noise does not explain, shape (p,); none: zeros.
+        priors: variance of the priors' scores, shape (p, p); none: there are none.
     """
-    filling = long_run(scores)
+    rows = sum(len(part) for part in scores)
+    filling = long_run(scores) * rows / max(rows - len(names) / 3.0, 1.0)  # three coordinates a row
+    if priors is not None:
+        filling, white = filling + priors, white + priors
     scaled = bread * np.outer(max_deviation, max_deviation)
     size = np.sqrt(np.maximum(np.diag(scaled), 1e-300))
     values, vectors = np.linalg.eigh(scaled / np.outer(size, size))

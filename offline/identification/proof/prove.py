@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.offline.identification.configured import nominal
 from tendond.offline.identification.fitting.evaluations import EvaluationCache
 from tendond.offline.identification.fitting.problem import FitProblem
 from tendond.offline.identification.fitting.solve import refine
@@ -109,7 +110,12 @@ def _at_truth(plant: str, folder: str) -> tuple[list[Recording], FitProblem, Arr
     recordings = [load_recording(Path(folder) / f"{name}.mcap", {}) for name in USED]
     simulations = [Simulation(recording, "measured") for recording in recordings]
     problem = FitProblem(
-        simulations, chosen(DEFAULT), truth(plant) | {"zero": 0.0}, None, 1, lambda what, done, total: None
+        simulations,
+        chosen(DEFAULT),
+        nominal(recordings[0].config) | truth(plant),
+        None,
+        1,
+        lambda what, done, total: None,
     )
     return recordings, problem, problem.jacobian(np.zeros(len(problem.parameters)))
 

@@ -1,15 +1,17 @@
 """Checks of recordings before anything is fitted to them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from tendond.offline.identification.configured import nominal
-from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.recordings.recording import Drive, Recording
 from tendond.offline.identification.simulation.motion import SimulationError
-from tendond.offline.identification.simulation.simulate import Drive, Simulation
+from tendond.offline.identification.simulation.simulate import Simulation
+from tendond.offline.identification.simulation.simulated import Simulated
 
 MIN_MOTION = 0.01
 """Minimum travel of the tip, as a fraction of the rod's length; and fifty times the poses' noise."""
@@ -55,16 +57,28 @@ class Finding:
     text: str
 
 
-def check(recordings: Sequence[Recording], drive: Drive) -> list[Finding]:
-    """List all problems of recordings that are to be fitted together."""
-    found = [finding for recording in recordings for finding in _alone(recording, drive)]
+def check(
+    recordings: Sequence[Recording], drive: Drive, simulate: Callable[[Recording], Simulated] | None = None,
+    placed: bool = True,
+) -> list[Finding]:  # fmt: skip
+    """List all problems of recordings that are to be fitted together.
+
+    Args:
+        recordings: the recordings. drive: source of the tendons' ends.
+        simulate: makes what computes a recording; none: its motion.
+        placed: whether the base is where the configuration has it; not where its pose is to be found.
+    """
+    make = simulate or partial(Simulation, drive=drive)
+    found = [finding for recording in recordings for finding in _alone(recording, drive, make, placed)]
     first = recordings[0]
     for other in recordings[1:]:
         found += _together(first, other)
     return found
 
 
-def _alone(recording: Recording, drive: Drive) -> list[Finding]:
+def _alone(
+    recording: Recording, drive: Drive, simulate: Callable[[Recording], Simulated], placed: bool
+) -> list[Finding]:
     """List the problems of one recording."""
     path = recording.path
     found: list[Finding] = []
@@ -103,7 +117,8 @@ def _alone(recording: Recording, drive: Drive) -> list[Finding]:
     if drive == "measured" and not recording.has_reports:
         say("error", "no reports", "the servos' displacement is not in the log: give --drive command")
         return found
-    found += _like_the_model(recording, drive)
+    if placed:
+        found += _like_the_model(simulate(recording))
     return found
 
 
@@ -149,11 +164,11 @@ def _tendons(recording: Recording) -> list[Finding]:
     return found
 
 
-def _like_the_model(recording: Recording, drive: Drive) -> list[Finding]:
+def _like_the_model(simulation: Simulated) -> list[Finding]:
     """Check that it is this rig: its rest and its motion are similar to the model's."""
+    recording = simulation.recording
     path, length = recording.path, recording.config.rod.length
     values = nominal(recording.config)
-    simulation = Simulation(recording, drive)
     try:
         motion = simulation.motion(values)
     except SimulationError as error:

@@ -28,12 +28,13 @@ STRANGE_AGE = 0.5
 """Scatter of the poses' ages [s] above which they are not used: publisher and controller have different clocks."""
 
 
-def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
+def load_recording(path: Path, weights: Mapping[str, float], *, from_rest: bool = True) -> Recording:
     """Read a log.
 
     Args:
         path: the log.
         weights: weights on the tip [kg], by path or file name; these override the log's own.
+        from_rest: whether the recording begins at the first rest, as the rod's motion must; else with the log.
 
     Raises:
         LogError: the log cannot be read.
@@ -53,7 +54,9 @@ def load_recording(path: Path, weights: Mapping[str, float]) -> Recording:
     fault = str(arrays["reason"][end]) if faults.size else ""
     command = np.atleast_2d(arrays["command.displacement"])
     armed = arrays["command.armed"].astype(bool)
-    first = _first_rest(cycle, command, armed, fresh, arrays["measured"], max(STILL, 3.0 * noise), end)
+    first: int | None = 0
+    if from_rest:
+        first = _first_rest(cycle, command, armed, fresh, arrays["measured"], max(STILL, 3.0 * noise), end)
     if first is None:
         raise DataError(
             f"{path}: the arm is never at rest for {REST_SECONDS:g} s before it moves, so the initial state "

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,10 @@ from tendond.offline.files import as_text
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]
+
+
+Drive = Literal["measured", "command"]
+"""Source of the tendons' ends: the servos' reports, or the commands."""
 
 
 class DataError(DaemonError):

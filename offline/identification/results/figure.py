@@ -7,11 +7,14 @@ from matplotlib.figure import Figure
 
 from tendond.offline.identification.configured import nominal
 from tendond.offline.identification.results.result import Identification
-from tendond.offline.identification.simulation.simulate import Simulation
+from tendond.offline.identification.simulation.simulated import Simulated
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
 LAGS = 1.0
 """Maximum lag of the autocorrelation [s]."""
+
+MIN_LAGS = 10
+"""Number of lags that are shown at least: of rests."""
 
 
 def draw(result: Identification, folder: Path) -> list[Path]:
@@ -49,7 +52,7 @@ def _residuals(result: Identification) -> Figure:
     return figure
 
 
-def _apart(simulation: Simulation, values: dict[str, float]) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64]]":
+def _apart(simulation: Simulated, values: dict[str, float]) -> "np.ndarray[tuple[int, ...], np.dtype[np.float64]]":
     predicted = simulation.predicted_poses(simulation.motion(values), values["delay"])
     return np.asarray(np.linalg.norm(predicted - simulation.recording.position, axis=1))
 
@@ -60,7 +63,7 @@ def _whiteness(result: Identification) -> Figure:
     correlation, distribution = figure.subplots(1, 2)
     for simulation, blocks in zip(result.simulations, result.fit.residuals, strict=True):
         rows = blocks[0] - blocks[0].mean(axis=0)
-        lags = np.arange(1, min(len(rows) - 1, round(LAGS / simulation.recording.period)))
+        lags = np.arange(1, min(len(rows) - 1, max(MIN_LAGS, round(LAGS / simulation.recording.period))))
         size = float(np.sum(rows**2))
         values = [float(np.sum(rows[lag:] * rows[:-lag])) / size for lag in lags]
         correlation.plot(lags * simulation.recording.period, values, lw=1.0, label=simulation.recording.name)

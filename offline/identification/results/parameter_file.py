@@ -1,14 +1,26 @@
 """The parameter file: dated TOML that a rig's configuration can include, with errors beside the values."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from tendond import __version__
+from tendond.offline.correction.learned import as_section
+from tendond.offline.identification.configured import section_with
+from tendond.offline.identification.geometry import moved_base
+from tendond.offline.identification.results.residual import Learned, summary
 from tendond.offline.identification.results.result import Found, Identification
 from tendond.schemas.config.rig import parse_config
+from tendond.schemas.config.rod.bodies import RodBase
 
 DIGITS = 6
+
+VECTORS = ("tip_offset", "offset", "precurvature", "tendon_positions", "tendon_radius", "position", "orientation")
+"""Keys of [rod] that several parameters make up."""
+
+POSE = 'correct it in Tracker, or vicon.base_offset; with vicon.base = "" the keys of [rod.base] are'
 
 
 def file_name(now: datetime) -> str:
@@ -26,17 +38,18 @@ def free_name(folder: Path, now: datetime) -> Path:
     return path
 
 
-def parameter_file(result: Identification, now: datetime) -> str:
+def parameter_file(result: Identification, now: datetime, learned: Learned | None = None) -> str:
     """Write the file's text, and check it as a configuration.
 
     Args:
         result: the identification.
         now: the date.
+        learned: correction of what the fit leaves, if one was asked for.
 
     Raises:
         ConfigError: values that no configuration can have.
     """
-    text = "\n".join(_lines(result, now)) + "\n"
+    text = "\n".join([*_lines(result, now), *_residual(learned)]) + "\n"
     parse_config(text, "parameters found")
     return text
 
@@ -50,10 +63,10 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
     yield f"# The scale of force is fixed by {_wrapped(result.scale)}."
     yield "# To include this file, add a line before a configuration's first table; its own keys take precedence:"
     yield f'#     include = ["{file_name(now)}"]'
-    for section in ("rod", "rod.scale", "rod.tip", "observer", "servo"):
-        lines = [
-            line for found in result.parameters if found.parameter.section == section for line in _value(result, found)
-        ]
+    for section in ("rod", "rod.scale", "rod.tip", "rod.base", "observer", "servo"):
+        here = [found for found in result.parameters if found.parameter.section == section]
+        lines = [line for found in here for line in _value(result, found)]
+        lines += _vectors(result, section, here)
         if any(not line.startswith("#") for line in lines):
             yield ""
             yield f"[{section}]"
@@ -68,6 +81,29 @@ def _lines(result: Identification, now: datetime) -> Iterator[str]:
     for ratio in result.ratios:
         known = f"{ratio.value:.{DIGITS}g} +- {ratio.error:.2g}"
         yield f"# {ratio.name} = {known} (configuration: {ratio.nominal:.{DIGITS}g})"
+
+
+def _residual(learned: Learned | None) -> Iterator[str]:
+    """Write the learned correction as [observer.residual], to the last digit; after all other tables."""
+    if learned is None:
+        return
+    yield ""
+    yield f"# {summary(learned)}"
+    if learned.residual is None:
+        return
+    section = as_section(learned.residual)
+    yield "[observer.residual]"
+    yield f"degree = {section.degree}"
+    yield f"width = {section.width!r}"
+    yield f"features = {json.dumps(section.features)}"
+    yield "coefficients = ["
+    yield from (
+        f"  [{', '.join(map(repr, row))}],  # {name}"
+        for name, row in zip(section.features, section.coefficients, strict=True)
+    )
+    yield "]"
+    yield from (f"{name} = [{', '.join(map(repr, getattr(section, name)))}]" for name in ("low", "high"))
+    yield f"bound = {section.bound!r}"
 
 
 def _wrapped(text: str) -> str:
@@ -89,7 +125,7 @@ def _value(result: Identification, found: Found) -> Iterator[str]:
         yield f"# {found.value:.5f} {known} of the configured radius; a file of servo calibrate takes precedence"
         yield f"{parameter.key} = {servo.spool_radius * found.value:.{DIGITS}g}"
         return
-    if not parameter.key:
+    if not parameter.key or parameter.key in VECTORS:
         yield f"# {parameter.name} = {found.value:.{DIGITS}g} {known}: {parameter.meaning}"
         return
     if parameter.key in ("bending_damping", "drag") and parameter.section == "rod":
@@ -99,3 +135,33 @@ def _value(result: Identification, found: Found) -> Iterator[str]:
         return
     value = 0.0 if abs(found.value) < 1e-9 else found.value
     yield f"{parameter.key} = {value:.{DIGITS}g}  # {parameter.name} {known}"
+
+
+def _vectors(result: Identification, section: str, here: Sequence[Found]) -> Iterator[str]:
+    """Write the keys of a table that several parameters make up, with what they have in the fitted configuration."""
+    keys = dict.fromkeys(one.parameter.key for one in here if one.found and one.parameter.key in VECTORS)
+    if not keys:
+        return
+    rod = section_with(result.config.rod, result.fit.values)
+    if section == "rod.base":
+        yield from _base(result)
+        return
+    tables = {"rod": rod, "rod.scale": rod.scale, "rod.tip": rod.tip}
+    for key in keys:
+        yield f"{key} = {_array(getattr(tables[section], key))}"
+
+
+def _base(result: Identification) -> Iterator[str]:
+    """Write the base's pose: keys where the driver takes it from them, comments where an object in Tracker has it."""
+    vicon = result.config.vicon
+    sign = "" if vicon is not None and not vicon.base else "# "
+    if sign:
+        yield f"# the camera sees the base as an object: {POSE}"
+    base = moved_base(result.config.rod.base or RodBase(), result.fit.values)
+    for key in ("position", "orientation", *(("down",) if base.down is not None else ())):
+        yield f"{sign}{key} = {_array(getattr(base, key))}"
+
+
+def _array(values: Iterable[Any]) -> str:
+    parts = (_array(one) if isinstance(one, tuple) else f"{one:.{DIGITS}g}" for one in values)
+    return f"[{', '.join(parts)}]"

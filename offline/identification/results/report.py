@@ -11,16 +11,40 @@ from typing import Any
 import numpy as np
 
 from tendond.offline.files import write_whole
+from tendond.offline.identification.fitting.candidate import Trial
 from tendond.offline.identification.results.parameter_file import free_name, parameter_file
-from tendond.offline.identification.results.result import Identification
+from tendond.offline.identification.results.residual import Learned, summary
+from tendond.offline.identification.results.result import Found, Identification
 
 MISSING = 2.0
 """Ratio of residuals to the poses' noise above which the report warns of a deficient model."""
 
 
+DECIDED = {"prior": "the prior", "data": "the data", "both": "data and prior"}
+
+
 def report(result: Identification, file: str) -> str:
     """Write the page in Markdown."""
     return "\n".join(_page(result, file)) + "\n"
+
+
+def remark(found: Found) -> str:
+    """Say why a parameter was not found, or whether data or prior decide."""
+    if found.prior is None or not found.found:
+        return found.why
+    return f"prior {found.prior.value:.6g} +- {found.prior.sigma:.2g}; decided by {DECIDED[found.decided]}"
+
+
+def change_of(trial: Trial) -> str:
+    """Format the change of the criterion; none of what was not tried."""
+    return f"{trial.change:+.1f}" if trial.change else "-"
+
+
+def fitted_to(result: Identification) -> str:
+    """Describe what of the logs was fitted to."""
+    if not result.statics:
+        return "the motion"
+    return f"{sum(len(one.recording.pose_times) for one in result.simulations)} rests, one after the other"
 
 
 def warnings(result: Identification) -> list[str]:
@@ -31,7 +55,7 @@ def warnings(result: Identification) -> list[str]:
             f"the residuals, {result.rms * 1e3:.3f} mm, are {result.rms / result.noise:.1f} times the poses' noise: "
             "the model is incomplete; the standard errors do not include the resulting error"
         )
-    if result.drive == "command":
+    if result.drive == "command" and not result.statics:
         lines.append(
             "the servos' reports were not used: what a servo does beyond a first-order lag (backlash, a profile of "
             "speed) is attributed to the rod, mostly to Bbt and C"
@@ -51,6 +75,7 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
     yield f"# Parameters of rig '{result.config.rig.name}'"
     yield ""
     yield f"In the file `{parameter_file}`, to be included by a configuration."
+    yield f"Fitted to: {fitted_to(result)}."
     yield f"Tendons' ends from: {'reports of the servos' if result.drive == 'measured' else 'commands'}."
     yield f"Scale of force from {result.scale}."
     yield ""
@@ -63,11 +88,21 @@ def _page(result: Identification, parameter_file: str) -> Iterator[str]:
         if found.found:
             part = f" ({found.error / found.value:.2%})" if parameter.logarithmic else ""
             error = f"{found.error:.2g}{part}"
-        yield f"| {parameter.name} | {parameter.unit} | {found.nominal:.6g} | {value} | {error} | {found.why} |"
+        yield f"| {parameter.name} | {parameter.unit} | {found.nominal:.6g} | {value} | {error} | {remark(found)} |"
     for ratio in result.ratios:
         share = f" ({ratio.error / ratio.value:.2%})" if ratio.value else ""
         yield f"| {ratio.name} | | {ratio.nominal:.6g} | {ratio.value:.6g} | {ratio.error:.2g}{share} | ratio |"
     yield ""
+    if result.trials:
+        yield "## Selection"
+        yield ""
+        yield "Change of the Bayesian information criterion by each candidate, and why it was not taken."
+        yield ""
+        yield "| candidate | change | taken | |"
+        yield "| --- | --- | --- | --- |"
+        for trial in result.trials:
+            yield f"| {trial.name} | {change_of(trial)} | {'yes' if trial.taken else 'no'} | {trial.why} |"
+        yield ""
     lines = warnings(result)
     if lines:
         yield "## Warnings"
@@ -118,6 +153,7 @@ def numbers(result: Identification) -> dict[str, Any]:
     return {
         "rig": result.config.rig.name,
         "drive": result.drive,
+        "statics": result.statics,
         "scale": result.scale,
         "parameters": {
             found.parameter.name: {
@@ -127,9 +163,14 @@ def numbers(result: Identification) -> dict[str, Any]:
                 "value": found.value if found.found else None,
                 "standard_error": found.error if found.found and math.isfinite(found.error) else None,
                 "why": found.why,
+                **({"decided_by": found.decided} if found.decided else {}),
             }
             for found in result.parameters
         },
+        "selection": [
+            {"name": one.name, "change": round(one.change, 2), "taken": one.taken, "why": one.why}
+            for one in result.trials
+        ],
         "ratios": {
             ratio.name: {"configuration": ratio.nominal, "value": ratio.value, "standard_error": ratio.error}
             for ratio in result.ratios
@@ -173,13 +214,14 @@ class Written:
     figures: tuple[Path, ...]
 
 
-def write_results(result: Identification, out: Path, now: datetime) -> Written:
+def write_results(result: Identification, out: Path, now: datetime, learned: Learned | None = None) -> Written:
     """Write parameter file, report, numbers and figures.
 
     Args:
         result: the identification.
         out: folder, created if missing.
         now: the date in the parameter file's name.
+        learned: correction of what the fit leaves, if one was asked for.
 
     Raises:
         OSError: a file cannot be written.
@@ -188,7 +230,8 @@ def write_results(result: Identification, out: Path, now: datetime) -> Written:
 
     out.mkdir(parents=True, exist_ok=True)
     path = free_name(out, now)
-    write_whole(path, parameter_file(result, now))
-    write_whole(out / "report.md", report(result, path.name))
+    write_whole(path, parameter_file(result, now, learned))
+    page = report(result, path.name) + ("" if learned is None else f"\n## Learned correction\n\n{summary(learned)}\n")
+    write_whole(out / "report.md", page)
     write_whole(out / "identified.json", json.dumps(numbers(result), indent=2, allow_nan=False) + "\n")
     return Written(path, out / "report.md", tuple(draw(result, out)))

@@ -2,12 +2,18 @@
 
 from dataclasses import dataclass
 
+from tendond.offline.identification.fitting.candidate import Trial
 from tendond.offline.identification.fitting.solve import FitResult
 from tendond.offline.identification.fitting.statistics import Statistics
-from tendond.offline.identification.parameters import Parameter
+from tendond.offline.identification.parameter import Parameter
+from tendond.offline.identification.priors import Prior
 from tendond.offline.identification.recordings.checks import Finding
-from tendond.offline.identification.simulation.simulate import Drive, Simulation
+from tendond.offline.identification.recordings.recording import Drive
+from tendond.offline.identification.simulation.simulated import Simulated
 from tendond.schemas.config.rig import RigConfig
+
+LEARNED = 0.8
+"""Error in parts of the prior's sigma above which the prior, and below the rest of one the data, decide a value."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +22,7 @@ class Found:
 
     Attributes:
         parameter: the parameter. nominal: the configured value. value: the fitted one. error: its standard error.
-        found: true if it was identified; if not, `why` gives the reason.
+        found: true if it was identified; if not, `why` gives the reason. prior: what was known of it; none: nothing.
     """
 
     parameter: Parameter
@@ -25,6 +31,15 @@ class Found:
     error: float
     found: bool
     why: str = ""
+    prior: Prior | None = None
+
+    @property
+    def decided(self) -> str:
+        """Whether data or prior decide the value; empty without a prior."""
+        if self.prior is None or not self.found:
+            return ""
+        share = self.error / self.prior.sigma
+        return "prior" if share > LEARNED else "data" if share < 1.0 - LEARNED else "both"
 
 
 @dataclass(frozen=True)
@@ -63,7 +78,7 @@ class Identification:
 
     Attributes:
         config: the rig's configuration in the first log.
-        drive: source of the tendons' ends.
+        drive: source of the tendons' ends. statics: true where the rests were fitted, not the motion.
         findings: problems of the logs.
         parameters: the requested parameters.
         ratios: ratios that are known instead, where the scale of force is not.
@@ -72,11 +87,13 @@ class Identification:
         held_out: comparisons on all recordings.
         noise: noise of the poses [m]. rms: root mean square of the poses' residuals, per coordinate [m].
         simulations: simulations of the recordings used. others: those of the recordings held out.
+        trials: of the selection of the parameters; empty where they were given.
         first: statistics of the first fit, in which all requested parameters were free.
     """
 
     config: RigConfig
     drive: Drive
+    statics: bool
     findings: tuple[Finding, ...]
     parameters: tuple[Found, ...]
     ratios: tuple[Ratio, ...]
@@ -86,9 +103,10 @@ class Identification:
     held_out: tuple[HeldOut, ...]
     noise: float
     rms: float
-    simulations: tuple[Simulation, ...]
-    others: tuple[Simulation, ...]
+    simulations: tuple[Simulated, ...]
+    others: tuple[Simulated, ...]
     first: Statistics
+    trials: tuple[Trial, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:

@@ -22,8 +22,8 @@ class TipMotion:
     """Motion of the rod during a recording.
 
     Attributes:
-        step: time step [s]. first: time of the first tip since the recording began [s].
-        tips: positions every `step` [m], shape (steps + 1, 3).
+        step: time step [s]; 0 for rests. first: time of the first tip since the recording began [s].
+        tips: positions every `step` [m], shape (steps + 1, 3); of rests one each.
         tensions: tendon tensions after each step [N], shape (steps, n).
     """
 
@@ -50,4 +50,4 @@ class TipMotion:
 def shown(values: object) -> str:
     """Format values by name, for messages."""
     assert isinstance(values, dict)
-    return ", ".join(f"{name} {value:.4g}" for name, value in values.items())
+    return ", ".join(f"{name} {value:.4g}" for name, value in values.items() if value not in (0.0, 1.0))

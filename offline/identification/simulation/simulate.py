@@ -7,22 +7,18 @@ known weight is a rigid body on the tip, with the inertia of a brass ball.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.rods.selection import solver_of
-from tendond.offline.identification.recordings.recording import Recording
+from tendond.offline.identification.recordings.recording import Drive, Recording
 from tendond.offline.identification.simulation.general import general_motions
 from tendond.offline.identification.simulation.motion import RELEASED, TipMotion
 from tendond.offline.identification.simulation.servos import reported_ends, settled_reports, tendon_ends
 from tendond.offline.identification.simulation.shooting import shooting_motion
 
 Array = NDArray[np.float64]
-
-
-Drive = Literal["measured", "command"]
 
 
 TIME_STEP = 0.005
@@ -47,15 +43,18 @@ class Simulation:
         recording: the recording.
         drive: source of the tendons' ends.
         time_step: maximum time step [s].
+        general: whether the general rod is needed, whatever the configuration asks for.
 
     Attributes:
         general: true where the rod is the general one, so that many sets of values are simulated at once.
+        motionless: names of parameters that the rod's motion does not depend on: their derivatives need no simulation.
     """
 
-    def __init__(self, recording: Recording, drive: Drive, time_step: float = TIME_STEP) -> None:
+    def __init__(self, recording: Recording, drive: Drive, time_step: float = TIME_STEP, general: bool = False) -> None:
         self.recording = recording
         self.drive = drive
-        self.general = solver_of(recording.config.rod, recording.config.control.solver) == "general"
+        self.general = general or solver_of(recording.config.rod, recording.config.control.solver) == "general"
+        self.motionless = MOTIONLESS[drive]
         period = recording.period
         self.step = period / math.ceil(period / time_step - 1e-9)
         last = max(recording.duration, float(recording.pose_times[-1]))
@@ -75,6 +74,10 @@ class Simulation:
             if drive == "measured"
             else np.zeros_like(recording.command[now])
         )
+
+    def finer(self) -> "Simulation":
+        """Return the simulation with half the time step."""
+        return Simulation(self.recording, self.drive, 0.5 * self.step, self.general)
 
     def motion(self, values: Mapping[str, float]) -> TipMotion:
         """Simulate the rod's motion.
@@ -105,7 +108,7 @@ class Simulation:
         """Compute the displacements of the tendons' ends in the middle of each step [m], shape (steps, n)."""
         measured = self.drive == "measured"
         ends = self._ends if measured else tendon_ends(self.recording, self._ends_at, values["lag"], values["backlash"])
-        ends = values["spool"] * ends + values["zero"]
+        ends = true_ends(ends, values)
         ends[~self._armed] = RELEASED
         return ends
 
@@ -156,5 +159,11 @@ class Simulation:
         return np.asarray((expected - self.recording.reported[count])[:, self._moving])
 
 
+def true_ends(reported: Array, values: Mapping[str, float]) -> Array:
+    """Return the displacements of the tendons' ends [m] from reported or commanded ones, shape (..., n)."""
+    zeros = np.array([values[f"zero_{i}"] for i in range(reported.shape[-1])])
+    return np.asarray(values["spool"] * reported + values["zero"] + zeros)
+
+
 MOTIONLESS = {"measured": ("delay", "lag", "backlash"), "command": ("delay",)}
-"""Parameters that the rod's motion does not depend on, by drive: their derivatives need no simulation."""
+"""Parameters that the rod's motion does not depend on, by drive."""

@@ -1,10 +1,12 @@
 """Polynomial of the commands, by ridge regression: what a model without physics makes of the same inputs."""
 
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tendond.model.estimation.residual import exponents, monomials
+from tendond.offline.correction.learned import ridge_solve
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -36,22 +38,6 @@ class Polynomial:
     def predict(self, command: Array) -> Array:
         """Return tips for commands [m], shape (N, 3)."""
         return np.asarray(monomials(_normalised(command, self.low, self.high), self.degree) @ self.coefficients)
-
-
-def exponents(inputs: int, degree: int) -> list[tuple[int, ...]]:
-    """Return the inputs of each product, up to a degree: () is the constant."""
-    return [one for n in range(degree + 1) for one in combinations_with_replacement(range(inputs), n)]
-
-
-def monomials(inputs: Array, degree: int) -> Array:
-    """Return all products of up to `degree` inputs, shape (N, C)."""
-    return np.stack([np.prod(inputs[:, list(one)], axis=1) for one in exponents(inputs.shape[1], degree)], axis=1)
-
-
-def ridge_solve(features: Array, target: Array, ridge: float) -> Array:
-    """Return coefficients that minimise |features c - target|^2 + ridge N |c|^2, shape (C, 3)."""
-    normal = features.T @ features + ridge * len(features) * np.eye(features.shape[1])
-    return np.asarray(np.linalg.solve(normal, features.T @ target))
 
 
 def fit_polynomial(command: Array, tip: Array, block: Index) -> Polynomial:

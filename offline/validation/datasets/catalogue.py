@@ -47,7 +47,10 @@ ENTRIES = {
     "ftdcr_v4-val": Entry(
         partial(opencr.read, version="ftdcr_v4", part="val"), known.ftdcr_v4,
         opencr.SOURCE.format(version="ftdcr_v4"), 4e-3, 1e-3, 10, 300,
-        ("tendon_stiffness", "section_stiffness", "yielding", "angles", "radii"),
+        (
+            "tendon_stiffness", "section_stiffness", "axial_stiffness", "weight", "precurvature", "friction",
+            "yielding", "angles", "radii",
+        ),
     ),
     "ftdcr_v6-val": Entry(
         partial(opencr.read, version="ftdcr_v6", part="val"), known.ftdcr_v6,

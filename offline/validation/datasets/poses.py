@@ -67,6 +67,15 @@ def held_out_blocks(block: Index, every: int = 5) -> Mask:
     return np.asarray(block % every == every // 2)
 
 
+def split_evenly(poses: Poses, every: int) -> Poses:
+    """Return the poses with every `every`th block held out instead of those that the data set holds out.
+
+    Raises:
+        DatasetError: too few blocks.
+    """
+    return replace(poses, name=f"{poses.name}-every{every}", held_out=held_out_blocks(poses.block, every))
+
+
 SWING = 0.05
 """Part of a command's range by which it must go back to have turned round: more than a servo's reading scatters."""
 

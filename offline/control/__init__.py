@@ -1,0 +1,1 @@
+"""Laws beside each other: the same tasks, plants, seeds and estimator, in lockstep."""

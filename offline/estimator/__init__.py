@@ -1,0 +1,1 @@
+"""The estimator on robots unlike its model: how near it comes, and whether it knows how near."""

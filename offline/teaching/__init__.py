@@ -1,0 +1,1 @@
+"""Teach-in: poses that somebody has shown, as a reference to play."""

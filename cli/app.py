@@ -20,6 +20,9 @@ from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
 from tendond.cli.signals import INTERRUPTED, exit_at_the_end, exit_on_interrupt, was_interrupted
 from tendond.cli.study.commands import study
+from tendond.cli.study.control import control
+from tendond.cli.study.safety import safety
+from tendond.cli.study.stability import stability
 from tendond.cli.validate.commands import validate
 from tendond.cli.warm.commands import warm
 from tendond.schemas.config.renamed import RenamedKeyWarning
@@ -55,6 +58,9 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
 
 
 study.add_typer(identify)
+study.command("control")(control)
+study.command("safety")(safety)
+study.command("stability")(stability)
 for group in (rig, log, servo, config, study, bench):
     app.add_typer(group)
 app.command()(demo)

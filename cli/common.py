@@ -51,48 +51,48 @@ def load_config(path: Path | None) -> RigConfig:
     if path is None:
         return RigConfig()
     config = parse_with_includes(read_text(path), path)
-    if config.reference.file and not config.reference.samples:
-        samples = read_samples(path.parent / config.reference.file)
-        reference = {**config.reference.model_dump(), "samples": samples}
+    if config.reference.file and not (config.reference.samples or config.reference.waypoints):
+        reference = {
+            **config.reference.model_dump(),
+            **read_rows(path.parent / config.reference.file, config.reference.kind),
+        }
         config = check_config({**config.model_dump(), "reference": reference}, str(path))
     return config
 
 
-def load_runnable(path: Path | None) -> RigConfig:
-    """Load a configuration whose robot the controller can run.
+def read_rows(path: Path, kind: str) -> dict[str, list[tuple[float, ...]]]:
+    """Read the file of a reference: CSV with a heading line and one row a line; return the key of [reference] it fills.
+
+    Samples: time [s], x (or y) [m], z [m]; or x, y, z; or these and a direction, or a quaternion w, x, y, z. Waypoints
+    of a path: without the time.
 
     Raises:
-        ConfigError: see `load_config`; or it cannot.
+        ConfigError: the file cannot be read, or a line has another number of numbers.
     """
-    config = load_config(path)
-    if config.rod.refusal:
-        raise ConfigError(f"{path}: {config.rod.refusal}")
-    return config
-
-
-def read_samples(path: Path) -> list[tuple[float, ...]]:
-    """Read the samples of a reference: a CSV file with a heading, then time [s], x (or y) [m], z [m], or x, y, z.
-
-    Raises:
-        ConfigError: the file cannot be read, or a line is not three or four numbers.
-    """
+    widths, allowed = (
+        ((3, 6, 7), "3 numbers, x, y, z [m]; 6 with a direction; or 7 with a quaternion w, x, y, z")
+        if kind == "path"
+        else (
+            (3, 4, 7, 8),
+            "three numbers: time [s], x (or y) [m], z [m]; or in space four, seven with a direction, or eight with a "
+            "quaternion w, x, y, z",
+        )
+    )
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             lines = list(enumerate(csv.reader(stream), 1))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
-    samples: list[tuple[float, ...]] = []
+    rows: list[tuple[float, ...]] = []
     for number, line in lines[1:]:
         try:
-            sample = tuple(float(cell) for cell in line)
+            row = tuple(float(cell) for cell in line)
         except ValueError:
-            sample = ()
-        if len(sample) not in (3, 4):
-            raise ConfigError(
-                f"{path}:{number}: must be three numbers: time [s], x (or y) [m], z [m]; or in space four"
-            )
-        samples.append(sample)
-    return samples
+            row = ()
+        if len(row) not in widths:
+            raise ConfigError(f"{path}:{number}: must be {allowed}")
+        rows.append(row)
+    return {"waypoints" if kind == "path" else "samples": rows}
 
 
 def present(section: Section | None, name: str, path: Path | None) -> Section:

@@ -25,11 +25,13 @@ def run_batch(rods: int, *, as_json: bool) -> bool:
         "us a step, processor",
         f"s for {GOAL_RODS}",
         "goal s",
+        "with friction",
+        "base moves",
         "bits as one by one",
     ]
     line = [
         f"{row.rods} rods", str(row.threads), f"{row.seconds:.2f}", f"{row.step_us:.1f}", f"{row.goal_seconds:.0f}",
-        f"{GOAL_SECONDS:.0f}", "yes" if row.equal else "NO",
+        f"{GOAL_SECONDS:.0f}", f"x {row.friction_ratio:.2f}", f"x {row.base_ratio:.2f}", "yes" if row.equal else "NO",
     ]  # fmt: skip
     print_table(Console(), header, [line])
     return row.equal

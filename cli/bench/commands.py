@@ -144,3 +144,28 @@ def bench_friction() -> None:
     from tendond.offline.bench.friction import table
 
     print(table())
+
+
+@bench.command("safety")
+def bench_safety(
+    repeats: Annotated[int, typer.Option("--repeats", min=2, max=1_000_000, help="Calls of each computation.")] = 2000,
+    json: Json = False,
+) -> None:
+    """Benchmark the safety filter, beside a step of the model.
+
+    Times of this thread, on the paper's robot close to an obstacle.
+
+    Example: tendond bench safety --repeats 10000
+    """
+    import json as jsons
+    from dataclasses import asdict
+
+    from tendond.offline.bench.safety import measure_filter
+
+    costs = measure_filter(repeats)
+    if json:
+        print(jsons.dumps([asdict(one) for one in costs], indent=2))
+        return
+    print(f"{'':<26}{'median us':>10}{'p99 us':>10}{'steps':>8}")
+    for one in costs:
+        print(f"{one.name:<26}{one.median:>10.0f}{one.p99:>10.0f}{one.steps:>8.1f}")

@@ -7,15 +7,16 @@ from typing import Any
 from tendond.cli.common import chosen_config, say
 from tendond.cli.manual.config_text import config_schema, config_toml
 from tendond.model.errors import ModelError
-from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.config_check import (
     control_of,
     law_objections,
     located,
     remarks,
     resolution_remarks,
+    safety_remarks,
     start_objections,
 )
+from tendond.offline.equilibria_check import equilibrium_lines
 from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
@@ -39,6 +40,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
     """
     notes: list[str] = []
     robot: RobotReport | None = None
+    rests: list[str] = []
     try:
         config, source = chosen_config(file, profile)
     except ConfigError as error:
@@ -51,12 +53,13 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         else:
             wrong = [Objection("", "", text)]
     else:
-        refused = [config.rod.refusal] if config.rod.refusal else start_objections(config, say) if model else ()
+        refused = start_objections(config, say) if model else ()
         wrong = located([*law_objections(config.control), *refused], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
         if model and not wrong:
-            notes += resolution_remarks(config)
+            notes += [*resolution_remarks(config), *safety_remarks(config)]
+            rests = list(equilibrium_lines(config))
         if model:
             robot, objection = _robot(config)
             wrong += located([objection], file) if objection else []
@@ -68,7 +71,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
             for one in wrong
         ]
         data = {"source": source, "ok": not wrong, "errors": found, "notes": notes}
-        print(json.dumps(data | ({"robot": robot.data} if robot else {}), indent=2))
+        print(json.dumps(data | ({"robot": robot.data, "equilibria": rests} if robot else {}), indent=2))
         if wrong:
             raise SystemExit(2)
         return
@@ -77,7 +80,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
     if wrong:
         raise ConfigError("\n".join([text, *(f"note: {note}" for note in notes)]), wrong)
     print(f"{source}: OK; {_summary(config)}")
-    for line in robot.lines if robot else ():
+    for line in [*(robot.lines if robot else ()), *rests]:
         print(line)
     for note in notes:
         print(f"note: {note}")
@@ -85,8 +88,6 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
 
 def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:
     """Figures of the robot, or why it has none."""
-    if config.rod.refusal:  # else `start_objections` has
-        announce_compilation(say)
     try:
         return robot_report(config), ""
     except ModelError as error:

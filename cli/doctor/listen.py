@@ -1,14 +1,18 @@
-"""A second on the bus as a client: the controller's status, poses and tendon states."""
+"""A second on the bus as a client: the controller's status, poses, tendon states and readings of sensors."""
 
 import time
+from collections import Counter
 from dataclasses import dataclass, field
+
+import zenoh
 
 from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask_status
 from tendond.bus.subscription import Subscription
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.keys import TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import Status, TendonState, TipPose
+from tendond.schemas.keys import TENDON_STATE, TIP_POSE, key, sensor_topic
+from tendond.schemas.messages import SensorReading, Status, TendonState, TipPose
+from tendond.schemas.wire import UnreadableError, decode
 
 CONNECT_SECONDS = 0.5
 LISTEN_SECONDS = 1.0
@@ -25,6 +29,7 @@ class BusActivity:
         status: the controller's status, received after `reply_ms`.
         error: why there is no status.
         unreadable: number of unreadable messages, by reason.
+        readings: of each sensor, by name. unreadable_readings: number of those that are none, by name and reason.
     """
 
     connected: bool = False
@@ -34,6 +39,18 @@ class BusActivity:
     poses: list[tuple[int, TipPose]] = field(default_factory=list)
     states: list[tuple[int, TendonState]] = field(default_factory=list)
     unreadable: dict[str, int] = field(default_factory=dict)
+    readings: dict[str, list[tuple[int, SensorReading]]] = field(default_factory=dict)
+    unreadable_readings: Counter[str] = field(default_factory=Counter)
+
+    def add_reading(self, sample: zenoh.Sample) -> None:
+        """Add a payload of `sensor/*`, with the name in its key."""
+        name = str(sample.key_expr).rpartition("/")[2]
+        try:
+            reading = decode(SensorReading, sample.payload.to_bytes())
+        except UnreadableError as error:
+            self.unreadable_readings[f"{name}: {error.detail or error.reason}"] += 1
+        else:
+            self.readings.setdefault(name, []).append((time.monotonic_ns(), reading))
 
 
 def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
@@ -54,6 +71,7 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
         activity.connected = True
         poses = Subscription(session, key(name, TIP_POSE), TipPose, QUEUE)
         states = Subscription(session, key(name, TENDON_STATE), TendonState, QUEUE)
+        sensors = session.declare_subscriber(key(name, sensor_topic("*")), zenoh.handlers.RingChannel(QUEUE))
         started = time.monotonic()
         try:
             activity.status = ask_status(session, name)
@@ -63,10 +81,14 @@ def listen(config: RigConfig, seconds: float = LISTEN_SECONDS) -> BusActivity:
         for waiting in (poses, states):  # what has arrived meanwhile says nothing about its age
             waiting.newest()
             waiting.unreadable.clear()
+        while sensors.try_recv() is not None:
+            pass
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             activity.poses += [(time.monotonic_ns(), pose) for pose in poses]
             activity.states += [(time.monotonic_ns(), state) for state in states]
+            while time.monotonic() < until and (sample := sensors.try_recv()) is not None:
+                activity.add_reading(sample)
             time.sleep(POLL_SECONDS)
         activity.unreadable = dict(poses.unreadable + states.unreadable)
     return activity

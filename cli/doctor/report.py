@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tendond import TendondError, __version__
-from tendond.cli.common import load_runnable
-from tendond.cli.doctor import bus, camera, commissioning, files, machine, servos
+from tendond.cli.common import load_config
+from tendond.cli.doctor import bus, camera, commissioning, files, machine, sensors, servos
 from tendond.cli.doctor.check import Check, CheckOutcome, CheckResult, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
 from tendond.daemon.errors import LawError, UsageError
@@ -29,6 +29,7 @@ CHECKS: dict[str, Check] = {
     "log speed": files.log_speed,
     "controller": bus.controller,
     "poses": bus.poses,
+    "sensors": sensors.sensors,
     "rest": commissioning.rest,
     "pose sender": camera.sender,
     "base": camera.level,
@@ -91,7 +92,7 @@ def results_of(rig: Rig) -> Iterator[tuple[str, CheckResult]]:
 def _configuration(file: Path | None) -> tuple[RigConfig | None, CheckResult]:
     """Load and check the configuration, the laws' parameters included; none if it is invalid."""
     try:
-        config = load_runnable(file)
+        config = load_config(file)
         select_law(config.control.law, config.control.laws)
     except (ConfigError, LawError) as error:
         return None, failed(

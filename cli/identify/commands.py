@@ -42,7 +42,9 @@ def identify_fit(
         str | None,
         typer.Option(
             "--parameters",
-            help="Comma-separated names. Default: E,rho,Bbt,C,tendon_stiffness,tip_mass,delay,lag,spool,backlash.",
+            help="Comma-separated names, or auto: what the logs support. Default: E,rho,Bbt,C,tendon_stiffness,"
+            "tip_mass,delay,lag,spool,backlash. Others: zero, zeros, mu, radius, radii, precurvature, tip_offset, "
+            "base_position, base_rotation, base.",
         ),
     ] = None,
     weight: Annotated[
@@ -63,6 +65,24 @@ def identify_fit(
         typer.Option("--load", min=0.01, help="Use the servos' tensions, correct to this much [N]."),
     ] = None,
     loss: Annotated[str, typer.Option("--loss", help="linear; soft_l1 or huber for poses with outliers.")] = "linear",
+    residual: Annotated[
+        bool,
+        typer.Option("--residual", help="Learn a bounded correction of what the fit leaves, as [observer.residual]."),
+    ] = False,
+    statics: Annotated[
+        bool | None,
+        typer.Option(
+            "--statics/--motion",
+            help="Fit the rests, or the motion. Default: the rests where the logs wait more than they move.",
+            show_default=False,
+        ),
+    ] = None,
+    prior: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--prior", help="KEY=VALUE+-SIGMA, what is known of a parameter, or a TOML file of KEY = [VALUE, SIGMA]."
+        ),
+    ] = None,
     jobs: Jobs = None,
 ) -> None:
     """Fit parameters to logs; the word 'fit' is optional.
@@ -75,7 +95,10 @@ def identify_fit(
     exit_on_signals(130)
     from tendond.cli.identify.fit import run_fit
 
-    run_fit(logs, parameters, weight or [], hold_out or [], out, drive, load, loss, jobs)
+    run_fit(
+        logs, parameters, weight or [], hold_out or [], out, drive, load, loss, jobs, statics, prior or [],
+        residual=residual,
+    )  # fmt: skip
 
 
 @identify.command("plan")

@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import cast, get_args
@@ -15,18 +16,32 @@ from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.excitation.dry_run import DryRun, dry_run, rig_of_model
 from tendond.offline.identification.excitation.plan import IdentificationPlan, propose, proposed_weight
+from tendond.offline.identification.fitting.candidate import Trial
 from tendond.offline.identification.fitting.solve import LOSSES, Loss
 from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import DEFAULT, chosen
+from tendond.offline.identification.priors import parse_priors
 from tendond.offline.identification.recordings.load import load_recording
+from tendond.offline.identification.recordings.recording import Drive
 from tendond.offline.identification.recordings.weights import parse_weights
-from tendond.offline.identification.results.report import Written, warnings, write_results
+from tendond.offline.identification.results.report import (
+    Written,
+    change_of,
+    fitted_to,
+    remark,
+    warnings,
+    write_results,
+)
+from tendond.offline.identification.results.residual import learn, summary
 from tendond.offline.identification.results.result import Identification
-from tendond.offline.identification.simulation.simulate import Drive
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""
+
+
+AUTO = "auto"
+"""Instead of names of parameters: those that the logs support."""
 
 
 def run_fit(
@@ -39,6 +54,10 @@ def run_fit(
     load: float | None,
     loss: str,
     jobs: int | None,
+    statics: bool | None,
+    prior: list[str],
+    *,
+    residual: bool = False,
 ) -> None:
     """Identify, and write the results to `out`; see `tendond identify fit --help`.
 
@@ -49,7 +68,9 @@ def run_fit(
         raise UsageError(f"--drive {drive}: choose among auto, {', '.join(get_args(Drive))}")
     if loss not in LOSSES:
         raise UsageError(f"--loss {loss}: choose among {', '.join(LOSSES)}")
-    names = tuple(parameter.name for parameter in chosen((parameters or ",".join(DEFAULT)).split(",")))
+    names = None
+    if parameters != AUTO:
+        names = tuple(parameter.name for parameter in chosen((parameters or ",".join(DEFAULT)).split(",")))
     weights = parse_weights(weight)
     for name in weights:
         if name not in {text for path in (*logs, *hold_out) for text in (str(path), path.name)}:
@@ -60,6 +81,8 @@ def run_fit(
         cast(Loss, loss),
         load,
         jobs or len(os.sched_getaffinity(0)),
+        statics,
+        parse_priors(prior),
     )
     announce_compilation(say)
     console = Console()
@@ -80,9 +103,15 @@ def run_fit(
             result = identify(
                 recordings, others, options, show, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
             )
+        learned = None
+        if residual:
+            with console.status("learning the correction"):
+                learned = learn(result.simulations, result.others, result.fit.values)
         with console.status("drawing"):
-            written = write_results(result, out, datetime.now(UTC))
+            written = write_results(result, out, datetime.now(UTC), learned)
         print_results(result, written, console)
+        if learned is not None:
+            console.print(summary(learned), highlight=False, soft_wrap=True)
     except (SystemExit, KeyboardInterrupt):
         if unfinished.is_dir():
             say(f"interrupted: partial results are in {unfinished}; run the same command again to resume")
@@ -93,11 +122,16 @@ def run_fit(
 
 def print_results(result: Identification, written: Written, console: Console) -> None:
     """Print parameters, ratios, warnings and the files."""
-    console.print(_table(result))
+    if result.trials:
+        console.print(_trials(result.trials))
+    if result.parameters:
+        console.print(_table(result))
+    else:
+        console.print("none of the parameters is supported by the logs: the configuration explains them as it is")
     for ratio in result.ratios:
         error = f"{ratio.error / ratio.value:.2%}" if ratio.value else f"{ratio.error:.2g}"
         console.print(f"{ratio.name} = {ratio.value:.5g}, error {error}", highlight=False)
-    for line in (f"scale of force: {result.scale}", *warnings(result)):
+    for line in (f"fitted to: {fitted_to(result)}", f"scale of force: {result.scale}", *warnings(result)):
         console.print(line, highlight=False, soft_wrap=True)
     for recorded in result.held_out:
         console.print(
@@ -120,7 +154,16 @@ def _table(result: Identification) -> Table:
         error = "-"
         if found.found and math.isfinite(found.error):
             error = f"{found.error / found.value:.2%}" if found.parameter.logarithmic else f"{found.error:.2g}"
-        table.add_row(found.parameter.name, f"{found.nominal:.5g}", value, error, found.parameter.unit, found.why)
+        table.add_row(found.parameter.name, f"{found.nominal:.5g}", value, error, found.parameter.unit, remark(found))
+    return table
+
+
+def _trials(trials: Sequence[Trial]) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for name in ("candidate", "change of BIC", "taken", ""):
+        table.add_column(name, justify="right" if name == "change of BIC" else "left")
+    for trial in trials:
+        table.add_row(trial.name, change_of(trial), "yes" if trial.taken else "no", trial.why)
     return table
 
 

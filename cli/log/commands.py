@@ -7,6 +7,7 @@ import typer
 
 from tendond.cli.options import Jobs, Json, laws
 from tendond.cli.program import say_renamed
+from tendond.cli.rig.teach_commands import PathColumns, Smoothing
 
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; any part of a split log.")]
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.")]
@@ -178,6 +179,44 @@ def export(
     from tendond.cli.log.logs import run_export
 
     run_export(file, out)
+
+
+@log.command("smooth")
+def smooth(
+    file: LogFile,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="CSV, Parquet or .npz file to write. Default: LOG-smoothed.csv.")
+    ] = None,
+    change: Change = None,
+    json: Json = False,
+) -> None:
+    """Smooth a log: the likeliest shape, tip, load and errors.
+
+    By all measurements before and after each cycle, with standard deviations; a table, and a figure beside it.
+
+    Example: tendond log smooth run.mcap --set observer.pose_noise=2e-4 --out run.npz
+    """
+    from tendond.cli.log.smooth import run_smooth
+
+    run_smooth(file, out, change or [], as_json=json)
+
+
+@log.command("teach")
+def teach(
+    file: LogFile,
+    out: Annotated[Path | None, typer.Option("--out", help="CSV file to write. Default: LOG-path.csv.")] = None,
+    columns: PathColumns = None,
+    smoothing: Smoothing = 0.1,
+    first: Annotated[float, typer.Option("--from", min=0.0, help="First time to take [s].")] = 0.0,
+    last: Annotated[float, typer.Option("--to", help="Last time to take [s].")] = float("inf"),
+) -> None:
+    """Write the measured path of the tip as a reference to play.
+
+    Example: tendond log teach run.mcap --from 3 --to 12 --out path.csv
+    """
+    from tendond.cli.rig.teach import teach_from_log
+
+    teach_from_log(file, out, columns, smoothing, (first, last))
 
 
 @log.command("view")

@@ -33,6 +33,8 @@ def run_info(file: Path, *, as_json: bool) -> None:
     )
     for change in found["modes"]:
         print(f"mode     {change['tick']:>8}  {change['mode']}: {change['reason']}")
+    if readings := found["readings"]:
+        print(f"sensors  {', '.join(f'{name} {count} readings' for name, count in readings.items())}")
     print(f"rejected {', '.join(f'{count} {reason}' for reason, count in found['rejected'].items()) or 'nothing'}")
     print(f"entries  {', '.join(f'{count} {topic}' for topic, count in found['messages'].items())}")
     print(f"versions {', '.join(f'{name} {value}' for name, value in meta.items() if name != 'rig')}")
@@ -136,10 +138,11 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
             return
         from tendond.offline.paper.published import published_for
         from tendond.offline.plots.figures import draw
+        from tendond.offline.plots.filter import draw_filter
         from tendond.offline.plots.spatial import draw_space
         from tendond.offline.plots.timeline import draw_timeline
 
-        paths = draw_space(log, out, form) + draw_timeline(log, out, form)
+        paths = draw_space(log, out, form) + draw_filter(log, out, form) + draw_timeline(log, out, form)
         try:
             paths = draw(log, out, form, published_for(log)) + paths
         except LogError as error:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from tendond.cli.manual.markdown import attributes, code, escaped, summary, table
 from tendond.daemon.recording.channels import CHANNELS
 from tendond.offline.logs.units import unit_of
-from tendond.schemas import messages, record, requests
+from tendond.schemas import health, messages, record, requests
 from tendond.schemas.base import SCHEMA_VERSION, Schema
 from tendond.schemas.errors.keywords import in_words, resolved, schema_of
 from tendond.schemas.faults import FAULTS, FaultRequest
@@ -76,7 +76,7 @@ lacks one, has a number that is not finite, or another `version` than {SCHEMA_VE
 repeatedly have a sequence number `seq` and a capture time `stamp_ns`; the receiver takes their age on its own clock.
 """
     ]
-    kinds.append(messages.LoopHealth)
+    kinds += [health.LoopHealth, health.SensorHealth]
     for kind in kinds:
         example = EXAMPLES.get(kind)
         parts.append(f"## {kind.__name__}\n\n{escaped(summary(kind))}\n\n{_fields(kind)}\n")

@@ -56,7 +56,7 @@ def tables_at(data: Values, name: str, *, each: bool) -> list[Values]:
     """Return the tables of a name in a configuration: none, one, or each of a list."""
     found: Any = data
     for part in name.split("."):
-        found = found[part]
+        found = found.get(part)
         if found is None:
             return []
     return list(found) if each else [found]

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.bus.operator import request, status_in
-from tendond.cli.common import load_config, read_samples
+from tendond.cli.common import load_config, read_rows
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.errors.explain import explain
@@ -54,8 +54,8 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
             raise UsageError(f"'{setting}': give KEY=VALUE, as in across=0.3")
         table[name.strip()] = _value(value.strip())
     if table.get("file"):
-        table["samples"] = read_samples(Path(str(table.pop("file"))))
         table.setdefault("kind", "samples")
+        table |= read_rows(Path(str(table.pop("file"))), str(table["kind"]))
     try:
         wanted = ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection.model_validate(table))
     except ValidationError as error:
@@ -90,10 +90,11 @@ def show_status(config_file: Path | None, *, as_json: bool) -> None:
     if as_json:
         print(status.model_dump_json(indent=2))
     else:
-        Console().print(_table(status))
+        Console().print(status_table(status))
 
 
-def _table(status: Status) -> Table:
+def status_table(status: Status) -> Table:
+    """Return the status as a table for people."""
     table = Table(title=f"rig {status.rig}", show_header=False)
     rows = {
         "mode": f"{status.mode.value} ({status.reason})",
@@ -101,17 +102,25 @@ def _table(status: Status) -> Table:
         "tip": "no pose yet" if status.tip is None else _millimetres(status.tip),
         "target": _millimetres(status.target),
         "tension": " ".join(f"{value:.2f}" for value in status.tension) + " N",
+        **({"at tip": " ".join(f"{value:.2f}" for value in status.tip_tension) + " N"} if status.tip_tension else {}),
         "displacement": _millimetres(status.displacement),
         "cycles": f"{status.loop.cycles}, {status.loop.missed_ticks} deadlines missed",
         "phase": status.loop.phase_in_words,
         "wake-up to command": f"median {status.loop.cycle_ms_median:.2f} ms, p99 {status.loop.cycle_ms_p99:.2f} ms",
         "rejected": ", ".join(f"{count} {reason}" for reason, count in status.rejected.items()) or "nothing",
+        **({"sensors": "; ".join(_sensors(status))} if status.sensors else {}),
+        **({"filter": status.filter.in_words} if status.filter else {}),
+        **({"safety": status.safety} if status.safety else {}),
         **({"refused": status.refused} if status.refused else {}),
         "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped{_days(status.loop.log_days_left)}",
     }
     for name, value in rows.items():
         table.add_row(name, value)
     return table
+
+
+def _sensors(status: Status) -> list[str]:
+    return [f"{name} {health.in_words}" for name, health in status.sensors.items()]
 
 
 def _days(left: float | None) -> str:

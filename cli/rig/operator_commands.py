@@ -7,14 +7,25 @@ import typer
 from tendond.cli.options import Config, Json, laws
 
 
-def arm(config: Config = None) -> None:
+def arm(
+    config: Config = None,
+    wait: Annotated[bool, typer.Option("--wait", help="Show the progress, and return when the arm tracks.")] = False,
+) -> None:
     """Arm: pretension the tendons, then track the reference.
 
-    Example: tendond arm --config rig.toml
+    The first time the tendons are probed before, which takes some seconds each; `--wait` shows how far it is.
+
+    Example: tendond arm --wait --config rig.toml
     """
     from tendond.cli.rig.operator import operate
 
     operate("arm", config)
+    if wait:
+        from tendond.cli.rig.arming import wait_for_tracking
+        from tendond.cli.signals import exit_on_signals
+
+        exit_on_signals()
+        wait_for_tracking(config)
 
 
 def stop(config: Config = None) -> None:

@@ -88,18 +88,22 @@ def inject(
     size: Annotated[float | None, typer.Option("--size", help="Size [m, kg, N, or a fraction].")] = None,
     direction: Annotated[str | None, typer.Option("--direction", help="x, -x, y, -y, z or -z.")] = None,
     place: Annotated[float | None, typer.Option("--place", help="Position along the rod; the tip is 1.")] = None,
+    sensor: Annotated[str | None, typer.Option("--sensor", help="Name of the sensor.")] = None,
+    rows: Annotated[
+        list[int] | None, typer.Option("--row", help="Row of its readings, from 0; may be repeated.")
+    ] = None,
 ) -> None:
     """Inject a fault into a running 'tendond simulate'.
 
     Camera and arm: occlusion, frozen, teleport, dropout, noise, weight, impact, silence. Servos: overload, stuck, cut;
-    with --wired also silent, hot, reboot. Serial bus, with --wired: crc, unplug, plug.
+    with --wired also silent, hot, reboot. Serial bus, with --wired: crc, unplug, plug. Sensors: unseen, swapped, mute.
 
     Examples: tendond rig inject weight --size 0.05; tendond rig inject overload --servo 3 --config rig.toml
     """
     from tendond.cli.rig.simulate import inject_fault
 
     options = {"servo": servo_id, "seconds": seconds, "size": size, "direction": direction, "place": place}
-    inject_fault(config, fault, options)
+    inject_fault(config, fault, {**options, "sensor": sensor, "rows": rows or None})
 
 
 def vicon(config: Config = None) -> None:

@@ -7,13 +7,15 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import chosen_config, say, stop_on_signals
+from tendond.daemon.control.safety.configured import target_remark
 from tendond.daemon.control.setup import CycleSetup
-from tendond.daemon.errors import DaemonError, LawError
+from tendond.daemon.errors import DaemonError, LawError, SafetyError
 from tendond.daemon.recording.retention import retention
 from tendond.daemon.recording.run_log import RunLog
 from tendond.daemon.runtime.bus import Hub
+from tendond.daemon.runtime.lockstep import Lockstep
 from tendond.daemon.runtime.loop import Loop
-from tendond.daemon.runtime.pacing import Clock, Lockstep, Pacer
+from tendond.daemon.runtime.pacing import Clock, Pacer
 from tendond.daemon.runtime.phase import PhaseLock
 from tendond.daemon.runtime.planner import Planner
 from tendond.daemon.runtime.realtime import be_prompt, become_punctual
@@ -47,7 +49,7 @@ def run_controller(
         kept = retention(config.log, log_file.parent, config.rig.name, service="LOGS_DIRECTORY" in os.environ)
     try:
         setup = CycleSetup.from_config(config)
-    except (LawError, ModelError) as error:
+    except (LawError, ModelError, SafetyError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
     written = RunLog(log_file, config, setup.rod, calibration=calibration, notes=notes, retention=kept)
@@ -72,6 +74,8 @@ def run_controller(
             say(f"without real-time guarantees: {'; '.join(missing)}")
         for note in setup.selection.reference.notes:
             say(note)
+        if remark := target_remark(setup.barrier, setup.selection.reference.target):
+            say(remark)
         ready = f"rig '{config.rig.name}' on {config.bus.endpoint}: ready, disarmed; log {log_file}"
         say(ready)
         supervisor.ready(ready)

@@ -1,5 +1,6 @@
 """The group `tendond servo`: options and help."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -150,16 +151,22 @@ def servo_identify(
     travel: Annotated[
         float, typer.Option("--travel", min=1.0, max=50.0, help="Length that is paid out and taken up again [mm].")
     ] = 6.0,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Recorded run to fit to; nothing is moved, and no servo is needed.")
+    ] = None,
     yes: Yes = False,
 ) -> None:
-    """Identify a servo's dynamics by steps of a slack tendon.
+    """Identify a servo by steps of a slack tendon, or a log.
 
     Fits dead time, lag, speed and acceleration to the servo's own readings, and prints keys for the configuration. Only
     slack is made and taken up. Refused while the rig is armed, or its servo driver runs.
 
     Example: tendond servo identify 0 --config rig.toml
     """
-    from tendond.cli.servo.identify import identify_servo
+    from tendond.cli.servo.identify import identify_from_log, identify_servo
     from tendond.cli.servo.rig import ask_terminal
 
-    identify_servo(config, tendon, 1e-3 * travel, yes, ask_terminal)
+    if log is not None:
+        identify_from_log(log, tendon)
+    else:
+        identify_servo(config, tendon, 1e-3 * travel, yes, ask_terminal)

@@ -1,4 +1,4 @@
-"""`tendond servo identify`: the dynamics of a servo, by a step test."""
+"""`tendond servo identify`: the dynamics of a servo, by a step test or from a recorded run."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -13,7 +13,10 @@ from tendond.drivers.dynamixel.tools.calibrate import Ask
 from tendond.drivers.dynamixel.tools.rig import open_bus
 from tendond.drivers.dynamixel.tools.step_test import step_test
 from tendond.model.tendons.servo_fit import ServoFit, fit_steps
+from tendond.offline.identification.recordings.load import load_recording
+from tendond.offline.identification.servo_log import SHOWN, fit_recording
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
@@ -53,34 +56,56 @@ def identify_servo(config_file: Path | None, tendon: int, travel: float, yes: bo
     return fit
 
 
+def identify_from_log(log: Path, tendon: int) -> ServoFit:
+    """Fit a servo's dynamics to a recorded run, and print the keys of the configuration.
+
+    Raises:
+        TendondError: the log cannot be read, or does not have the motion and the reports that it takes.
+    """
+    recording = load_recording(log, {}, from_rest=False)
+    section = recording.config.servo or ServoSection()
+    radius = section.spool_radius
+    fit, backlash = fit_recording(
+        recording, tendon, section.profile_velocity * radius, max(section.profile_acceleration * radius, 0.1)
+    )
+    print(report(fit, backlash, radius))
+    return fit
+
+
 def report(fit: ServoFit, hysteresis: float, radius: float) -> str:
     """Write the dynamics with their errors, and the keys of the configuration.
 
     Args:
         fit: dynamics.
-        hysteresis: difference of where the servo rests at one goal [m].
+        hysteresis: difference of where the servo rests at one goal, or its backlash [m].
         radius: of the spool [m].
     """
     servo, (dead, rate, acceleration, lag) = fit.servo, fit.error
     step = table.TICK * radius
     delay = fit.dead_time + servo.lag
+    seen = {
+        "rate": rate <= SHOWN * servo.rate,
+        "acceleration": acceleration <= SHOWN * servo.acceleration,
+    }
+    unseen = " and ".join(name for name, is_seen in seen.items() if not is_seen)
     return "\n".join(
         (
             f"dead time     {fit.dead_time * 1e3:.1f} +- {dead * 1e3:.1f} ms, a read's and a write's included",
             f"lag           {servo.lag * 1e3:.1f} +- {lag * 1e3:.1f} ms",
-            f"speed         {servo.rate * 1e3:.1f} +- {rate * 1e3:.1f} mm/s",
-            f"acceleration  {servo.acceleration:.2f} +- {acceleration:.2f} m/s^2",
+            f"speed         {servo.rate * 1e3:.1f} +- {rate * 1e3:.2g} mm/s",
+            f"acceleration  {servo.acceleration:.2f} +- {acceleration:.2g} m/s^2",
             f"hysteresis    {hysteresis * 1e6:.0f} um, in steps of {step * 1e6:.0f} um; not what is behind the encoder",
             f"residual      {fit.residual * 1e6:.0f} um RMS",
+            *([f"not shown by this motion, which is too slow for it: {unseen}"] if unseen else []),
             "",
             "[observer]",
             f"command_delay = {delay:.4f}  # dead time and lag",
-            f"servo_acceleration = {servo.acceleration:.3g}",
+            *([f"servo_acceleration = {servo.acceleration:.3g}"] if seen["acceleration"] else []),
             f"backlash = {hysteresis:.2g}",
             "",
             "[simulator.servo]",
-            f"rate = {servo.rate:.3g}",
-            f"acceleration = {servo.acceleration:.3g}",
+            *([f"rate = {servo.rate:.3g}"] if seen["rate"] else []),
+            *([f"acceleration = {servo.acceleration:.3g}"] if seen["acceleration"] else []),
             f"lag = {servo.lag:.3g}",
             f"backlash = {hysteresis:.2g}",
             f"resolution = {step:.3g}",

@@ -7,6 +7,8 @@ import typer
 
 from tendond.cli.options import Config, Jobs, Json, Processes
 from tendond.cli.signals import exit_on_signals
+from tendond.cli.study.estimator_command import estimator
+from tendond.cli.study.sections import sections
 
 study = typer.Typer(
     name="study",
@@ -62,6 +64,10 @@ def robustness(
         str | None, typer.Option("--cluster", help="Dask scheduler to run on instead, such as tcp://HOST:8786.")
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Discard the results already in the folder.")] = False,
+    open_loop: Annotated[
+        bool,
+        typer.Option("--open-loop", help="Compare with the nominal run's tendon commands on each plant, no feedback."),
+    ] = False,
 ) -> None:
     """Run the loop on plants that differ from the model.
 
@@ -71,7 +77,8 @@ def robustness(
     hour); sample: random plants; default: all but the grid (about two minutes on two cores). space: circles,
     figure-eight, helix and line with the law 'sensitivity', a figure each (half a minute).
 
-    An interrupted study can be resumed with the same command.
+    An interrupted study can be resumed with the same command. --open-loop adds what the feedback removes: the tip's
+    steady error of each plant under the tendon commands of the nominal run, all plants stepped at once as general rods.
 
     Example: tendond study robustness --points axes --feedback force
     """
@@ -80,9 +87,9 @@ def robustness(
     from tendond.offline.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
 
     if points == "space":
-        if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh:
+        if law not in (None, ["sensitivity"]) or feedback or count or cluster or fresh or open_loop:
             raise typer.BadParameter(
-                "'space' takes no --feedback, --count, --cluster, --fresh, and no law but sensitivity",
+                "'space' takes no --feedback, --count, --cluster, --fresh, --open-loop, and no law but sensitivity",
                 param_hint="--points",
             )
         from tendond.cli.study.trials import run_trials
@@ -107,6 +114,7 @@ def robustness(
         jobs=jobs,
         cluster=cluster,
         fresh=fresh,
+        open_loop=open_loop,
     )
 
 
@@ -115,6 +123,9 @@ def margin(
     config: Config = None,
     json: Json = False,
     short: Annotated[bool, typer.Option("--short", help="Run the extreme cases at 100 Hz only.")] = False,
+    observer: Annotated[
+        str | None, typer.Option("--observer", help="kalman: the filter on the general rod. Default: as configured.")
+    ] = None,
     processes: Processes = None,
 ) -> None:
     """Compute the loop's stability margin for a tip mass.
@@ -122,11 +133,22 @@ def margin(
     Prints the gains that the margin admits, the stiffness of the bent arm, and lockstep runs with tip masses unknown
     to the controller. Exit status 1: a run does not settle, or its ripple exceeds 0.2 mm.
 
+    With observer.kind = "kalman", or --observer kalman, it prints the poles of the loop with the filter instead, for
+    each law, from 50 to 500 Hz, with delays, bent and nearly straight; the worst of plants with another stiffness, an
+    unknown mass on the tip and a cycle of delay more. Exit status 1: a motion grows.
+
     Example: tendond study margin --short
     """
     exit_on_signals(130)
-    from tendond.cli.study.margin import run_margin
+    from tendond.cli.common import load_config
+    from tendond.cli.study.margin import run_filter_margin, run_margin
 
+    if observer not in (None, "kalman"):
+        raise typer.BadParameter(f"'{observer}': only kalman can be chosen", param_hint="--observer")
+    if observer == "kalman" or load_config(config).observer.kind == "kalman":
+        if not run_filter_margin(config, json, short, processes or processor_count()):
+            raise typer.Exit(1)
+        return
     if not run_margin(config, json, short, processes or processor_count()):
         raise typer.Exit(1)
 
@@ -150,6 +172,9 @@ def servo(
 
     if not run_servo_study(period, processes or processor_count(), as_json=json):
         raise typer.Exit(1)
+
+
+study.command("estimator")(estimator)
 
 
 @study.command("wiring")
@@ -182,3 +207,37 @@ def wiring(
             raise typer.BadParameter(f"'{name}': choose one of {', '.join(LAWS)}", param_hint="--law")
     if not run_wiring(tuple(law or ()), setups, tuple(row or ()), processes, out, as_json=json):
         raise typer.Exit(1)
+
+
+@study.command("contact")
+def contact(
+    runs: Annotated[int, typer.Option("--runs", min=1, max=100_000, help="Runs of each case with a contact.")] = 30,
+    minutes: Annotated[
+        int, typer.Option("--minutes", min=0, max=100_000, help="Minutes of free motion of each robot.")
+    ] = 10,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="First seed.")] = 0,
+    out: Annotated[Path, typer.Option("--out", help="Folder for table, summary, figure and report.")] = Path(
+        "out/contact"
+    ),
+    processes: Processes = None,
+    json: Json = False,
+) -> None:
+    """Touch a simulated robot anywhere along its body.
+
+    Robots with another stiffness than the model's and with tendon friction that it does not know, resting and moving,
+    are pushed from a third of the length to the tip; the estimator finds the contact, its place and its force from the
+    tip's pose, or with markers on the body. Counts false alarms of free motion as well. Exit status 1: a target is
+    missed.
+
+    In lockstep; takes several minutes.
+
+    Example: tendond study contact --runs 100 --minutes 60
+    """
+    exit_on_signals(130)
+    from tendond.cli.study.contact import run_contacts
+
+    if not run_contacts(runs, minutes, seed, processes, out, as_json=json):
+        raise typer.Exit(1)
+
+
+study.command("sections")(sections)

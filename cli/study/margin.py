@@ -1,17 +1,20 @@
 """`tendond study margin`: tables as the rows are computed, then a summary."""
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
 
-from tendond.cli.common import load_runnable
+from tendond.cli.common import load_config
 from tendond.offline.robustness.margins.bent_stiffness import stiffness_rows
+from tendond.offline.robustness.margins.filter_loop import FACTORS
+from tendond.offline.robustness.margins.filter_map import FilterRow, filter_cases, filter_config, filter_rows
 from tendond.offline.robustness.margins.loop import LoopRow, gains_rows, loop_cases, loop_rows
 
 
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
     """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
-    config = load_runnable(config_file)
+    config = load_config(config_file)
     gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
     if not as_json:
         print("gains that the margin admits\n")
@@ -59,4 +62,40 @@ def _line(run: LoopRow) -> str:
     return (
         f"| {run.law} | {run.rate:g} | {run.mass * 1e3:.3g} | {run.stiffness:g} "
         f"| {run.delay_known} | {run.delay_unknown} | {settling} | {ripple} | {verdict} |"
+    )
+
+
+FILTER_HEADS = (
+    "law", "rate Hz", "delay ms", "bend rad", "law alone", "right plant", "worst plant", "decay 1/s", "mass g", "E",
+    "late cycles", "gain margin",
+)  # fmt: skip
+
+
+def run_filter_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
+    """Print the poles of the loop with the filter over the workspace; return whether no motion grows."""
+    config = filter_config(load_config(config_file))
+    rows: list[FilterRow] = []
+    if not as_json:
+        print("poles of the loop with the filter, on the worst plant with an unknown mass, stiffness and delay\n")
+        print(f"| {' | '.join(FILTER_HEADS)} |\n|{' --- |' * len(FILTER_HEADS)}", flush=True)
+    for row in filter_rows(config, filter_cases(short=short), processes):
+        rows.append(row)
+        if not as_json:
+            print(_filter_line(row), flush=True)
+    grown = sum(not row.passes for row in rows)
+    if as_json:
+        print(json.dumps({"poles": [asdict(row) for row in rows], "failed": grown}, indent=2))
+    else:
+        largest = max(row.worst for row in rows)
+        least = min(row.margin for row in rows)
+        print(f"\n{len(rows) - grown} of {len(rows)} rests pass; largest pole {largest:.5f}, gain margin {least:g}")
+    return grown == 0
+
+
+def _filter_line(row: FilterRow) -> str:
+    case = row.case
+    margin = f"{row.margin:g}" if math.isfinite(row.margin) else f"above {FACTORS[-1]:g}"
+    return (
+        f"| {case.law} | {case.rate:g} | {1e3 * case.delay:g} | {case.bend:g} | {row.own:.4f} | {row.nominal:.5f} "
+        f"| {row.worst:.5f} | {row.decay:.3f} | {1e3 * row.mass:.3g} | {row.stiffness:g} | {row.late} | {margin} |"
     )

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from tendond.cli.common import load_runnable, say
+from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -18,7 +18,7 @@ from tendond.offline.robustness.executors import check_cluster_extra, in_process
 from tendond.offline.robustness.report import report as report_page
 from tendond.offline.robustness.run import Executor, Rows, run
 from tendond.offline.robustness.settings import Settings
-from tendond.offline.robustness.summary import GOAL, counts, groups, summary
+from tendond.offline.robustness.summary import GOAL, counts, groups, removed, summary
 
 FILES = {"results": "results.csv", "summary": "summary.json", "report": "report.md", "figure": "heatmap.png"}
 
@@ -35,6 +35,7 @@ def run_robustness(
     jobs: int | None,
     cluster: str | None,
     fresh: bool,
+    open_loop: bool,
 ) -> None:
     """Run the points and leave the results in `out`; see `tendond study robustness --help`.
 
@@ -43,7 +44,7 @@ def run_robustness(
     """
     if cluster is not None:
         check_cluster_extra()
-    settings = Settings(points, count, seed, laws, feedbacks, load_runnable(config))
+    settings = Settings(points, count, seed, laws, feedbacks, load_config(config))
     announce_compilation(say)
     warm_up()  # here once, so that the workers find the kernels in the cache
     execute: Executor = (
@@ -69,7 +70,8 @@ def run_robustness(
                 counted[:] = done, total
                 progress.update(task, completed=done, total=total, missed=missed)
 
-            rows = run(settings, out, execute, report, fresh=fresh)
+            threads = (jobs or len(os.sched_getaffinity(0))) if open_loop else 0
+            rows = run(settings, out, execute, report, fresh=fresh, open_loop_threads=threads)
         _write(rows, settings, out, console)
     except (SystemExit, KeyboardInterrupt):
         if counted[1]:
@@ -78,6 +80,8 @@ def run_robustness(
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
     console.print(_table(rows))
+    if open_loop:
+        console.print(_errors_table(rows))
     files = "\n".join(f"{name:<8} {out / file}" for name, file in FILES.items())
     console.print(f"goal     {GOAL}\n{files}", soft_wrap=True, highlight=False)
 
@@ -114,4 +118,20 @@ def _table(rows: Rows) -> Table:
         for (law, feedback), part in groups(rows, misconfigured=misconfigured).items():
             numbers = (str(value) for value in counts(part).values())
             table.add_row(law.replace("_", " "), feedback, "wrong" if misconfigured else "right", *numbers)
+    return table
+
+
+def _errors_table(rows: Rows) -> Table:
+    """Tabulate the tip's steady errors without feedback and with it."""
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, title="steady error [mm]", title_justify="left")
+    for name in ("law", "feedback", "open loop", "95 %", "worst", "closed loop", "95 %", "worst"):
+        table.add_column(name, justify="left" if name in ("law", "feedback") else "right", no_wrap=True)
+    for (law, feedback), part in groups(rows).items():
+        found = removed(part)
+        values = (
+            [found[loop][key] for loop in ("open_loop", "closed_loop") for key in ("median", "p95", "worst")]
+            if found
+            else []
+        )
+        table.add_row(law.replace("_", " "), feedback, *(f"{value:.3g}" for value in values))
     return table

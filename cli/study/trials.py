@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tendond.cli.common import load_runnable, say
+from tendond.cli.common import load_config, say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -27,7 +27,7 @@ def run_trials(
     Raises:
         TendondError: an invalid configuration, or a folder that cannot be written.
     """
-    base = load_runnable(config)
+    base = load_config(config)
     announce_compilation(say)
     warm_up()
     some, console = [trial for trial in trials(base) if chosen(trial)], Console()

@@ -9,9 +9,10 @@ from tendond.cli.bench.tables import print_table
 from tendond.cli.common import say
 from tendond.daemon.errors import UsageError
 from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.correction.learned import save
 from tendond.offline.files import write_whole
 from tendond.offline.validation.datasets.catalogue import Entry, load
-from tendond.offline.validation.datasets.poses import Poses
+from tendond.offline.validation.datasets.poses import Poses, split_evenly
 from tendond.offline.validation.evaluate import Request, evaluate
 from tendond.offline.validation.results.report import as_json as plain
 from tendond.offline.validation.results.report import header, lines, page, remarks
@@ -30,6 +31,7 @@ def run_validate(
     *,
     residual: bool,
     count: int | None,
+    every: int | None,
     length: float | None,
     radius: float | None,
     out: Path | None,
@@ -42,6 +44,8 @@ def run_validate(
         UsageError: a CSV file without the robot's sizes, or sizes of a robot that is known.
     """
     poses, entry = load(dataset, data)
+    if every is not None:
+        poses = split_evenly(poses, every)
     design = _design(poses, entry, length, radius)
     chosen = groups if groups is not None else AUTO if entry is None else entry.groups
     reach = float((poses.command.max(axis=0) - poses.command.min(axis=0)).max())
@@ -62,7 +66,7 @@ def run_validate(
         write_whole(out / f"{poses.name}.md", page(found, target))
         write_whole(out / f"{poses.name}.json", json.dumps(plain(found, target), indent=2) + "\n")
         if found.correction is not None:
-            found.correction.save(out / f"{poses.name}-correction.json")
+            save(found.correction, out / f"{poses.name}-correction.json")
         from tendond.offline.validation.results.figure import draw
 
         draw(found, out / f"{poses.name}.png")

@@ -6,10 +6,11 @@ from rich.text import Text
 
 from tendond.cli.watch.bus_snapshot import SILENT_SECONDS, BusSnapshot, Stream
 from tendond.cli.watch.canvas import Canvas
+from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, health_rows, labelled, sensors_in_words
 from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.text import bar, millimetre, millimetres, padded, sparkline, wrapped
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import Mode, Status
+from tendond.schemas.messages import Mode
 
 MODE_STYLES = {
     Mode.STARTING: "black on white",
@@ -25,8 +26,6 @@ MIN_PLOT_WIDTH = 24
 """Width in characters below which plots are omitted."""
 
 MIN_PLOT_HEIGHT = 8
-LABEL = 10
-DIM, GOOD, BAD, WARN = "dim", "green", "bold red", "yellow"
 SCALES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
@@ -68,7 +67,13 @@ def line(snapshot: BusSnapshot, config: RigConfig, now: float) -> str:
         parts.append(f"to target {millimetre(snapshot.error)} mm")
     command = snapshot.command or status
     parts.append(f"tension {' '.join(f'{value:.2f}' for value in command.tension)} N")
+    if status.tip_tension:
+        parts.append(f"at the tip {' '.join(f'{value:.2f}' for value in status.tip_tension)} N")
     parts.append(f"displacement {millimetres(command.displacement)} mm")
+    if status.filter:
+        parts.append(f"filter: {status.filter.in_words}")
+    if status.sensors:
+        parts.append(f"sensors {'; '.join(sensors_in_words(status))}")
     parts.append(f"cycle {status.loop.cycle_ms_median:.2f} ms, {status.loop.missed_ticks} missed")
     return ", ".join(parts)
 
@@ -100,23 +105,19 @@ def _left(snapshot: BusSnapshot, config: RigConfig, now: float, width: int) -> l
     if snapshot.tendons is not None and snapshot.tendons.fault:
         rows += [Text(part, style=BAD) for part in wrapped(f"servos: {snapshot.tendons.fault}", width)]
     occluded = snapshot.pose is not None and not snapshot.pose.valid
-    rows.append(_row("tip", Text(f"{_tip(snapshot)}{' hidden' if occluded else ''}", WARN if occluded else "")))
-    rows.append(_row("target", Text("-" if status is None else f"{padded(status.target)} mm")))
-    rows.append(_row("distance", _distance(snapshot, width - LABEL)))
+    rows.append(labelled("tip", Text(f"{_tip(snapshot)}{' hidden' if occluded else ''}", WARN if occluded else "")))
+    rows.append(labelled("target", Text("-" if status is None else f"{padded(status.target)} mm")))
+    rows.append(labelled("distance", _distance(snapshot, width - LABEL)))
     rows.append(Text())
     rows += _tendons(snapshot, config, width)
     rows.append(Text())
-    rows.append(_row("pose", _stream(snapshot.pose_stream, now)))
-    rows.append(_row("command", _stream(snapshot.command_stream, now)))
-    rows.append(_row("tendons", _stream(snapshot.tendons_stream, now)))
+    rows.append(labelled("pose", _stream(snapshot.pose_stream, now)))
+    rows.append(labelled("command", _stream(snapshot.command_stream, now)))
+    rows.append(labelled("tendons", _stream(snapshot.tendons_stream, now)))
     rows.append(Text())
     if status is not None:
-        rows += _health(status)
+        rows += health_rows(status)
     return rows
-
-
-def _row(label: str, value: Text) -> Text:
-    return Text.assemble((f" {label:<{LABEL - 1}}", DIM), value)
 
 
 def _tip(snapshot: BusSnapshot) -> str:
@@ -136,10 +137,12 @@ def _tendons(snapshot: BusSnapshot, config: RigConfig, width: int) -> list[Text]
     state, limits = snapshot.tendons, config.limits
     command = snapshot.command or snapshot.status
     if command is None:
-        return [_row("tension", Text("-"))]
-    size = max(4, width - 4 - 1 - 8 - 2 * 9)
+        return [labelled("tension", Text("-"))]
+    at_tip = () if snapshot.status is None else snapshot.status.tip_tension
+    size = max(4, width - 4 - 1 - 8 - 2 * 9 - (8 if at_tip else 0))
     heading = f" of {limits.tension_max:g} N"
-    rows = [Text(f"{heading:<{size + 5}}{'N':>8}{'mm':>9}{'measured':>9}", style=DIM)]
+    extra = f"{'at tip':>8}" if at_tip else ""
+    rows = [Text(f"{heading:<{size + 5}}{'N':>8}{extra}{'mm':>9}{'measured':>9}", style=DIM)]
     pulls = (config.control.agonist, config.control.antagonist)
     for index, (tension, displacement) in enumerate(zip(command.tension, command.displacement, strict=True)):
         part = tension / limits.tension_max
@@ -150,6 +153,7 @@ def _tendons(snapshot: BusSnapshot, config: RigConfig, width: int) -> list[Text]
                 (f" {index:>2} ", "" if index in pulls else DIM),
                 (bar(part, size) + "▏", BAD if part > 0.98 else WARN if part > 0.8 else GOOD),
                 f"{tension:8.2f}",
+                "".join(f"{value:8.2f}" for value in at_tip[index : index + 1]),
                 (f"{millimetre(displacement):>9}", BAD if abs(displacement) > 0.98 * limit else ""),
                 "".join(f"{millimetre(value):>9}" for value in reported),
             )
@@ -165,25 +169,6 @@ def _stream(stream: Stream, now: float) -> Text:
     age = now - stream.at
     late = age > SILENT_SECONDS
     return Text(f"{stream.rate(now):6.1f} Hz" + (f", last {age:.0f} s ago" if late else ""), style=WARN if late else "")
-
-
-def _health(status: Status) -> list[Text]:
-    loop = status.loop
-    rejected = ", ".join(f"{count} {reason}" for reason, count in sorted(status.rejected.items(), key=_descending))
-    days = "" if loop.log_days_left is None else f", space for {loop.log_days_left:.1f} days"
-    log = loop.log_error or f"{loop.log_dropped} entries dropped{days}"
-    return [
-        _row("cycle", Text(f"{loop.cycle_ms_median:.2f} ms, p99 {loop.cycle_ms_p99:.2f} ms")),
-        _row("phase", Text(loop.phase_in_words)),
-        _row("cycles", Text(f"{loop.cycles}, {loop.missed_ticks} missed", style=WARN if loop.missed_ticks else "")),
-        _row("rejected", Text(rejected or "nothing", style=WARN if rejected else "")),
-        *([_row("refused", Text(status.refused, style=BAD))] if status.refused else []),
-        _row("log", Text(log, style=BAD if loop.log_error else WARN if loop.log_dropped else "")),
-    ]
-
-
-def _descending(item: tuple[str, int]) -> int:
-    return -item[1]
 
 
 def _plots(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, height: int) -> list[Text]:

@@ -1,0 +1,132 @@
+"""`tendond study stability`: eigenvalues of the real loop as a map over robots, rates, delays, damping, E and bend."""
+
+import json as encoder
+from dataclasses import asdict
+from math import inf
+from typing import Annotated, Any
+
+import typer
+
+from tendond.cli.options import Json
+from tendond.cli.signals import exit_on_signals
+
+
+def stability(
+    robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset; may be repeated. Default: all.")] = None,
+    law: Annotated[
+        str | None,
+        typer.Option("--law", help="Law; default: backstepping, with --track the one that each robot has by default."),
+    ] = None,
+    short: Annotated[bool, typer.Option("--short", help="Only 100 Hz and a bend of 60 degrees.")] = False,
+    track: Annotated[
+        bool, typer.Option("--track", help="Run each robot to a target at 50, 100, 250, 500 Hz instead.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Compute the eigenvalues of the discrete loop.
+
+    Of the real cycle with its plant, both general rods, differenced about resting targets: each robot at 50 to 500 Hz
+    and three bends, then with delays, less damping and another E. Minutes for each robot. With --track no eigenvalues:
+    each robot runs for 6 s to a target at which its agonist bends it by 60 degrees, and is to rest there. Exit
+    status 1: a loop is unstable, or a robot does not rest at its target.
+
+    Example: tendond study stability --robot nitinol --short
+    """
+    exit_on_signals(130)
+    from tendond.daemon.control.laws import BENDING_PLANE, LAWS
+    from tendond.schemas.config.rod.presets import PRESETS
+
+    for name in robot or ():
+        if name not in PRESETS:
+            raise typer.BadParameter(f"'{name}': choose one of {', '.join(PRESETS)}", param_hint="--robot")
+    able = [name for name, one in LAWS.items() if track or one.task_space is BENDING_PLANE]
+    if law is not None and law not in able:
+        raise typer.BadParameter(f"'{law}': choose one of {', '.join(able)}", param_hint="--law")
+    robots = tuple(robot or PRESETS)
+    if track:
+        good = run_track(robots, law, short=short, as_json=json)
+    else:
+        good = run_stability(robots, law or "backstepping", short=short, as_json=json)
+    if not good:
+        raise typer.Exit(1)
+
+
+HEAD = (
+    "| robot | rate Hz | delay | damping | E | bend deg | tension N | radius | decay 1/s | frequency Hz | |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+def run_stability(robots: tuple[str, ...], law: str, *, short: bool, as_json: bool) -> bool:
+    """Print the map; return whether every loop is stable.
+
+    Args:
+        robots: presets. law: name. short: one case each. as_json: print JSON instead of a table.
+    """
+    from tendond.cli.common import say
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.stability.cases import map_cases, solve
+
+    announce_compilation(say)
+    found = []
+    if not as_json:
+        print(HEAD, flush=True)
+    for case in map_cases(robots, law, short=short):
+        one = solve(case)
+        found.append(one)
+        if not as_json:
+            print(
+                f"| {case.robot} | {case.rate:g} | {case.delay} | {case.damping:g} | {case.stiffness:g} "
+                f"| {case.bend:g} | {one.tension:.3g} | {one.radius:.5f} | {one.decay:.3g} | {one.frequency:.3g} "
+                f"| {'' if one.stable else 'UNSTABLE'} |",
+                flush=True,
+            )
+    if as_json:
+        print(encoder.dumps([{**asdict(one), "stable": one.stable} for one in found], indent=2))
+    else:
+        print(f"\n{sum(one.stable for one in found)} of {len(found)} loops are stable")
+    return all(one.stable for one in found)
+
+
+def _data(one: Any) -> dict[str, object]:
+    """Return a run for JSON, which has no infinity: null where the run did not begin."""
+    finite = {key: None if value == inf else value for key, value in asdict(one).items()}
+    return {**finite, "settled": one.settled}
+
+
+TRACK_HEAD = (
+    "| robot | law | rate Hz | mode | from target, of length | ripple, of length | |\n"
+    "| --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+def run_track(robots: tuple[str, ...], law: str | None, *, short: bool, as_json: bool) -> bool:
+    """Print what runs to a target come to; return whether every robot rests there.
+
+    Args:
+        robots: presets. law: name; none: each robot's default. short: 100 Hz only. as_json: print JSON, not a table.
+    """
+    from tendond.cli.common import say
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.stability.cases import RATES
+    from tendond.offline.stability.track import track
+
+    announce_compilation(say)
+    if not as_json:
+        print(TRACK_HEAD, flush=True)
+    found = []
+    for name in robots:
+        for rate in RATES[1:2] if short else RATES:
+            one = track(name, law, rate)
+            found.append(one)
+            if not as_json:
+                print(
+                    f"| {one.robot} | {one.law} | {one.rate:g} | {one.mode} | {1e2 * one.missing:.3f} % "
+                    f"| {1e2 * one.ripple:.3f} % | {'' if one.settled else f'DOES NOT REST: {one.why}'} |",
+                    flush=True,
+                )
+    if as_json:
+        print(encoder.dumps([_data(one) for one in found], indent=2))
+    else:
+        print(f"\n{sum(one.settled for one in found)} of {len(found)} runs rest at their target")
+    return all(one.settled for one in found)

@@ -1,9 +1,9 @@
 """Distribution of the tests over processes (`pytest -n 4`, as `make test` does).
 
-Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: each folder of them runs in
-one process, one test after the other, beside the others. The rest compute; they are distributed file by file to
-whichever process is free, the longest first, so that none runs alone at the end, and with a lower priority, so that
-those that wait are not late.
+Tests with real processes (`sil`) and on emulated wires (`rig`) mostly wait for the clock: they run in two processes,
+one test after the other, as more robots at once are late on two slow processors. The rest compute; they are
+distributed file by file to whichever process is free, the longest first, so that none runs alone at the end, and with a
+lower priority, so that those that wait are not late.
 """
 
 import os
@@ -38,8 +38,13 @@ LONGEST = (
     "offline/test_pages",
     "identification/test_identify_logs",
     "identification/test_identify_fit",
+    "smoothing/test_smoother",
+    "smoothing/test_batch",
 )
 """Files of more than about ten seconds of processor time, the longest first."""
+
+BESIDE = {"loop": "loop and plant", "plant": "loop and plant"}
+"""Folders of real-time tests that run in the other of the two processes."""
 
 COMPUTING, ON_WIRES = 19, -5
 """Niceness of the tests that compute, and, where it is permitted, of those on wires: the robot on them is a thread."""
@@ -69,8 +74,8 @@ def place_of(path: Path) -> int:
 
 
 def scope_of(path: Path) -> str:
-    """Name what runs in one process: a folder of real-time tests, or a single file."""
-    return str(path.parent if "sil" in path.parts else "rig" if is_real_time(path) else path)
+    """Name what runs in one process: half of the real-time tests, or a single file."""
+    return BESIDE.get(path.parent.name, "bus and rig") if is_real_time(path) else str(path)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -22,7 +22,7 @@ from tendond.schemas.base import Schema
 from tendond.schemas.config.presets import PAPER
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.messages import Mode, SimulatorTruth, TendonCommand, TendonState, TipPose
+from tendond.schemas.messages import Mode, SensorReading, SimulatorTruth, TendonCommand, TendonState, TipPose
 from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 from tendond.schemas.wire import UnreadableError, decode, encode
 from tests.unit.offline.records import cycle_record, write_log
@@ -32,6 +32,7 @@ MESSAGES: tuple[Schema, ...] = (
     TipPose(seq=1, stamp_ns=2, position=(0.1, -0.2, 3e-5), orientation=(1.0, 0.0, 0.0, 0.0)),
     TendonState(seq=1, stamp_ns=2, displacement=FOUR, tension=FOUR, fault="servo 2: überlast"),
     TendonCommand(seq=1, stamp_ns=2, pose_seq=None, displacement=FOUR, tension=FOUR, armed=True),
+    SensorReading(seq=1, stamp_ns=2, rows=((0.1, -0.2, 3e-5), None, FOUR)),
     SimulatorTruth(
         seq=1,
         stamp_ns=2,
@@ -54,7 +55,8 @@ SPICE = (
     b"[" * 200, b'{"a":' * 50, b"-0", b"1e-320", b"\xf0\x9f", b"version", b"seq", b"=", b"\n[", b"0x", b"inf", b"nan",
 )  # fmt: skip
 KINDS = tuple({type(message): None for message in MESSAGES})
-SECTIONS = "".join(f"[{name}]\n" for name in RigConfig.model_fields if name != "servo")
+SECTIONS = "".join(f"[{name}]\n" for name in RigConfig.model_fields if name not in {"servo", "sensors"})
+SECTIONS += '[[sensors]]\nname = "skin"\nkind = "markers"\nat = [0.1, 0.2]\noffset = [0.0, 0.01, 0.0]\nnoise = 1e-3\n'
 CONFIGS = (PAPER.encode(), SECTIONS.encode())
 
 

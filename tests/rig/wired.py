@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.arrivals import Arrivals
+from tendond.daemon.runtime.bus import Hub
 from tendond.drivers.dynamixel.calibration import Calibration, save_calibration
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.wired.rig import WiredRig, without_servos

@@ -34,6 +34,7 @@ class ControllerBench:
     def __init__(self, one: Rig, session: zenoh.Session, peer: Peer) -> None:
         self.rig, self.session, self.peer = one, session, peer
         self.process = one.processes[0]
+        self.log = one.folder / "run.mcap"
 
     def track(self, alter: Callable[[TipPose], Outgoing] | None = None) -> None:
         """Bring the controller to tracking, from any mode; with `alter`, poses are altered from the arming on."""

@@ -147,14 +147,14 @@ def rig(folder: Path, extra: str = "") -> Iterator[Rig]:
 
 @contextmanager
 def flooded(one: Rig, session: zenoh.Session) -> Iterator[list[int]]:
-    """Query the status at `FLOOD`, without waiting for the replies; the number of queries so far."""
+    """Query the status at `FLOOD`, or as fast as the machine can, without waiting; the number of queries so far."""
     ending, put = threading.Event(), [0]
     payload = encode(ControlRequest(action=ControlAction.STATUS))
 
     def flood() -> None:
         began = time.monotonic()
         while not ending.is_set():
-            while put[0] < (time.monotonic() - began) * FLOOD:
+            while put[0] < (time.monotonic() - began) * FLOOD and not ending.is_set():
                 session.get(
                     control_key(one.name, "status"),
                     lambda reply: None,

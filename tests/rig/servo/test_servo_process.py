@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.arrivals import Arrivals
+from tendond.daemon.runtime.bus import Hub
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.places import read_places
 from tendond.drivers.dynamixel.serial import table

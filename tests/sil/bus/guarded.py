@@ -94,8 +94,8 @@ class Guarded:
     def suffix(self) -> str:
         return "" if self.protocol == "tcp" else "-tls"
 
-    def hub(self) -> Hub:
-        return Hub(check_config({"rig": {"name": "sil"}, "bus": {"endpoint": self.endpoint}}, "test"))
+    def hub(self, **sections: object) -> Hub:
+        return Hub(check_config({"rig": {"name": "sil"}, "bus": {"endpoint": self.endpoint}, **sections}, "test"))
 
     def session(self, name: str, timeout: float = 10.0) -> zenoh.Session:
         self.patch.setenv("ZENOH_CONFIG", str(self.folder / f"{name}{self.suffix}.json5"))

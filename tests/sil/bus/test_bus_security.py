@@ -12,8 +12,8 @@ from tendond.bus.client import OUR_QUEUE, QUEUE_SIZE, BusError, client_config, o
 from tendond.bus.operator import ask
 from tendond.daemon.runtime.bus import Hub
 from tendond.schemas.config.rig import ConfigError, check_config
-from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key
-from tendond.schemas.messages import TendonCommand, TipPose
+from tendond.schemas.keys import SERVO_RESET, TENDON_COMMAND, TENDON_STATE, TIP_POSE, key, sensor_topic
+from tendond.schemas.messages import SensorReading, TendonCommand, TipPose
 from tendond.schemas.requests import ControlAction, ControlReply
 from tendond.schemas.wire import encode
 from tests.sil.bus.guarded import POSE, STATE, Guarded, certificates, gets, put_in_place, until
@@ -75,6 +75,39 @@ def test_only_the_camera_may_publish_poses(tmp_path: Path, monkeypatch: pytest.M
             if (pose := hub.receive().pose) is not None:
                 poses.append(pose)
         assert {pose.seq for pose in poses} == {1}
+
+
+def test_only_the_drivers_of_sensors_may_publish_readings_and_a_viewer_hears_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guarded = Guarded(tmp_path, monkeypatch)
+    skin, pose = key("sil", sensor_topic("skin")), key("sil", TIP_POSE)
+    reading = SensorReading(seq=1, stamp_ns=0, rows=((0.0, 0.0, 0.1),))
+    section = {"name": "skin", "kind": "markers", "at": [0.1], "noise": 1e-3}
+    with (
+        guarded.hub(sensors=[section]) as hub,
+        guarded.session("sensor") as driver,
+        guarded.session("vicon") as vicon,
+        guarded.session("viewer") as viewer,
+    ):
+        hears = viewer.declare_subscriber(skin, zenoh.handlers.FifoChannel(1000))
+        found: list[int] = []
+        heard: list[bytes] = []
+
+        def good_one_arrives() -> bool:
+            vicon.put(skin, encode(reading.model_copy(update={"seq": 7})))
+            driver.put(pose, encode(POSE))
+            driver.put(skin, encode(reading))
+            arrivals = hub.receive()
+            assert arrivals.pose is None
+            found.extend(one.seq for one in arrivals.readings.values())
+            while (sample := hears.try_recv()) is not None:
+                heard.append(sample.payload.to_bytes())
+            return len(found) > 10 and len(heard) > 10
+
+        until(good_one_arrives)
+        assert set(found) == {1}
+        assert set(heard) == {encode(reading)}
 
 
 def test_only_the_servo_driver_hears_commands_and_nobody_else_may_give_them(

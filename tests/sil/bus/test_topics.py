@@ -16,6 +16,7 @@ pytestmark = pytest.mark.sil
 def test_everything_on_the_bus_is_in_the_list(live: Live) -> None:
     published = {topic.name: topic.message for topic in TOPICS if topic.kind == "published"}
     del published["servo/health"]  # of the servo driver, which is not simulated here: tests/rig has it
+    del published["sensor/*"]  # of which this rig has none: tests/sil/loop/test_sensors.py has some
     heard: set[str] = set()
     name, session = live.rig.name, live.session
     live.rig.arm(session)

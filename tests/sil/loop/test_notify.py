@@ -15,7 +15,8 @@ import pytest
 from tendond.bus.systemd import Supervisor
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.recording.run_log import RunLog
-from tendond.daemon.runtime.bus import Arrivals, Hub
+from tendond.daemon.runtime.arrivals import Arrivals
+from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.loop import Loop
 from tendond.daemon.runtime.pacing import Wake
 from tendond.schemas.config.rig import check_config

@@ -3,6 +3,7 @@
 import itertools
 import os
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -111,3 +112,29 @@ def test_a_wall_clock_that_jumps_moves_neither_control_nor_the_log(
     steps = [later - earlier for earlier, later in itertools.pairwise(times)]
     assert min(steps) > 0
     assert max(steps) < 60_000_000_000
+
+
+def test_arm_waits_until_the_arm_tracks_and_says_why_where_it_does_not(tmp_path: Path) -> None:
+    def waited(process: "subprocess.Popen[str]", status: int) -> str:
+        out, said = process.communicate(timeout=60.0)
+        assert process.returncode == status, said
+        return out + said
+
+    with rig(tmp_path, SLOW) as one:
+        controller = one.controller()
+        one.start("simulate")
+        with one.session() as session:
+            one.until(session, lambda s: s.tip is not None)
+            found = waited(one.start("arm", "--wait"), 0)
+            assert "pretension: armed by the operator" in found
+            assert "tracking after" in found
+            one.ask(session, ControlAction.STOP)
+            one.until(session, lambda s: s.mode is Mode.IDLE)
+            arming = one.start("arm", "--wait")
+            one.until(session, lambda s: s.mode is Mode.PRETENSION)
+            one.ask(session, ControlAction.STOP)
+            found = waited(arming, 1)  # releasing, or idle already
+            assert "tendond: the arm does not track: " in found
+            assert "asked to stop" in found
+            one.until(session, lambda s: s.mode is Mode.IDLE)
+        assert one.end(controller)[0] == 0

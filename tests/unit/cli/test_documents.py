@@ -18,7 +18,8 @@ from tendond.cli.manual.pictures import watch_picture
 from tendond.schemas import keys
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.errors.keywords import tables
-from tendond.schemas.messages import LoopHealth, Status
+from tendond.schemas.health import LoopHealth
+from tendond.schemas.messages import Status
 from tendond.schemas.requests import ControlAction
 from tendond.schemas.topics import TOPICS
 from tests.golden.scripts import FOLDER

@@ -64,18 +64,25 @@ def test_a_reader_that_leaves_is_no_error() -> None:
     assert process.returncode == 1
 
 
+UNSTARTED = "Fatal Python error"
+"""Printed by an interpreter that is interrupted before it has started: nothing of the command has run."""
+
+
 def interrupted(command: list[str], folder: Path, moment: float) -> "subprocess.CompletedProcess[str]":
     """A command that is sent Ctrl-C so many seconds after Python itself is there: it takes long on a busy machine."""
     began = time.monotonic()
     subprocess.run([sys.executable, "-c", "import signal"], check=True)
     moment += 2.0 * (time.monotonic() - began)
-    process = subprocess.Popen(
-        [*TENDOND, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder
-    )
-    time.sleep(moment)
-    process.send_signal(signal.SIGINT)
-    out, said = process.communicate(timeout=60.0)
-    return subprocess.CompletedProcess(command, process.returncode, out, said)
+    while True:
+        process = subprocess.Popen(
+            [*TENDOND, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder
+        )
+        time.sleep(moment)
+        process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=60.0)
+        if UNSTARTED not in said:
+            return subprocess.CompletedProcess(command, process.returncode, out, said)
+        moment *= 2.0
 
 
 @pytest.mark.parametrize("moment", [0.3, 2.0])

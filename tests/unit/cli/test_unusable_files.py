@@ -14,6 +14,7 @@ REQUIRED = {
     "rig law": ["backstepping"],
     "rig reference": ["across=0.3"],
     "rig inject": ["noise"],
+    "rig teach play": ["path.csv"],
     "servo setup": ["1"],
     "servo identify": ["0"],
     "servo reboot": ["1"],

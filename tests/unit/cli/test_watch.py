@@ -11,7 +11,8 @@ from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.screen import frame, line
 from tendond.cli.watch.text import bar, sparkline
 from tendond.schemas.config.rig import RigConfig, parse_config
-from tendond.schemas.messages import LoopHealth, Mode, Status, TendonCommand, TendonState, TipPose
+from tendond.schemas.health import LoopHealth
+from tendond.schemas.messages import Mode, Status, TendonCommand, TendonState, TipPose
 
 CONFIG = RigConfig()
 SIXTEEN = parse_config(
@@ -180,3 +181,14 @@ def test_the_room_that_is_left_for_logs_is_shown_in_days() -> None:
     loop = snapshot.status.loop.model_copy(update={"log_days_left": 12.34})
     snapshot.add(snapshot.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
     assert "0 entries dropped, space for 12.3 days" in frame(snapshot, CONFIG, 2.0, 80, 24).plain
+
+
+def test_the_tensions_at_the_tip_are_shown_where_the_model_has_friction() -> None:
+    snapshot = watched()
+    rubbing = status().model_copy(update={"tip_tension": (51.25, 0.0, 0.0, 0.0)})
+    for one, there in ((status(), False), (rubbing, True)):
+        snapshot.add(one, 1.99)
+        assert ("51.25" in line(snapshot, CONFIG, 2.0)) == there
+        text = frame(snapshot, CONFIG, 2.0, 80, 24).plain
+        assert ("51.25" in text) == there
+        assert max(map(len, text.splitlines())) <= 80

@@ -121,11 +121,12 @@ def test_a_jump_is_of_the_pose_against_the_model_and_none_after_missed_deadlines
         START, mode=Mode.TRACKING, pose=pose(2, (x + 0.03, y, z)), previous_position=np.array([x, y, z]),
         pose_interval=1,
     )  # fmt: skip
-    moved = replace(START.observer, innovation=START.observer.innovation + np.array([0.0, 0.018, 0.024]))
+    still = START.observer.innovation
+    moved = still + np.array([0.0, 0.018, 0.024])
     jumped = watch_jumps(SETUP, state, True, moved)
     assert jumped.origin == (x, y, z)
     assert jumped.step_size == pytest.approx(0.03)
-    assert watch_jumps(SETUP, state, True, START.observer).origin is None  # the model went there, too
+    assert watch_jumps(SETUP, state, True, still).origin is None  # the model went there, too
     assert watch_jumps(SETUP, state, False, moved) is state.jump_watch
     missed = changed(state, bad_cycles=changed(state.bad_cycles, missed_ticks=5), pose_interval=6)
     assert watch_jumps(SETUP, missed, True, moved) == JumpWatch(gap_cycles=6)

@@ -7,7 +7,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import changed, initial_state
 from tendond.daemon.runtime import pacing
-from tendond.daemon.runtime.bus import Arrivals
+from tendond.daemon.runtime.arrivals import Arrivals
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode, TendonState
 from tendond.schemas.record import CycleInputs

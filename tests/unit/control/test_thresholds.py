@@ -21,7 +21,7 @@ from tests.unit.cli.commands import tendond
 
 @pytest.mark.parametrize(("period", "factor"), [(0.01, 1), (0.002, 5), (0.001, 10)])
 def test_the_defaults_are_the_same_times_at_every_rate(period: float, factor: int) -> None:
-    base = (20, 20, 5, 5, 10, 50, 20, 100, 20, 100, 100, 25)
+    base = (20, 20, 5, 5, 10, 50, 20, 100, 20, 100, 100, 25, 50)
     config = parse_config(f"[loop]\nperiod = {period}\n", "t")
     assert astuple(Thresholds.from_config(config)) == tuple(factor * count for count in base)
 

@@ -1,8 +1,6 @@
 """The general rod as the simulated plant: as the shooting rod where both solve, and where only it does."""
 
-import math
 from collections.abc import Iterator
-from functools import cache
 
 import numpy as np
 import pytest
@@ -10,25 +8,18 @@ import pytest
 from tendond.drivers.simulator.lockstep import open_loop, watched_loop
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.rods import GeneralPlantRod, plant_rod
-from tendond.model import RodParameters
 from tendond.model.errors import ConvergenceError
-from tendond.offline.bench.friction import STEPS, FrictionLoop, pull_and_release
 from tendond.schemas.assumed_rig import TENDON_STIFFNESS
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode, TendonCommand
 from tendond.schemas.requests import ControlAction
 
 LENGTH = 0.5
-ROD, ARM, FRICTION = RodParameters(), 0.02, 0.2
+FRICTION = 0.2
 
 
 def rig(**simulator: object) -> RigConfig:
     return check_config({"simulator": simulator}, "test")
-
-
-@cache
-def loop() -> FrictionLoop:
-    return pull_and_release(FRICTION, TENDON_STIFFNESS, "general")
 
 
 def pulls(tensions: tuple[float, ...], cycles: int) -> Iterator[TendonCommand]:
@@ -138,23 +129,6 @@ def test_a_robot_that_shooting_cannot_describe_is_refused_where_it_is_asked_for(
         plant_rod(config.simulator, 0.01)
 
 
-@pytest.mark.parametrize(
-    ("pull", "sign"), [(8.0, 1.0), (20.0, 1.0), (40.0, 1.0), (4.0, -1.0), (12.0, -1.0), (20.0, -1.0)]
-)
-def test_a_slow_pull_and_release_on_the_general_rod_is_the_capstans_along_the_whole_path(
-    pull: float, sign: float
-) -> None:
-    """T' = -mu T k, EI k = r T: the bend is log(1 + mu r T L / EI) / mu, pulled; let out with both signs changed."""
-    run = loop()
-    bend = sign * math.log1p(sign * FRICTION * ARM * pull * LENGTH / ROD.bending_stiffness) / FRICTION
-    mean = ROD.bending_stiffness * bend / (ARM * LENGTH)  # of the tension along the path
-    shortening = LENGTH * mean / (ROD.youngs_modulus * ROD.area) + ARM * bend
-    branch = slice(0, STEPS) if sign > 0.0 else slice(2 * STEPS - 1, STEPS - 1, -1)
-    end = shortening + mean / TENDON_STIFFNESS
-    assert np.interp(end, run.end[branch], run.before[branch]) == pytest.approx(pull, rel=6e-3)
-    assert np.interp(end, run.end[branch], run.behind[branch]) == pytest.approx(mean, rel=6e-3)
-
-
 def test_a_model_that_rubs_commands_the_displacements_of_a_plant_that_rubs_and_does_not_chatter() -> None:
     tendons = {"tendon_stiffness": TENDON_STIFFNESS, "tendon_friction": FRICTION}
     errors = []
@@ -174,3 +148,50 @@ def test_a_model_that_rubs_commands_the_displacements_of_a_plant_that_rubs_and_d
     assert errors[1] < 2e-5
     assert errors[1] < 0.02 * errors[0]
     assert np.abs(np.diff(commands, axis=0)).max() < 1e-6
+
+
+def driven(period: float, friction: float, drive: str) -> np.ndarray:
+    """Tips [m] each 10 ms, shape (40, 3), of a plant whose servos follow a moving goal, new each 10 ms."""
+    config = rig(
+        solver="general",
+        drive="displacement",
+        period=period,
+        servo={"rate": 0.2, "acceleration": 1.5, "lag": 0.03, "friction": friction},
+        rod={"tendon_stiffness": TENDON_STIFFNESS},
+    )
+    config = config.model_copy(update={"simulator": config.simulator.model_copy(update={"drive": drive})})
+    count, tips = round(0.01 / period), []
+    goals = 0.02 * (1.0 - np.cos(np.pi * np.arange(40) / 20.0))
+    commands = (
+        TendonCommand(
+            seq=0,
+            stamp_ns=0,
+            pose_seq=None,
+            displacement=(goal, -goal, -goal, -goal),
+            tension=(500.0 * goal, 0.0, 0.0, 0.0),
+            armed=True,
+        )
+        for goal in goals.tolist()
+        for _ in range(count)
+    )
+    for index, (_, truth) in enumerate(open_loop(config, commands), 1):
+        if index % count == 0:
+            tips.append(truth.position)
+    return np.array(tips)
+
+
+@pytest.mark.parametrize("drive", ["displacement", "tension"])
+def test_servos_that_move_drive_the_plant_as_in_short_steps_to_second_order(drive: str) -> None:
+    fine = driven(0.00125, 0.0, drive)
+    coarse, half = (driven(period, 0.0, drive) for period in (0.01, 0.005))
+    errors = [float(np.sqrt(np.mean((tips - fine) ** 2))) for tips in (coarse, half)]
+    assert errors[0] > 2.8 * errors[1] or drive == "tension"  # whose commands jump
+    speed = np.gradient(fine, 0.01, axis=0)
+    late = float(np.sum(speed * (fine - coarse)) / np.sum(speed**2))
+    assert abs(late) < 5e-4  # a goal that is held over the step is early by half of 10 ms
+
+
+def test_tendons_that_rub_take_their_ends_at_the_end_of_a_step() -> None:
+    fine, coarse = driven(0.00125, FRICTION, "displacement"), driven(0.01, FRICTION, "displacement")
+    speed = np.gradient(fine, 0.01, axis=0)
+    assert abs(float(np.sum(speed * (fine - coarse)) / np.sum(speed**2))) < 1e-3

@@ -23,7 +23,7 @@ PERIOD = 0.01
 
 def servo_displacements(section: SimulatedServos, goals: list[float]) -> list[float]:
     servos = SimulatedActuators(section, PERIOD, np.zeros(1))
-    return [float(servos.follow_displacement(np.array([goal]))[0]) for goal in goals]
+    return [float(servos.follow_displacement(np.array([goal]), np.zeros(1))[1][0]) for goal in goals]
 
 
 def test_ideal_servos_are_at_their_goals() -> None:
@@ -49,11 +49,17 @@ def test_backlash_is_lost_when_the_direction_changes() -> None:
     assert trajectory == pytest.approx([0.0095, 0.0095, 0.0005])
 
 
-def test_friction_is_hysteresis_of_the_tension() -> None:
-    servos = SimulatedActuators(SimulatedServos(), PERIOD, np.zeros(1))
-    pulled = [float(servos.follow_tension(np.array([goal]), 1.25)[0]) for goal in (10.0, 10.0, 9.5, 5.0, 5.0)]
-    assert pulled == pytest.approx([8.0, 8.0, 8.0, 6.25, 6.25])
-    assert servos.tension == pytest.approx([5.0])
+def test_a_period_has_its_mean_of_positions_and_the_middle_of_a_lagging_tension() -> None:
+    moved = SimulatedActuators(SimulatedServos(), PERIOD, np.zeros(1)).follow_displacement(
+        np.array([0.01]), np.zeros(1)
+    )
+    assert [float(one[0]) for one in moved] == [0.005, 0.01]
+    ideal = SimulatedActuators(SimulatedServos(), PERIOD, np.zeros(1)).follow_tension(np.array([10.0]))
+    assert [float(one[0]) for one in ideal] == [10.0, 10.0]
+    lagging = SimulatedActuators(SimulatedServos(lag=0.05), PERIOD, np.zeros(1))
+    middle, end = (float(one[0]) for one in lagging.follow_tension(np.array([10.0])))
+    assert middle == pytest.approx(10.0 * (1.0 - math.exp(-0.1)))
+    assert end == pytest.approx(10.0 * (1.0 - math.exp(-0.2)))
 
 
 def mocap_samples(

@@ -1,7 +1,8 @@
 """Recordings made without a controller: commands by hand, the fit's own rod, noise."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,15 @@ STEP = 0.00125
 """Time step, a quarter of the fit's own [s]."""
 
 
+AIMS = (
+    (0.01, 0.0), (0.02, 0.0), (0.03, 0.0), (0.015, 0.0), (0.0, 0.01), (0.0, 0.02), (0.015, 0.015), (-0.01, 0.01),
+    (-0.02, 0.0), (-0.025, -0.01), (-0.01, -0.02), (0.0, -0.025), (0.015, -0.015), (0.03, -0.01), (0.01, 0.02),
+    (0.0, 0.005), (0.02, 0.0),
+)  # fmt: skip
+POSES = [(x, y, -x - 0.001, -y - 0.001) for x, y in AIMS]
+"""Displacements of the tendons at 17 rests, in space [m]."""
+
+
 def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """Displacements [m] and whether they are armed: rest, ramps between levels, let go; shapes (k, 4) and (k,)."""
     pieces = [np.zeros(40)]
@@ -44,6 +54,19 @@ def commands(levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
     return command, armed
 
 
+def pulls_and_waits(poses: Sequence[Sequence[float]], wait: float = 1.2) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements [m] and whether they are armed: the arm hangs, is pulled from pose to pose, and waits at each."""
+    slack, held = [-0.002] * len(poses[0]), round(wait / PERIOD)
+    pieces = [np.tile(slack, (held, 1))]
+    for start, end in pairwise([slack, *poses]):
+        steps = max(2, round(float(np.max(np.abs(np.subtract(end, start)))) / RATE / PERIOD))
+        pieces += [np.linspace(start, end, steps), np.tile(end, (held, 1))]
+    command = np.concatenate(pieces)
+    armed = np.ones(len(command), dtype=bool)
+    armed[:held] = False
+    return command, armed
+
+
 def recording(
     values: Mapping[str, float] = TRUE,
     *,
@@ -53,9 +76,19 @@ def recording(
     levels: tuple[float, ...] = (0.03, 0.012, 0.04),
     config: RigConfig = CONFIG,
     reports: bool = True,
+    moved: tuple[np.ndarray, np.ndarray] | None = None,
+    general: bool = False,
+    step: float = STEP,
 ) -> Recording:
-    """Simulate the recording of a rig with these parameters."""
-    command, armed = commands(list(levels))
+    """Simulate the recording of a rig with these parameters.
+
+    Args:
+        values: its parameters. noise: of the poses [m]. seed: of it. weight: on the tip [kg].
+        levels: displacements of the first tendon [m]. config: what is believed. reports: whether the servos report.
+        moved: displacements and whether they are armed instead of `levels`, see `commands`.
+        general: whether the general rod is the rig, not the shooting rod. step: its time step [s].
+    """
+    command, armed = commands(list(levels)) if moved is None else moved
     times = np.asarray(PERIOD * np.arange(len(command)), dtype=np.float64)
     pose_times = times.copy()
     bare = Recording(
@@ -78,7 +111,7 @@ def recording(
         missed=0,
         fault="",
     )
-    simulation = Simulation(bare, "command", STEP)
+    simulation = Simulation(bare, "command", step, general)
     reported = tendon_ends(simulation.recording, times, values["lag"], values["backlash"])
     motion = simulation.motion(values)
     tips = simulation.predicted_poses(motion, values["delay"])

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tendond.offline.identification.recordings.checks import check
-from tendond.offline.identification.recordings.recording import Recording
-from tendond.offline.identification.simulation.simulate import Drive
+from tendond.offline.identification.recordings.recording import Drive, Recording
 from tests.unit.identification.recordings import CONFIG, TRUE, recording
 
 

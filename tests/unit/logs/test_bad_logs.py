@@ -81,6 +81,7 @@ COMMANDS = {
     "info": ("log", "info"),
     "recover": ("log", "recover"),
     "export": ("log", "export"),
+    "smooth": ("log", "smooth"),
     "compare": ("log", "compare"),
     "plot": ("plot",),
     "report": ("log", "report"),
@@ -92,7 +93,7 @@ WORKS = {  # health is what `log info` is for, and repair what `log recover` is 
     *(("info", "damaged"), ("recover", "damaged"), ("recover", "no-attachment"), ("recover", "future")),
     *(("recover", "future-configuration"), ("recover", "future-calibration"), ("recover", "future-state")),
     *(("view", "damaged"), ("view", "future"), ("view", "future-state")),  # serves until then
-    *((command, "future-state") for command in ("info", "export", "compare", "plot", "report", "variant")),
+    *((command, "future-state") for command in ("info", "export", "smooth", "compare", "plot", "report", "variant")),
     ("closed-loop", "future-state"),
 }
 

@@ -86,6 +86,23 @@ def test_the_general_rod_would_swing_with_20_grams_too(monkeypatch: pytest.Monke
     assert mode is Mode.FAULT or ripple > 0.1
 
 
+@pytest.mark.parametrize("solver", ["shooting", "general"])
+@pytest.mark.parametrize(
+    "own", [{"youngs_modulus": 414e9}, {"tendon_positions": [[0.01, 0], [0, 0.01], [-0.01, 0], [0, -0.01]]}]
+)
+def test_robots_that_need_twice_the_tension_settle_with_their_heaviest_tip(solver: str, own: dict[str, object]) -> None:
+    rig = {
+        "control": {"law": "sensitivity", "solver": solver}, "simulator": {"solver": solver},
+        "limits": {"tension_max": 120.0}, "reference": {"across": 0.2},
+    }  # fmt: skip
+    free = check_config({**rig, "rod": own}, "free")
+    mass = 0.97 * SPACE.tip_mass_max(free, model_rod(free).parameters)
+    assert mass > 2e-3
+    mode, ripple = end_of(check_config({**rig, "rod": {**own, "tip_mass": mass}}, "tip"), 4.0)
+    assert mode is Mode.TRACKING
+    assert ripple < 0.3e-3
+
+
 @pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])
 @pytest.mark.parametrize("rate", [100.0, 250.0])
 def test_the_papers_laws_settle_with_a_hundred_grams_in_the_model(law: str, rate: float) -> None:

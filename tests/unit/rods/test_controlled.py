@@ -8,7 +8,6 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import decode_state, encode_state
 from tendond.daemon.control.state import CycleState, initial_state
 from tendond.drivers.simulator.lockstep import watched_loop
-from tendond.model.errors import ParameterError
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
@@ -78,12 +77,6 @@ def test_a_state_comes_back_from_its_text_and_goes_on_alike() -> None:
     assert encode_state(again) == encode_state(state)
     ours, theirs = (step(setup, one, CycleInputs())[2].model_dump_json() for one in (state, again))
     assert ours == theirs
-
-
-def test_a_base_away_from_the_world_is_refused_by_its_key() -> None:
-    moved = {**ARM, "rod": {"preset": "rao-2021", "base": {"position": [0.0, 0.1, 0.0]}}}
-    with pytest.raises(ParameterError, match=r"^rod\.base\.position: its base is at the world's origin"):
-        CycleSetup.from_config(check_config(moved, "test"))
 
 
 @pytest.mark.parametrize("law", ["backstepping", "sliding_mode"])

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from tendond.daemon.runtime import pacing
-from tendond.daemon.runtime.bus import Arrivals
+from tendond.daemon.runtime.arrivals import Arrivals
 from tendond.daemon.runtime.pacing import Clock, Wake
 from tendond.daemon.runtime.phase import SLEW_ACTIVE, SLEW_LOCKED, WINDOW, PhaseLock
 from tendond.schemas.messages import TendonCommand, TipPose

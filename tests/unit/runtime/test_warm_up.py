@@ -39,7 +39,8 @@ BROUGHT = {
     "find_correction", "find_friction", "find_mass", "find_matrix", "find_momentum", "find_residual",
     "find_slopes", "find_spins", "march", "minimise", "move_tendon", "place_base", "project_rates",
     "pull_tendon", "solve", "solve_lu", "solve_lu_columns", "solve_rubbing", "solve_step", "solve_symmetric",
-    "solve_symmetric_columns", "write_momenta", "write_node_momenta", "write_nodes", "write_points",
+    "solve_back", "solve_symmetric_columns", "solve_three", "write_momenta", "write_node_momenta", "write_nodes",
+    "write_points",
 }  # fmt: skip
 """Called by other kernels alone, which bring them with them when they come from the disk."""
 

@@ -33,3 +33,8 @@ def nitinol(damping: float = 0.00536, radius: float = 0.25e-3) -> Robot:
 def with_modes(robot: Robot, bending: int) -> Robot:
     """The robot with so many bending modes a section."""
     return replace(robot, sections=tuple(replace(one, bending_modes=bending) for one in robot.sections))
+
+
+def rubbing(robot: Robot, friction: float) -> Robot:
+    """The robot with tendons that rub."""
+    return replace(robot, tendons=tuple(replace(one, friction=friction) for one in robot.tendons))

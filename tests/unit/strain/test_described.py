@@ -10,7 +10,7 @@ from tendond.model.errors import ParameterError
 from tendond.model.rods.selection import rod_from_section
 from tendond.model.strain import Robot, StrainRod
 from tendond.model.strain.analysis.modes import natural_modes
-from tendond.model.strain.describe.configured import robot_from_section
+from tendond.model.strain.describe.configured import in_world, robot_from_section
 from tendond.model.strain.layout import lay_out
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
 from tendond.schemas.config.rod.presets import PRESETS
@@ -134,9 +134,25 @@ def test_all_of_a_full_description_reaches_the_robot() -> None:
     assert described.tendons[0].friction == 0.1
     assert described.tendons[1].at(0.15) == pytest.approx((-0.01, 0.0))
     assert described.tendons[2].at(0.3) == pytest.approx((0.002, 0.0))
-    assert described.gravity == pytest.approx((9.81, 0.0, 0.0))
-    assert described.base @ (0.0, 0.0, 1.0) == pytest.approx((1.0, 0.0, 0.0))
-    assert described.origin == (0.1, 0.0, 0.0)
+    assert (described.gravity, described.origin) == ((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))  # in its base's frame
+    room = in_world(parse_config(TAPERED, "rig.toml").rod)
+    assert room.gravity == pytest.approx((9.81, 0.0, 0.0))
+    assert room.base @ (0.0, 0.0, 1.0) == pytest.approx((1.0, 0.0, 0.0))
+    assert room.origin == (0.1, 0.0, 0.0)
+
+
+def test_corrections_of_the_whole_robot_add_to_and_multiply_its_description() -> None:
+    text = "[rod]\nprecurvature = [0.5, 1.0, 0.0]\ntendon_friction = 0.2\n" + TAPERED
+    plain, corrected = robot(TAPERED), robot(text + "[rod.scale]\ntendon_radius = [1.1, 1.2, 1.0]\n")
+    assert [one.friction for one in corrected.tendons] == [0.1, 0.2, 0.2]  # the first one has its own
+    for one, other in zip(plain.sections, corrected.sections, strict=True):
+        assert other.at("curvature", 0.05) == pytest.approx(np.add(one.at("curvature", 0.05), (0.5, 1.0, 0.0)))
+    for factor, was, now in zip((1.1, 1.2, 1.0), plain.tendons, corrected.tendons, strict=True):
+        assert now.at(0.15) == pytest.approx(np.multiply(factor, was.at(0.15)))
+    more = "[rod.scale]\ntendon_radius = [1.0, 1.1, 1.0]\n"
+    short, wider = (parse_config(text, "rig.toml").rod for text in (SHORT, SHORT + more))
+    assert wider.tendon_positions[1] == pytest.approx(np.multiply(1.1, short.tendon_positions[1]))
+    assert "curved without load" in parse_config("[rod]\nprecurvature = [0.0, 1.0, 0.0]\n", "rig.toml").rod.not_uniform
 
 
 @pytest.mark.parametrize("text", [SHORT, FULL, TAPERED, *(f'[rod]\npreset = "{name}"\n' for name in PRESETS)])
@@ -197,7 +213,6 @@ def test_what_one_section_cannot_be_is_named_where_the_shooting_rod_would_run_it
         "tendon[1].turns": SECTION + "[[rod.tendon]]\nposition = [0.01, 0.0]\n[[rod.tendon]]\n"
         "position = [0.01, 0.0]\nturns = 1.0\n",
         "tendon[0].end": SECTION + "[[rod.tendon]]\nposition = [0.01, 0.0]\nend = 0.1\n",
-        "base.orientation": SECTION + "[rod.base]\norientation = [0.0, 1.0, 0.0, 0.0]\n",
     }
     for said, text in cases.items():
         rod = parse_config(text, "rig.toml").rod
@@ -225,6 +240,7 @@ SECTION = "[[rod.section]]\nlength = 0.3\nradius = 1e-3\nyoungs_modulus = 200e9\
         ('[rod]\npreset = "papers"\n', 'rod.preset = "papers": must be one of "paper", "nitinol"'),
         ("[rod]\ngravity = [0, 0, 1]\n[rod.base]\ndown = [1, 0, 0]\n", "rod.gravity: its direction is described by"),
         ("[rod.base]\ndown = [0, 0, 0]\n", "rod.base.down: must not be zero"),
+        ("[rod.scale]\ntendon_radius = [1.1]\n", "rod.scale.tendon_radius: has 1 factors for 4 tendons: give one each"),
     ],
 )  # fmt: skip
 def test_a_wrong_description_is_refused_with_file_key_and_remedy(text: str, said: str) -> None:

@@ -40,6 +40,14 @@ def written(folder: Path) -> Path:
     return file
 
 
+def test_a_missing_data_set_is_answered_with_the_names_of_those_that_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    ended = tendond(capsys, "validate")
+    assert ended.status == 2
+    assert "DATASET is missing: name armlab, ftdcr_v4-tendon_pull," in ended.said
+
+
 def test_a_labs_own_robot_is_validated_with_report_and_correction(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from tendond.offline.validation.datasets import armlab, opencr, table
 from tendond.offline.validation.datasets.catalogue import load
-from tendond.offline.validation.datasets.poses import DatasetError, Poses, thinned, turning_points
+from tendond.offline.validation.datasets.poses import DatasetError, Poses, split_evenly, thinned, turning_points
 from tests.unit.validation.robots import simulated
 
 HEADING = (
@@ -94,6 +94,14 @@ def test_missing_data_are_refused_with_where_to_get_them(
     for folder in ("", str(tmp_path)):
         with pytest.raises(DatasetError, match=r"get it from github\.com/"):
             load(dataset, folder)
+
+
+def test_another_split_holds_out_every_so_many_th_block_under_a_name_of_its_own() -> None:
+    poses = simulated()
+    split = split_evenly(poses, 3)
+    assert split.name == f"{poses.name}-every3"
+    assert np.unique(split.block[split.held_out] % 3).tolist() == [1]
+    assert split.held_out.sum() == (poses.block % 3 == 1).sum()
 
 
 def test_a_block_is_held_out_whole_or_not_at_all() -> None:

@@ -1,18 +1,19 @@
 """Baselines, learned correction, and figures of errors."""
 
-import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendond.cli.manual.evidence import renewed
+from tendond.model.errors import ParameterError
+from tendond.model.estimation.residual import Residual, residual_of
+from tendond.offline.correction.learned import along, as_section, save, train
 from tendond.offline.validation.baselines.polynomial import fit_polynomial
-from tendond.offline.validation.correction.learned import Correction, train
-from tendond.offline.validation.datasets.poses import DatasetError
 from tendond.offline.validation.results.metrics import by_tendon, errors_of
 from tendond.offline.validation.results.repeatability import jumps, repeatability
+from tendond.schemas.config.observer import ResidualSection
 
 RNG = np.random.default_rng(3)
 COMMAND = np.cumsum(RNG.uniform(-1.0, 1.0, (400, 3)), axis=0) * 1e-3
@@ -33,45 +34,42 @@ def test_a_polynomial_baseline_finds_a_polynomial() -> None:
     assert errors_of(found.predict(COMMAND), quadratic(COMMAND)).rms < 1e-5
 
 
-def trained() -> Correction:
+def trained() -> Residual:
     return train(COMMAND, quadratic(COMMAND), BLOCK, TRAINING)
 
 
 def test_a_correction_learns_from_the_training_part_and_holds_on_the_other() -> None:
     found = trained()
     error = quadratic(COMMAND)[~TRAINING]
-    left = np.linalg.norm(found.shift(COMMAND)[~TRAINING] - error, axis=1)
+    left = np.linalg.norm(along(found, COMMAND)[~TRAINING] - error, axis=1)
     assert np.sqrt(np.mean(left**2)) < 0.3 * np.sqrt(np.mean(np.sum(error**2, axis=1)))
     spoilt = quadratic(COMMAND) + np.where(TRAINING[:, None], 0.0, 1.0)
-    assert asdict(train(COMMAND, spoilt, BLOCK, TRAINING)) == asdict(found)
+    assert as_section(train(COMMAND, spoilt, BLOCK, TRAINING)) == as_section(found)
 
 
 def test_a_correction_is_bounded_and_off_outside_of_its_data() -> None:
     found = trained()
     tight = replace(found, bound=1e-4)
-    assert np.max(np.linalg.norm(tight.shift(COMMAND), axis=1)) <= 1e-4 * (1.0 + 1e-12)
+    assert np.max(np.linalg.norm(along(tight, COMMAND), axis=1)) <= 1e-4 * (1.0 + 1e-12)
     low, high = np.array(found.low), np.array(found.high)
     outside = np.tile(high + 0.11 * (high - low), (3, 1))
-    np.testing.assert_array_equal(found.shift(outside), 0.0)
+    np.testing.assert_array_equal(along(found, outside), 0.0)
     half = np.tile(0.5 * (low + high), (3, 1))
     half[:, 0] = high[0] + 0.05 * (high[0] - low[0])
     inside = half.copy()
     inside[:, 0] = high[0]
-    assert 0.0 < np.linalg.norm(found.shift(half)[0]) < 0.8 * found.bound
-    assert np.linalg.norm(found.shift(inside)[0]) > 0.0
+    assert 0.0 < np.linalg.norm(along(found, half)[0]) < 0.8 * found.bound
+    assert np.linalg.norm(along(found, inside)[0]) > 0.0
 
 
 def test_a_saved_correction_gives_the_same_bits(tmp_path: Path) -> None:
     found = trained()
-    found.save(tmp_path / "correction.json")
-    again = Correction.load(tmp_path / "correction.json")
-    np.testing.assert_array_equal(found.shift(COMMAND), again.shift(COMMAND))
-    text = json.loads((tmp_path / "correction.json").read_text())
-    text["features"][1] = "c7"
-    (tmp_path / "other.json").write_text(json.dumps(text))
-    for name in ("other.json", "none.json"):
-        with pytest.raises(DatasetError, match=name):
-            Correction.load(tmp_path / name)
+    save(found, tmp_path / "correction.json")
+    section = ResidualSection.model_validate_json((tmp_path / "correction.json").read_text())
+    np.testing.assert_array_equal(along(found, COMMAND), along(residual_of(section), COMMAND))
+    others = section.model_copy(update={"features": ("1", "c7", *section.features[2:])})
+    with pytest.raises(ParameterError, match="features are not those of"):
+        residual_of(others)
 
 
 def test_errors_are_those_of_distances() -> None:

@@ -13,6 +13,7 @@ import pytest
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.probe_plan import Phase
 from tendond.daemon.control.setup import CycleSetup
+from tendond.model.estimation.observer import ObserverState
 from tendond.schemas.config.commissioning import CommissioningSection
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -34,6 +35,7 @@ def tendons(*values: float) -> np.ndarray[Any, np.dtype[np.float64]]:
 def test_the_model_takes_the_tension_that_is_applied_and_the_observers_force(bench: MakeBench) -> None:
     one = bench(WANTED + FAST)
     one.rod.base, one.rod.per_newton = tendons(0.001, -0.002), 0.003
+    assert isinstance(one.start.observer, ObserverState)
     observer = replace(one.start.observer, force=np.array([0.1, 0.2, 0.3]), pull=np.array([1.0, 2.0, 3.0]))
     state = one.state(Mode.PRETENSION, observer=observer)
     after = one.go(state, pose=one.pose(state)).state

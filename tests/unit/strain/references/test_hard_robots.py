@@ -154,3 +154,9 @@ def test_one_tendon_coils_the_rod_to_the_exact_arc(degrees: float) -> None:
 def test_rests_of_soft_coils_that_rounding_hides_are_found(number: int) -> None:
     """Draws of `tendond bench rod --survey` whose energy is flat to the last digits long before Newton's step is."""
     assert run(draw(number)).failed == ""
+
+
+@pytest.mark.parametrize("number", [21526, 24088, 64108])
+def test_soft_arms_gain_no_energy_in_steps_far_shorter_than_their_periods(number: int) -> None:
+    """Draws in which what Newton's tolerance leaves works against large forces on moves of 1e-5 rad."""
+    assert run(draw(number)).failed == ""

@@ -1,0 +1,1 @@
+"""The predictive law: horizon, model along it, program, closed loop."""

@@ -1,0 +1,1 @@
+"""Studies on simulated robots, in short."""

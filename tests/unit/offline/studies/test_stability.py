@@ -1,0 +1,28 @@
+"""The loop's eigenvalues are those of the loop that runs."""
+
+import numpy as np
+import pytest
+
+from tendond.offline.stability.cases import Case, looped, map_cases
+
+
+@pytest.mark.parametrize(("robot", "size", "stable"), [("rucker-webster-2011", 2e-2, True), ("rao-2021", 1e-3, False)])
+def test_the_linear_loop_moves_as_the_loop_that_runs(robot: str, size: float, stable: bool) -> None:
+    loop, _ = looped(Case(robot, bend=30.0))
+    found = loop.linear()
+    assert (found.radius < 1.001) is stable
+    assert found.missing < 1e-6
+    aside = np.zeros(len(loop.state))
+    bend = loop.places[8]  # of the plant, as if it had been pushed
+    aside[bend] = size * loop.scale[bend]
+    x, predicted = loop.state + aside, aside
+    for _ in range(6):
+        x, predicted = loop.cycle(x), found.matrix @ predicted
+    moved = (x - loop.state) / loop.scale
+    assert moved == pytest.approx(predicted / loop.scale, abs=0.05 * float(np.max(np.abs(moved))))
+
+
+def test_the_map_has_every_rate_and_bend_of_each_robot() -> None:
+    cases = map_cases(("nitinol", "paper"), "backstepping")
+    assert len(cases) == len(set(cases)) == 2 * (4 * 3 + 3 * 6)
+    assert len(map_cases(("nitinol",), "backstepping", short=True)) == 1

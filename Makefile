@@ -44,6 +44,7 @@ evidence: .venv/.runtime ## validate the general rod on others' measured robots,
 	@for one in armlab ftdcr_v4-tendon_pull ftdcr_v4-val; do \
 		$(BIN)/tendond validate $$one --residual --out out/evidence || [ -e out/evidence/$$one.md ] || exit 1; \
 	done
+	@$(BIN)/tendond validate ftdcr_v4-val --every 4 --residual --out out/evidence || [ -e out/evidence/ftdcr_v4-val-every4.md ]
 	@$(BIN)/python -m tendond.cli.manual.evidence out/evidence docs/evidence.md docs/images
 
 docs: .venv/.dev ## build the documentation, strictly, in out/site
@@ -57,7 +58,7 @@ paper: .venv/.packages ## reproduce the paper's tables and figures in out/paper
 # A test of real time that fails beside the others is run once more, alone; whatever fails then fails the run.
 test: .venv/.dev ## run all checks, then the tests
 	@$(MAKE) --no-print-directory -j 2 .venv/.runtime checked
-	$(BIN)/python -m pytest -n 4 || $(BIN)/python -m pytest --last-failed --last-failed-no-failures none
+	$(BIN)/python -m pytest -n 4 --durations=40 || $(BIN)/python -m pytest --last-failed --last-failed-no-failures none
 
 checked: check docs
 

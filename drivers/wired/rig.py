@@ -69,6 +69,9 @@ class SpooledServo:
 class WiredRig:
     """Plant behind serial bus and UDP, in real time.
 
+    Plant and servos have one clock: on a computer too busy for real time both run late, and no servo pulls a tendon by
+    what it would have moved while the plant stood still, which would throw the tip.
+
     Args:
         config: configuration of the rig; `simulator.drive` must be 'displacement'.
         servo: its [servo]; `port` is where the pseudo-terminal appears.
@@ -133,6 +136,7 @@ class WiredRig:
             deadline = time.monotonic()
             while not self._stopped():
                 self._step(publishers, tracker)
+                self.bus.allow(period)
                 handle_faults(faults, lambda request: cause(self.bus, self._plant.faults, request))
                 deadline = max(deadline + period, time.monotonic() - period)
                 time.sleep(max(0.0, deadline - time.monotonic()))

@@ -41,6 +41,7 @@ class EmulatedBus:
         late: time by which the adapter delays every reply [s].
         instructions: packets understood so far, newest last, for tests.
         errors: exceptions in the thread, which are errors of the emulator, for tests.
+        allowance: time for which the servos may move on [s], of a plant that moves with them (`allow`); none: any.
     """
 
     def __init__(self, link: Path, servos: Sequence[EmulatedServo]) -> None:
@@ -49,6 +50,7 @@ class EmulatedBus:
         self.corrupt = 0
         self.loss = 0.0
         self.late = 0.0
+        self.allowance: float | None = None
         self.instructions: list[Packet] = []
         self.errors: list[Exception] = []
         self._line = ServoLine()
@@ -116,6 +118,15 @@ class EmulatedBus:
         with self._lock:
             change()
 
+    def allow(self, duration: float) -> None:
+        """Let the servos move on as far as their plant has, and one step further: when it is late, they wait for it.
+
+        Args:
+            duration: time step of the plant [s]; time that the servos did not use before the last two is lost.
+        """
+        with self._lock:
+            self.allowance = min((self.allowance or 0.0) + duration, 2.0 * duration)
+
     def _run(self) -> None:
         last = time.monotonic()
         while not self._ended.is_set():
@@ -145,9 +156,15 @@ class EmulatedBus:
         return min(max(self._pending[0][0] - time.monotonic(), 0.0), TICK_SECONDS)
 
     def _pass(self, duration: float) -> None:
+        duration = min(max(duration, 1e-6), LONGEST_STEP_SECONDS)
+        if self.allowance is not None:
+            duration = min(duration, self.allowance)
+            self.allowance -= duration
+        if duration == 0.0:
+            return
         for servo in self.servos:
             if not servo.silent:
-                servo.advance(min(max(duration, 1e-6), LONGEST_STEP_SECONDS))
+                servo.advance(duration)
 
     def _serve(self, master: int, now: float) -> None:
         try:

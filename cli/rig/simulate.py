@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from tendond.cli.common import chosen_config, load_config, present, say, stop_on_signals
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.runtime.realtime import keep_up
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.simulator.faults import request_fault
 from tendond.drivers.simulator.plant import Plant
@@ -35,6 +36,7 @@ def run_wired(config_file: Path | None) -> None:
     plant_config = without_servos(config)
     rod = _rod(plant_config, str(config_file))
     plant = Plant(plant_config, rod)
+    keep_up(config.loop)
     rig = WiredRig(config, servo, vicon, calibration, plant, stop_on_signals())
     say(f"wired rig '{config.rig.name}': servos at {servo.port}, Tracker to UDP port {vicon.port}")
     try:
@@ -76,6 +78,8 @@ def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bo
     rod = _rod(config, source)
     simulator = Simulator(config, Plant(config, rod), stop_on_signals())
     say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
+    if not lockstep:
+        keep_up(config.loop)
     try:
         simulator.run(lockstep=lockstep, cycles=cycles)
     finally:

@@ -6,6 +6,7 @@ from tendond.bus.systemd import Supervisor
 from tendond.cli.common import load_config, present, say, say_to, stop_on_signals
 from tendond.cli.servo.rig import confirm, folder_of
 from tendond.daemon.errors import DaemonError
+from tendond.daemon.runtime.realtime import keep_up
 from tendond.drivers.dynamixel.process import ServoProcess, request_reset
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.tools.calibrate import Ask
@@ -26,6 +27,8 @@ def run_servo(config_file: Path | None) -> None:
     section = present(config.servo, "servo", config_file)
     supervisor = Supervisor()
     host = Host(stop_on_signals(), say_to(supervisor), supervisor)
+    for missing in keep_up(config.loop):
+        say(f"without real-time guarantees: {missing}")
     ServoProcess(config, section, folder_of(config_file), host).run()
 
 

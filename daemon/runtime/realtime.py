@@ -55,6 +55,28 @@ def become_punctual(section: LoopSection) -> list[str]:
     return missing
 
 
+def keep_up(section: LoopSection) -> list[str]:
+    """Give this process, with all threads that it starts from now on, the FIFO priority just below the loop's.
+
+    For drivers, and for simulated robots, which wait for a busy computer no more than real ones. Call it once kernels
+    are loaded: to compile them so would take a processor from everything else.
+
+    Args:
+        section: [loop]; a priority of 0 or 1 leaves none below it, and is not an error.
+
+    Returns:
+        What was not permitted, in words.
+    """
+    be_prompt()
+    if section.priority <= 1:
+        return []
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(section.priority - 1))
+    except OSError as error:
+        return [f"no FIFO priority {section.priority - 1} ({error.strerror}; LimitRTPRIO={section.priority - 1})"]
+    return []
+
+
 def be_prompt() -> None:
     """Short sleeps of the calling thread end when they should, and the recorder hands the interpreter over at once.
 

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from tendond.drivers.vicon.frame_clock import FrameClock
 from tendond.drivers.vicon.frames import Frame
 from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
 from tendond.drivers.vicon.packet import Block, ObjectReading, PacketError, parse
@@ -62,6 +63,7 @@ class UdpSource:
         self._senders = Senders(section.sender, section.silence)
         self.counts = self._senders.counts
         self.packets = 0
+        self._clock = FrameClock()
         self._sockets = listen(section)
         self._cards = dict(self._sockets)
         for one in self._cards:
@@ -80,6 +82,7 @@ class UdpSource:
         """Return the next packet's frame; none when none came for a moment, or one that is of no use.
 
         Stamps are the kernel's: packets that have waited here while this process could not run are old, and say so.
+        Those that were late before are told by their frame's number (`FrameClock`).
         """
         ready, _, _ = select.select(list(self._cards), [], [], POLL_SECONDS)
         if not ready:
@@ -110,6 +113,7 @@ class UdpSource:
         """Build the frame of the robot's objects alone."""
         objects = {name: placed(block.objects[name], self._order) for name in self._wanted & block.objects.keys()}
         faults = {name: block.faults[name] for name in self._wanted & block.faults.keys()}
+        stamp_ns = self._clock.stamp(block.frame, stamp_ns)
         return Frame(block.frame, {**objects, **dict.fromkeys(faults)}, stamp_ns, faults)
 
     def _name_neighbours(self, block: Block) -> None:

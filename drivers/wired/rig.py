@@ -35,6 +35,9 @@ HIDDEN = ObjectReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RIG_PLACEMENT = Placement(np.array([1.5, -0.7, 1.1]), np.eye(3))
 """Placement of the rig in the simulated Vicon world."""
 
+CAUGHT_UP_SECONDS = 0.1
+"""Delay of the process that is made up for; beyond, the robot has stood still."""
+
 
 def without_servos(config: RigConfig) -> RigConfig:
     """Return the configuration of a plant behind emulated servos, which have dynamics of their own."""
@@ -62,15 +65,19 @@ class SpooledServo:
     @property
     def displacement(self) -> float:
         """Displacement of the tendon's end [m]."""
-        turned = (self.servo.position - self._zero) * table.TICK
+        return self.displacement_at(self.servo.position)
+
+    def displacement_at(self, position: float) -> float:
+        """Return the displacement of the tendon's end [m] at a position of the servo [ticks]."""
+        turned = (position - self._zero) * table.TICK
         return self._tendon.sign * turned * self._tendon.spool_radius
 
 
 class WiredRig:
     """Plant behind serial bus and UDP, in real time.
 
-    Plant and servos have one clock: on a computer too busy for real time both run late, and no servo pulls a tendon by
-    what it would have moved while the plant stood still, which would throw the tip.
+    A step that is late, as the computer was busy, is made up for: with the servos' positions of its own time, and a
+    frame of its own number, from which the Vicon driver knows its time.
 
     Args:
         config: configuration of the rig; `simulator.drive` must be 'displacement'.
@@ -135,20 +142,20 @@ class WiredRig:
             faults = listen(session, name)
             deadline = time.monotonic()
             while not self._stopped():
-                self._step(publishers, tracker)
-                self.bus.allow(period)
+                self._step(publishers, tracker, deadline)
                 handle_faults(faults, lambda request: cause(self.bus, self._plant.faults, request))
-                deadline = max(deadline + period, time.monotonic() - period)
+                deadline = max(deadline + period, time.monotonic() - CAUGHT_UP_SECONDS)
                 time.sleep(max(0.0, deadline - time.monotonic()))
 
-    def _step(self, publishers: Mapping[str, zenoh.Publisher], tracker: socket.socket) -> None:
-        """Advance the rod with the servos' displacements and publish the result."""
+    def _step(self, publishers: Mapping[str, zenoh.Publisher], tracker: socket.socket, at: float) -> None:
+        """Advance the rod to a time [s], with the servos' displacements then, and publish the result."""
+        positions = zip(self._tendons, self.bus.positions(at), strict=True)
         self._plant.step(
             TendonCommand(
                 seq=self._plant.seq,
                 stamp_ns=0,
                 pose_seq=None,
-                displacement=tuple(tendon.displacement for tendon in self._tendons),
+                displacement=tuple(tendon.displacement_at(position) for tendon, position in positions),
                 tension=(0.0,) * len(self._tendons),
                 armed=True,  # spools hold their tendons, with torque or without
             )

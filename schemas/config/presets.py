@@ -150,7 +150,7 @@ law = "sensitivity"
 [reference]
 kind = "circle"
 radius = 0.25
-period = 2.0
+period = 4.0
 laps = 3
 """
 

@@ -83,7 +83,8 @@ def test_the_ramp_of_a_failed_controller_reaches_the_servos_and_ends_slack_and_o
     assert np.all(np.diff(ramp) <= 0.0)
     assert ramp[-1] < 0.001
     limits = chain.settings.with_own_rates().limits
-    assert float(np.min(np.diff(ramp))) >= -2.0 * limits.displacement_rate * chain.settings.loop.period
+    gradual = -4.0 * limits.displacement_rate * chain.settings.loop.period  # a late driver sends a few commands as one
+    assert float(np.min(np.diff(ramp))) >= gradual
     code, said = chain.end(chain.drivers["servo"])
     assert code == 0
     assert "out of order" not in said  # none of the ramp's commands was dropped

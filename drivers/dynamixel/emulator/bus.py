@@ -1,5 +1,6 @@
 """Pseudo-terminal with emulated servos behind it, in its own thread."""
 
+import bisect
 import fcntl
 import os
 import random
@@ -8,6 +9,7 @@ import struct
 import threading
 import time
 import tty
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -20,6 +22,9 @@ TICK_SECONDS = 0.002
 LONGEST_STEP_SECONDS = 0.02
 """Longest time step of the servos [s]: where this process could not run for longer, their clocks stand still, else
 their watchdogs would trip although packets are waiting."""
+
+REMEMBERED = 64
+"""Steps whose positions are remembered, a tenth of a second and more."""
 
 TCGETS2 = 0x802C542A
 """Linux's request for a terminal's settings with its speed as a number: 4.5 Mbit/s has no name."""
@@ -41,7 +46,6 @@ class EmulatedBus:
         late: time by which the adapter delays every reply [s].
         instructions: packets understood so far, newest last, for tests.
         errors: exceptions in the thread, which are errors of the emulator, for tests.
-        allowance: time for which the servos may move on [s], of a plant that moves with them (`allow`); none: any.
     """
 
     def __init__(self, link: Path, servos: Sequence[EmulatedServo]) -> None:
@@ -50,7 +54,7 @@ class EmulatedBus:
         self.corrupt = 0
         self.loss = 0.0
         self.late = 0.0
-        self.allowance: float | None = None
+        self._passed: deque[tuple[float, list[float]]] = deque(maxlen=REMEMBERED)
         self.instructions: list[Packet] = []
         self.errors: list[Exception] = []
         self._line = ServoLine()
@@ -118,14 +122,23 @@ class EmulatedBus:
         with self._lock:
             change()
 
-    def allow(self, duration: float) -> None:
-        """Let the servos move on as far as their plant has, and one step further: when it is late, they wait for it.
+    def positions(self, at: float) -> list[float]:
+        """Return the servos' positions at a time of the last tenth of a second [s], monotonic clock [ticks].
 
-        Args:
-            duration: time step of the plant [s]; time that the servos did not use before the last two is lost.
+        A plant that is late takes those of its own time: with those of now its tendons would be pulled by a jump.
         """
         with self._lock:
-            self.allowance = min((self.allowance or 0.0) + duration, 2.0 * duration)
+            passed = list(self._passed)
+            now = [servo.position for servo in self.servos]
+        times = [time for time, _ in passed]
+        after = bisect.bisect(times, at)
+        if not passed or after == len(passed):
+            return now
+        if after == 0:
+            return passed[0][1]
+        (first, before), (second, then) = passed[after - 1 : after + 1]
+        part = (at - first) / (second - first)
+        return [a + part * (b - a) for a, b in zip(before, then, strict=True)]
 
     def _run(self) -> None:
         last = time.monotonic()
@@ -141,6 +154,7 @@ class EmulatedBus:
                 now = time.monotonic()
                 try:
                     self._pass(now - last)
+                    self._passed.append((now, [servo.position for servo in self.servos]))
                     if self._master is not None and self._master == master:
                         if ready:
                             self._serve(master, now)
@@ -156,15 +170,9 @@ class EmulatedBus:
         return min(max(self._pending[0][0] - time.monotonic(), 0.0), TICK_SECONDS)
 
     def _pass(self, duration: float) -> None:
-        duration = min(max(duration, 1e-6), LONGEST_STEP_SECONDS)
-        if self.allowance is not None:
-            duration = min(duration, self.allowance)
-            self.allowance -= duration
-        if duration == 0.0:
-            return
         for servo in self.servos:
             if not servo.silent:
-                servo.advance(duration)
+                servo.advance(min(max(duration, 1e-6), LONGEST_STEP_SECONDS))
 
     def _serve(self, master: int, now: float) -> None:
         try:

@@ -71,7 +71,7 @@ def test_readings_reach_status_doctor_and_log_and_silence_shows(tmp_path: Path) 
             injected = one.command("rig", "inject", "mute", "--sensor", "imu", "--seconds", "30")
             assert injected.stdout == "sensor imu: mute for 30 s\n"
             status = one.until(session, lambda s: s.sensors["imu"].silent)
-            assert status.sensors["imu"].in_words.startswith("silent for 1")
+            assert status.sensors["imu"].in_words.startswith("silent for ")
             assert not status.sensors["skin"].silent
             assert status.mode.value == "tracking"  # silence is no fault of a sensor that is not required
             assert "imu silent" in found_by_doctor(one)["finding"]

@@ -25,7 +25,8 @@ from tendond.schemas.requests import ControlAction
 TIMES_MEDIAN = 60.0
 """Longest cycle in median cycles, both in CPU time: planning in a cycle would take thousands, compiling hundreds.
 
-Measured: at most 10 while tracking and 30 for a request, beside other processes too, which an absolute time would not bear.
+Measured: at most 10 while tracking and 30 for a request, beside other processes too, which an absolute time would not
+bear.
 """
 
 IN_THE_PLANE: dict[str, dict[str, Any]] = {

@@ -22,7 +22,7 @@ ROBOTS: dict[str, dict[str, Any]] = {
 }
 """Tables of [rod] by the robot's name."""
 
-LAWS = ("backstepping", "sliding_mode", "sensitivity")
+LAWS = ("backstepping", "sliding_mode", "sensitivity", "mpc")
 KINDS = ("sphere", "half_space", "tip_region", "strain")
 TRAJECTORIES = ("exponential", "minimum_jerk", "step")
 

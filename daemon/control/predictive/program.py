@@ -25,8 +25,9 @@ SOFT = 8
 INFEASIBLE, ITERATIONS_SPENT = -1, -4
 """DAQP's exit flags of a problem without a solution, and of one that takes more iterations than allowed."""
 
-RELAXED_PRICE = 1e-9
-"""Reciprocal weight of violated limits where not all can be kept: large beside the cost, which is about 1e-2."""
+RELAXED_PRICE = 1e-6
+"""Reciprocal weight of violated limits where not all can be kept: 1e-4 of a limit's unit costs as much as all else,
+which is about 1e-2. A thousandth of it hides from DAQP that limits depend on each other: its pivots are rounded."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,15 @@ def solve(hessian: Array, gradient: Array, low: Array, high: Array, rows: list[R
         hessian: H, shape (v, v), positive definite. gradient: f, shape (v,).
         low, high: bounds of v, shape (v,). rows: further limits. iterations: largest number of the solver's.
     """
-    matrix = np.ascontiguousarray(np.concatenate([one.matrix for one in rows])) if rows else np.zeros((0, len(low)))
-    upper = np.concatenate([high, *(one.upper for one in rows)])
-    lower = np.concatenate([low, *(one.lower for one in rows)])
+    # DAQP has room for as many met limits as there are unknowns and soft limits, and writes beyond it where rounding
+    # hides that limits depend on each other. Each iteration meets one more at most, so empty soft rows, which it passes
+    # over, make room for all iterations.
+    room = max(0, iterations - len(low))
+    matrix = np.concatenate([*(one.matrix for one in rows), np.zeros((room, len(low)))])
+    upper = np.concatenate([high, *(one.upper for one in rows), np.ones(room)])
+    lower = np.concatenate([low, *(one.lower for one in rows), -np.ones(room)])
     soft = np.zeros(len(upper), dtype=np.int32)
+    soft[len(upper) - room :] = SOFT
     start = len(low)
     for one in rows:
         soft[start : start + len(one.upper)] = SOFT if one.soft else 0

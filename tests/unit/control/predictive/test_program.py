@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import Bounds as Box
 from scipy.optimize import LinearConstraint, minimize
 
+from tendond.daemon.control.predictive import program
 from tendond.daemon.control.predictive.program import Rows, solve
 
 RNG = np.random.default_rng(3)
@@ -62,3 +63,23 @@ def test_the_same_program_has_the_same_solution_to_the_last_bit() -> None:
     solve(*random_program()[:4], [program[4]], 200)
     two = solve(*program[:4], [program[4]], 200)
     assert one.change.tobytes() == two.change.tobytes()
+
+
+def test_the_solver_has_room_for_as_many_limits_as_it_may_meet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """DAQP allocates for unknowns and soft limits, and adds one limit in an iteration at most, without a look."""
+    room: list[tuple[int, int]] = []
+
+    def spied(hessian: np.ndarray, *given: np.ndarray, **options: float) -> object:
+        sense = given[-1]
+        room.append((len(hessian) + int(np.count_nonzero(sense & program.SOFT)), int(options["iter_limit"])))
+        return plain(hessian, *given, **options)
+
+    plain = program.solver()
+    monkeypatch.setattr(program, "solver", lambda: spied)
+    contradictory = Rows(np.eye(2), np.array([0.9, -9.0]), np.array([0.9, 9.0]))
+    for rows in ([contradictory], []):
+        found = solve(np.eye(2), np.ones(2), np.full(2, -0.5), np.full(2, 0.5), rows, 300)
+        assert found.found
+        assert found.active <= 4  # not the rows that only make room
+    assert len(room) == 3  # the first one twice: relaxed as well
+    assert all(capacity >= limit for capacity, limit in room)

@@ -82,7 +82,7 @@ def drawn(seed: int, attempt: int = 0) -> Case:
     return Case(seed, robot, law, kind, check_config({
         "loop": {"period": PERIOD},
         "rod": ROBOTS[robot],
-        "control": {"law": law, "solver": "general"},
+        "control": {"law": law, "solver": "general", "laws": {"mpc": {"avoid": bool(rng.integers(0, 2))}}},
         "limits": {"tension_max": 3.0 * pull},
         "pretension": {"tension": 0.02 * pull, "duration": 0.1, "antagonist": 0.0},
         "observer": {"delay": believed * PERIOD},

@@ -5,7 +5,8 @@ now on. With H = min h over the motion under the tensions applied now, a command
 
     min h over its own motion >= (1 - gamma) H,    gamma = 1 - exp(-period / approach_time)
 
-which is the discrete-time barrier condition (Agrawal & Sreenath, Discrete control barrier functions, RSS 2017) with the
+with the motion of a linear model, and of the model itself for the command that is held, and again for the one found.
+That is the discrete-time barrier condition (Agrawal & Sreenath, Discrete control barrier functions, RSS 2017) with the
 held command as backup (Gurriet et al., A scalable safety critical control framework, IEEE Access 8, 2020): to hold is
 always allowed while H >= 0, so the condition can be met again in the next cycle. Where H < 0, because model or
 constraint were wrong, it asks for a return. See docs/explanation/safety-filter.md.
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.safety.body import Body, Shape
 from tendond.daemon.control.safety.constraints import Constraints, Values
+from tendond.daemon.control.safety.course import Course
 from tendond.daemon.control.safety.horizon import Horizon
 from tendond.daemon.control.safety.program import smallest_change
 from tendond.model.errors import ConvergenceError
@@ -44,6 +46,12 @@ AIM = 0.1
 
 NEARLY = 20.0
 """Shortfall that still counts as kept after the last round, of `ENOUGH`: 0.2 mm, beside margins of millimetres."""
+
+FAR = 3.0
+"""Distance, of the linear model's motion, from which on that one is believed: it is not wrong by twice itself."""
+
+PARTS = (1.0, 0.5, 0.25)
+"""Parts of a change that are tried where the whole does not keep the constraints on the model's own motion."""
 
 SLOPE_MIN = 1e-9
 """Slope below which a command does nothing to a constraint [m/N]."""
@@ -80,7 +88,7 @@ class Barrier:
 
     def __init__(self, rod: GeneralRod, body: Body, constraints: Constraints, horizon: Horizon, gamma: float) -> None:
         self.body, self.constraints, self.horizon, self.gamma = body, constraints, horizon, gamma
-        self._rod, self._linear = rod, Linearisation(rod.strain_rod)
+        self._rod, self._linear, self._course = rod, Linearisation(rod.strain_rod), Course(rod, horizon)
         self._enough = np.full(len(constraints.names), ENOUGH)
         self._enough[constraints.surfaces.count :] *= 1e-3
 
@@ -133,18 +141,48 @@ class Barrier:
             weights = np.concatenate(([1.0], change))
             return self.constraints.values(points, shape.bends, moves @ weights, turns @ weights)
 
-        held = along(np.zeros_like(wanted)).clear
-        floor = (1.0 - self.gamma) * np.minimum(held.min(axis=0), self._now(points, shape))
-        values = along(wanted - tensions)
-        if not (floor - values.clear > self._enough).any():
-            return self._described(wanted, values.clear, True)
+        def followed(command: Array) -> Pair:
+            return self._moved(shape, self._course.follow(state, command, force))
+
+        now = self._now(points, shape)
+        if self._far(now, (moves, turns), wanted - tensions):
+            return self._described(wanted, along(wanted - tensions).clear, True)
+        moves[..., 0], turns[..., 0] = followed(tensions)
+        floor = (1.0 - self.gamma) * np.minimum(along(np.zeros_like(wanted)).clear.min(axis=0), now)
         hold = np.clip(tensions, low, high)
-        between = np.minimum(hold, wanted), np.maximum(hold, wanted)
-        for bounds in (between, (low, high)):
-            found = self._nearest(along, floor, (moves, turns), tensions, wanted, hold, bounds)
-            if found.met:
-                return found
-        return found
+        command = wanted
+        if (floor - along(wanted - tensions).clear > self._enough).any():
+            between = np.minimum(hold, wanted), np.maximum(hold, wanted)
+            for bounds in (between, (low, high)):
+                found = self._nearest(along, floor, (moves, turns), tensions, wanted, hold, bounds)
+                command = found.command
+                if found.met:
+                    break
+        tried = []
+        for part in PARTS:
+            one = hold + part * (command - hold)
+            clear = self.constraints.values(points, shape.bends, *followed(one)).clear
+            spare = float(np.min((clear - floor) / self._enough))
+            tried.append((spare, one, clear))
+            if spare >= -NEARLY:
+                return self._described(one, clear, True)
+        clear = along(hold - tensions).clear
+        tried.append((float(np.min((clear - floor) / self._enough)), hold, clear))
+        spare, one, clear = max(tried, key=lambda found: found[0])
+        return self._described(one, clear, spare >= -NEARLY)
+
+    def _moved(self, shape: Shape, followed: list[StrainState]) -> Pair:
+        """Return moves of the points [m], (k, p, 3), and changes of the bends [-], (k, b, 2), on the way."""
+        shapes = {id(one): self.body.shape(one) for one in followed}
+        moves = np.array([shapes[id(one)].points for one in followed]) - shape.points
+        turns = np.array([shapes[id(one)].bends for one in followed]) - shape.bends
+        return moves, turns[:, : self.constraints.bends]
+
+    def _far(self, now: Array, moved: Pair, change: Array) -> bool:
+        """Tell whether all constraints, as they are `now`, are far beside the motion to come, held and commanded."""
+        weights = np.stack((np.eye(len(change) + 1)[0], np.concatenate(([1.0], change))), axis=1)
+        ways, turns = (np.linalg.norm(one @ weights, axis=2).max(axis=(0, 2)) for one in moved)
+        return bool((now > FAR * np.concatenate((ways[self.constraints.surfaces.point], turns))).all())
 
     def _nearest(
         self, along: Along, floor: Array, moved: Pair, tensions: Array, wanted: Array, hold: Array, bounds: Pair

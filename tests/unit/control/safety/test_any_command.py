@@ -1,0 +1,45 @@
+"""The filter holds against any command: those of no law, as hard as the limits allow, on robots that swing far."""
+
+import numpy as np
+import pytest
+
+from tendond.daemon.control.safety.configured import configured_barrier
+from tendond.model.rods.general import GeneralRod
+from tendond.model.rods.selection import model_rod
+from tendond.schemas.config.rig import check_config
+
+PERIOD, CYCLES, HELD, PULL = 0.01, 160, 25, 1.5
+"""Cycles of a run, and for which a pull is wanted; largest pull, in EI / (L r): it bends the arm by so many radians."""
+
+
+@pytest.mark.parametrize("preset", ["rucker-webster-2011", "nitinol"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_no_commands_bring_the_arm_across_a_wall(preset: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    length = check_config({"rod": {"preset": preset}}, "test").rod.backbone_length
+    level, zero = 0.3 * length, np.zeros(3)
+    wall = {"name": "wall", "kind": "half_space", "normal": (-1.0, 0.0, 0.0), "point": (level, 0.0, 0.0)}
+    config = check_config({"rod": {"preset": preset}, "safety": {"margin": 0.005 * length, "obstacle": [wall]}}, "test")
+    rod = model_rod(config)
+    assert isinstance(rod, GeneralRod)
+    barrier = configured_barrier(config, rod, 0.0)
+    assert barrier is not None
+    tendons = len(rod.robot.tendons)
+    arm = float(np.hypot(*rod.parameters.tendon_positions[0]))
+    largest = PULL * rod.parameters.bending_stiffness / (length * arm)
+    step, tensions = 0.25 * largest, np.zeros(tendons)
+    state = rod.step(rod.solve_static(tensions), tensions)
+    beyond, altered = [], 0
+    for cycle in range(CYCLES):
+        if cycle % HELD == 0:
+            pulled = np.zeros(tendons)
+            pulled[0 if cycle % (2 * HELD) else rng.integers(0, tendons)] = largest
+        low, high = np.maximum(tensions - step, 0.0), np.minimum(tensions + step, largest)
+        wanted = np.clip(pulled, low, high)
+        found = barrier.filter(state, tensions, zero, zero, wanted, low, high)
+        altered += not np.array_equal(found.command, wanted)
+        tensions = found.command
+        state = rod.step(state, tensions)
+        beyond.append(float(rod.strain_rod.backbone(state.strain)[:, 0].max()) - level)
+    assert altered > 10
+    assert max(beyond) < 0.0

@@ -16,16 +16,26 @@ from tendond.offline.estimator.cost import cost_of, in_sections
 from tendond.offline.estimator.loop.cases import KINDS, LAWS, PLANTS, Kind, Plant
 from tendond.offline.estimator.loop.measure import LoopRun, missed, run_loop
 from tendond.offline.estimator.loop.measure import markdown as loop_table
-from tendond.offline.estimator.runs import run_one
+from tendond.offline.estimator.runs import Unlike, noise_for, run_one
 from tendond.offline.estimator.summary import CASES, markdown, summarise
 
 
-def run_estimator_study(name: str, runs: int, first: int, processes: int, *, as_json: bool) -> bool:
+def run_estimator_study(
+    name: str,
+    runs: int,
+    first: int,
+    processes: int,
+    tension_error: tuple[float, float],
+    *,
+    matched: bool,
+    as_json: bool,
+) -> bool:
     """Run all cases, and print the table; return whether every goal is met.
 
     Args:
         name: of a preset, or a file. runs: number of seeds. first: of them. processes: that run them.
-        as_json: print JSON instead.
+        tension_error: of the filter's noise [-], and the time over which it changes [s].
+        matched: the robots are like the model. as_json: print JSON instead.
 
     Raises:
         ConfigError: no such robot.
@@ -37,10 +47,12 @@ def run_estimator_study(name: str, runs: int, first: int, processes: int, *, as_
     warm_up_general()
     warm_up_filter()
     costs = [cost_of(f"{count} section{'s' * (count > 1)}", in_sections(robot, count)) for count in (1, 3)]
+    unlike, noise = Unlike.like() if matched else Unlike(), noise_for(robot, *tension_error)
     summaries = []
     with ProcessPoolExecutor(processes) as pool:
         for case in CASES:
-            found = list(pool.map(functools.partial(run_one, robot, case), range(first, first + runs), chunksize=4))
+            run = functools.partial(run_one, robot, case, unlike=unlike, noise=noise)
+            found = list(pool.map(run, range(first, first + runs), chunksize=4))
             summaries.append(summarise(case, found, robot.length))
             say(f"{case.name}: {runs} runs")
     if as_json:

@@ -15,6 +15,15 @@ def estimator(
     loop: Annotated[
         bool, typer.Option("--loop", help="Compare loops instead: each law with the filter, and with fixed gains.")
     ] = False,
+    matched: Annotated[
+        bool, typer.Option("--matched", help="Robots like the model: what camera and filter leave by themselves.")
+    ] = False,
+    tension_error: Annotated[
+        float, typer.Option("--tension-error", min=1e-3, max=1.0, help="The filter's observer.tension_error.")
+    ] = 0.07,
+    tension_error_time: Annotated[
+        float, typer.Option("--tension-error-time", min=0.1, max=3600.0, help="Its observer.tension_error_time [s].")
+    ] = 3.0,
     processes: Processes = None,
     json: Json = False,
 ) -> None:
@@ -41,5 +50,8 @@ def estimator(
         return
     from tendond.cli.study.estimator import run_estimator_study
 
-    if not run_estimator_study(robot, runs, first, processes or processor_count(), as_json=json):
+    noise = tension_error, tension_error_time
+    if not run_estimator_study(
+        robot, runs, first, processes or processor_count(), noise, matched=matched, as_json=json
+    ):
         raise typer.Exit(1)

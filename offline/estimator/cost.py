@@ -7,10 +7,9 @@ import numpy as np
 
 from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.kalman.memory import Reading
-from tendond.model.estimation.kalman.noise import noise_of
 from tendond.model.rods.general import GeneralRod
 from tendond.model.strain.robot import Robot
-from tendond.offline.estimator.runs import ORIENTATION, PERIOD, POSITION, SHARE
+from tendond.offline.estimator.runs import PERIOD, noise_for
 
 CYCLES = 400
 
@@ -42,7 +41,7 @@ def in_sections(robot: Robot, count: int) -> Robot:
 def cost_of(name: str, robot: Robot, age: float = 0.0) -> Cost:
     """Return the times of a robot's filter with one pose a cycle; `age`: of it [s]."""
     rod = GeneralRod(robot, PERIOD)
-    estimator = Estimator(rod, noise_of(rod.parameters, POSITION, ORIENTATION, SHARE, 3.0, 0.1), age_max=age)
+    estimator = Estimator(rod, noise_for(robot), age_max=age)
     pulls = np.full(len(robot.tendons), 0.2)
     state = rod.solve_static(pulls)
     estimate, steps, rest = estimator.start(state), [], []

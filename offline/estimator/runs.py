@@ -23,8 +23,9 @@ PERIOD = 0.01
 POSITION, ORIENTATION = 1e-4, 2e-3
 """Noise of a camera: of a position [m], and of an orientation from markers 5 cm apart [rad]."""
 
-SHARE = 0.07
-"""Error of a tension, of it, in the filter's noise."""
+SHARE, SHARE_TIME = 0.07, 3.0
+"""Error of a tension, of it, in the filter's noise, and the time over which it changes [s]: chosen, so that ellipsoids
+of 95 % hold that of a load too. Smaller and slower ones place the tip better."""
 
 REST = 1.0
 """Time at rest at the beginning [s]."""
@@ -66,6 +67,11 @@ class Unlike:
     stiffness: float = 0.1
     friction: tuple[float, float] = (0.05, 0.3)
     known: float = 0.15
+
+    @classmethod
+    def like(cls) -> "Unlike":
+        """None: the robot is the model, and what is left is noise and what the filter leaves open."""
+        return cls(stiffness=0.0, friction=(cls.known, cls.known))
 
 
 @dataclass(frozen=True)
@@ -109,6 +115,12 @@ def tensions_along(rng: np.random.Generator, case: Case, tendons: int, largest: 
     return np.asarray(np.stack(pulls, axis=1))
 
 
+def noise_for(robot: Robot, tension_error: float = SHARE, tension_error_time: float = SHARE_TIME) -> Noise:
+    """Return the filter's noise for these runs; arguments as the keys of [observer]."""
+    parameters = GeneralRod(robot, PERIOD).parameters
+    return noise_of(parameters, POSITION, ORIENTATION, tension_error, tension_error_time, 0.1)
+
+
 def run_one(robot: Robot, case: Case, seed: int, unlike: Unlike = Unlike(), noise: Noise | None = None) -> Run:
     """Run the estimator once, from a seed."""
     rng = np.random.default_rng(seed)
@@ -122,7 +134,7 @@ def run_one(robot: Robot, case: Case, seed: int, unlike: Unlike = Unlike(), nois
     pulls = tensions_along(rng, case, len(robot.tendons), largest)
     direction = rng.normal(size=3)
     load = case.load * unit * rng.uniform(0.3, 1.0) * direction / np.linalg.norm(direction)
-    known = noise if noise is not None else noise_of(parameters, POSITION, ORIENTATION, SHARE, 3.0, 0.1)
+    known = noise_for(robot) if noise is None else noise
     places = np.array(case.markers) * parameters.length
     sensors = [Markers(places, np.zeros(3), np.full(3 * len(places), POSITION))] if case.markers else []
     estimator = Estimator(model, known, sensors)

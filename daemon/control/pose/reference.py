@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.pose.path import POSITION, PosePath
 from tendond.daemon.control.pose.pose import Aim, Miss, Pose
 from tendond.daemon.control.reference.goal import Goal
+from tendond.daemon.control.reference.stretches import Stretches
 from tendond.daemon.control.reference.time_scaling import Timing
 from tendond.schemas.base import Vector3
 from tendond.schemas.record import ReferencePoint
@@ -35,8 +36,8 @@ class PoseGoal:
 
 
 @dataclass(frozen=True)
-class PoseReference:
-    """A trajectory of poses that the resting robot reaches: the approach, and the trajectory proper.
+class PoseReference(Stretches[PosePath]):
+    """A trajectory of poses that the resting robot reaches.
 
     Attributes:
         counts: what of a pose is prescribed; the rest of it is what comes with least tension.
@@ -56,23 +57,12 @@ class PoseReference:
     aim: Literal["position"] = "position"
     load_offset: None = None
 
-    @property
-    def arrival(self) -> float:
-        """Time from which on it rests [s]."""
-        return sum(timing.end for _, timing in self.stretches)
-
-    @property
-    def approach_time(self) -> float:
-        """Duration of the approach [s], after which the trajectory proper begins."""
-        return self.stretches[0][1].end if len(self.stretches) > 1 else 0.0
-
     def at(self, time: float) -> ReferencePoint:
         """Evaluate the tip's position at `time` [s] since tracking began."""
-        goal = self.pose(time)
-        rows = np.array([goal.pose.position, goal.velocity, goal.acceleration]).tolist()
-        return ReferencePoint.trusted(
-            position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
-        )
+        path, (place, speed, acceleration) = self.locate(time)
+        value, first, second = path.at(place)
+        position = path.pose(value).position
+        return self.passing(position, first[POSITION], second[POSITION], speed, acceleration)
 
     def goal(self, time: float) -> Goal:
         """Evaluate the tip's position at `time` [s], for a law that follows it alone."""
@@ -80,7 +70,7 @@ class PoseReference:
 
     def pose(self, time: float) -> PoseGoal:
         """Evaluate the pose at `time` [s] since tracking began."""
-        path, (place, speed, acceleration) = self._locate(time)
+        path, (place, speed, acceleration) = self.locate(time)
         value, first, second = path.at(place)
         return PoseGoal(
             pose=path.pose(value),
@@ -89,11 +79,3 @@ class PoseReference:
             displacement_rate=first[path.displacement] * speed,
             tension=value[path.tension],
         )
-
-    def _locate(self, time: float) -> tuple[PosePath, tuple[float, float, float]]:
-        for path, timing in self.stretches[:-1]:
-            if time < timing.end:
-                return path, timing.progress(time)
-            time -= timing.end
-        path, timing = self.stretches[-1]
-        return path, timing.progress(time)

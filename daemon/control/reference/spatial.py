@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.path import RestPath
 from tendond.daemon.control.reference.shapes import sampled, shape_of
+from tendond.daemon.control.reference.stretches import Stretches
 from tendond.daemon.control.reference.time_scaling import (
     SLOWDOWN_MAX,
     Timing,
@@ -47,8 +48,8 @@ the paper's robot, the last digit of the note. Chosen; it changes the note alone
 
 
 @dataclass(frozen=True)
-class SpatialReference:
-    """A trajectory in space, in stretches one after the other: the approach, and the trajectory proper.
+class SpatialReference(Stretches[RestPath]):
+    """A trajectory in space.
 
     Attributes:
         aim: 'position' or 'direction': the quantity of the goal.
@@ -66,40 +67,19 @@ class SpatialReference:
     notes: tuple[str, ...]
     load_offset: None = None
 
-    @property
-    def arrival(self) -> float:
-        """Time from which on it rests [s]."""
-        return sum(timing.end for _, timing in self.stretches)
-
-    @property
-    def approach_time(self) -> float:
-        """Duration of the approach [s], after which the trajectory proper begins."""
-        return self.stretches[0][1].end if len(self.stretches) > 1 else 0.0
-
     def at(self, time: float) -> ReferencePoint:
         """Evaluate the trajectory at `time` [s] since tracking began."""
-        path, (place, speed, acceleration) = self._locate(time)
+        path, (place, speed, acceleration) = self.locate(time)
         value, first, second = (one[path.POSITION] for one in path.at(place))
-        rows = np.array([value, first * speed, second * speed**2 + first * acceleration]).tolist()
-        return ReferencePoint.trusted(
-            position=tuple(rows[0]), velocity=tuple(rows[1]), acceleration=tuple(rows[2]), target=self.target
-        )
+        return self.passing(value, first, second, speed, acceleration)
 
     def goal(self, time: float) -> Goal:
         """Evaluate the goal at `time` [s]."""
-        path, (place, _, _) = self._locate(time)
+        path, (place, _, _) = self.locate(time)
         value = path.value(place)
         if self.aim == "direction":
             return Goal(value[path.DIRECTION], value[path.DIRECTION_JACOBIAN].reshape(3, 2))
         return Goal(value[path.POSITION], value[path.POSITION_JACOBIAN].reshape(3, 2))
-
-    def _locate(self, time: float) -> tuple[RestPath, tuple[float, float, float]]:
-        for path, timing in self.stretches[:-1]:
-            if time < timing.end:
-                return path, timing.progress(time)
-            time -= timing.end
-        path, timing = self.stretches[-1]
-        return path, timing.progress(time)
 
 
 def plan_in_space(config: RigConfig, rod: ModelRod, allocation: Allocation) -> SpatialReference:

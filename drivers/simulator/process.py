@@ -91,7 +91,7 @@ class Simulator:
                     self._plant.step(self._next_command(commands, publishers))
                 else:
                     cut = self._plant.faults.now(Fault.SILENCE) is not None
-                    observation = self._plant.observe(time.monotonic_ns())
+                    observation = self._plant.observe(round(1e9 * deadline))  # its time, though it may be late
                     if not cut:
                         self._send(publishers, observation)
                     deadline += period
@@ -99,9 +99,9 @@ class Simulator:
                     if now > deadline:  # late by more than a period: its poses are lost, but the arm has moved on
                         missed = int((now - deadline) / period) + 1
                         deadline += missed * period
-                        for _ in range(min(missed, CAUGHT_UP)):
+                        for left in range(min(missed, CAUGHT_UP), 0, -1):
                             self._plant.step(None)
-                            self._plant.observe(time.monotonic_ns())
+                            self._plant.observe(round(1e9 * (deadline - left * period)))
                     time.sleep(max(0.0, deadline - time.monotonic()))
                     received = self._received(commands)
                     if cut:

@@ -160,7 +160,7 @@ class WiredRig:
                 armed=True,  # spools hold their tendons, with torque or without
             )
         )
-        pose, state, truth = self._plant.observe(time.monotonic_ns())
+        pose, state, truth = self._plant.observe(round(1e9 * at))
         for tendon, tension in zip(self._tendons, state.tension, strict=True):
             tendon.tension = tension
         if self._plant.faults.now(Fault.SILENCE) is not None:

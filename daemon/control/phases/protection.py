@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.actuation import limit_tension
-from tendond.daemon.control.phases.decision import acting_tension
 from tendond.daemon.control.phases.estimation import corrected_tip
 from tendond.daemon.control.phases.prediction import Limited
 from tendond.daemon.control.safety.barrier import Barrier, Filtered
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, changed
-from tendond.model.errors import ConvergenceError
+from tendond.model.errors import ModelError
 from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.model.rods.general import GeneralState
 from tendond.schemas.messages import Mode
@@ -55,7 +54,8 @@ def protect(setup: CycleSetup, state: CycleState, limited: Limited) -> Protected
     )
     tension, _ = limit_tension(setup.config.limits, setup.config.loop.period, found.command, state.tension_command)
     if state.tracking_watch.error_cycles:  # a tip that is kept from its reference is not lost
-        state = changed(state, tracking_watch=changed(state.tracking_watch, error_cycles=0))
+        counted = max(0, state.tracking_watch.error_cycles - state.pose_interval)
+        state = changed(state, tracking_watch=changed(state.tracking_watch, error_cycles=counted))
     met = tuple(name for name in limited.met if name == "not finite")  # the filter bounds the command, not the others
     return Protected(state, Limited(tension, met), intervention)
 
@@ -71,11 +71,16 @@ def _filtered(setup: CycleSetup, barrier: Barrier, state: CycleState, rod: Gener
     step = limits.tension_rate * setup.config.loop.period
     low = np.minimum(np.maximum(np.minimum(limits.tension_min, last + step), last - step), wanted)
     high = np.maximum(np.minimum(limits.tension_max, last + step), wanted)
-    force = rod.tip_force if isinstance(observer, EstimatorState) else observer.force
+    force = observer.tip_force if isinstance(observer, EstimatorState) else observer.force
+    acting = observer.acting if isinstance(observer, EstimatorState) else _as_commanded
     shift = corrected_tip(state) + observer.offset - rod.position
     if setup.observer.kind == "force" and not isinstance(observer, EstimatorState):
         shift = shift + observer.innovation  # the force has yet to move the model there
     try:
-        return barrier.filter(rod, acting_tension(state), force, shift, wanted, low, high)
-    except (ConvergenceError, np.linalg.LinAlgError):
+        return barrier.filter(rod, state.tension_estimate, force, shift, wanted, low, high, acting)
+    except (ModelError, np.linalg.LinAlgError):
         return Filtered(last, NO_MOTION, 0.0, False, False)
+
+
+def _as_commanded(tensions: Array) -> Array:
+    return tensions

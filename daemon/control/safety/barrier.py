@@ -13,6 +13,7 @@ constraint were wrong, it asks for a return. See docs/explanation/safety-filter.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,23 +23,17 @@ from tendond.daemon.control.safety.body import Body, Shape
 from tendond.daemon.control.safety.constraints import Constraints, Values
 from tendond.daemon.control.safety.course import Course
 from tendond.daemon.control.safety.horizon import Horizon
-from tendond.daemon.control.safety.program import smallest_change
+from tendond.daemon.control.safety.program import ROUNDS, nearest_allowed
 from tendond.model.errors import ConvergenceError
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.state import StrainState
+from tendond.model.strain.stepping.scratch import Loads
 
 Array = NDArray[np.float64]
 
 ENOUGH = 1e-5
 """Shortfall of a constraint that counts as none [m], and for strains a thousandth of it: below any margin."""
-
-ROUNDS = 4
-"""Linear programs at most: distances are curved, and each adds the rows that its solution missed. Chosen: more than
-two are needed only beside a sphere's edge."""
-
-ROWS = 3
-"""Constraints that a linear program adds, at one sample each: those missed most."""
 
 
 AIM = 0.1
@@ -53,11 +48,6 @@ FAR = 3.0
 PARTS = (1.0, 0.5, 0.25)
 """Parts of a change that are tried where the whole does not keep the constraints on the model's own motion."""
 
-SLOPE_MIN = 1e-9
-"""Slope below which a command does nothing to a constraint [m/N]."""
-
-REACHED = 1e-6
-"""Change of a command that a row may still ask for [N]."""
 
 Along = Callable[[Array], Values]
 Pair = tuple[Array, Array]
@@ -115,61 +105,80 @@ class Barrier:
         return np.asarray(self.constraints.values(points, shape.bends, still, straight).clear[0])
 
     def filter(
-        self, state: GeneralState, tensions: Array, force: Array, shift: Array, wanted: Array, low: Array, high: Array
-    ) -> Filtered:
+        self, state: GeneralState, tensions: Array, force: Array, shift: Array, wanted: Array, low: Array, high: Array,
+        acting: Callable[[Array], Array] = lambda tensions: tensions,
+    ) -> Filtered:  # fmt: skip
         """Return the allowed command nearest to the one wanted.
 
         Args:
-            state: of the model. tensions: applied now [N], shape (m,). force: on its tip [N], shape (3,).
+            state: of the model. tensions: commands in effect now [N], shape (m,). force: on its tip [N], shape (3,).
             shift: of the tip, by which the observer corrects the model's [m], shape (3,).
             wanted: command [N], shape (m,), within low and high: bounds of the command by all other limits [N].
+            acting: tensions on the robot under a command, with their estimated errors [N].
 
         Raises:
             ConvergenceError: the model has no step from here, or no finite motion after it.
             LinAlgError: the program is singular.
         """
-        self._rod.use(state)
-        step = self._linear.step(state.strain, self._rod.loads(tensions, force, state.body))
-        motion = self.horizon.motion(np.concatenate((state.strain.strain, state.strain.rate)), step)
         shape = self.body.shape(state.strain)
+        points = shape.points + (self.body.parts**2)[:, None] * shift
+        now, change = self._now(points, shape), wanted - tensions
+
+        def linear(moved: Pair, change: Array) -> Values:
+            weights = np.concatenate(([1.0], change))
+            return self.constraints.values(points, shape.bends, *(one @ weights for one in moved))
+
+        def followed(command: Array) -> Pair:
+            return self._moved(shape, self._course.follow(state, acting(tensions), acting(command), force))
+
+        def floor_of(held: Array) -> Array:
+            return np.asarray((1.0 - self.gamma) * np.minimum(held.min(axis=0), now))
+
+        self._rod.use(state)
+        loads = self._rod.loads(acting(tensions), force, state.body)
+        moved = self._linear_motion(state.strain, loads, shape)
+        clear = linear(moved, change).clear
+        floor = floor_of(linear(moved, np.zeros_like(change)).clear)
+        if self._far(now, moved, change) and not (floor - clear > self._enough).any():
+            return self._described(wanted, clear, True)
+        # Derivatives of a robot that stands still: those of one that rings are unstable, far ahead.
+        still = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
+        self._rod.use(state)
+        moved = self._linear_motion(still, loads, shape)
+        moved[0][..., 0], moved[1][..., 0] = followed(tensions)
+        floor = floor_of(linear(moved, np.zeros_like(change)).clear)
+        found = self._tried(wanted, floor, followed, points, shape)
+        if found[0] >= -1.0:
+            return self._described(wanted, found[2], True)
+        hold, command = np.clip(tensions, low, high), wanted
+        for bounds in ((np.minimum(hold, wanted), np.maximum(hold, wanted)), (low, high)):
+            nearest = self._nearest(lambda one: linear(moved, one), floor, moved, tensions, wanted, hold, bounds)
+            command = nearest.command
+            if nearest.met:
+                break
+        tried = [found]
+        for part in (*PARTS, 0.0):
+            tried.append(self._tried(hold + part * (command - hold), floor, followed, points, shape))
+            if tried[-1][0] >= -NEARLY:
+                break
+        spare, command, clear = tried[-1] if tried[-1][0] >= -NEARLY else max(tried, key=lambda one: one[0])
+        return self._described(command, clear, spare >= -NEARLY)
+
+    def _linear_motion(self, strain: StrainState, loads: Loads, shape: Shape) -> Pair:
+        """Return moves of the points [m], (k, p, 3, 1 + m), and changes of the bends, by the step's derivatives."""
+        step = self._linear.step(strain, loads)
+        motion = self.horizon.motion(np.concatenate((strain.strain, strain.rate)), step)
         moves, turns = self.constraints.project(shape, self.body.bend_rows, motion)
         if not (np.isfinite(moves).all() and np.isfinite(turns).all()):
             raise ConvergenceError("safety: the motion ahead is not finite", 0.0, 0.0, 0)
-        points = shape.points + (self.body.parts**2)[:, None] * shift
+        return moves, turns
 
-        def along(change: Array) -> Values:
-            weights = np.concatenate(([1.0], change))
-            return self.constraints.values(points, shape.bends, moves @ weights, turns @ weights)
-
-        def followed(command: Array) -> Pair:
-            return self._moved(shape, self._course.follow(state, command, force))
-
-        now = self._now(points, shape)
-        if self._far(now, (moves, turns), wanted - tensions):
-            return self._described(wanted, along(wanted - tensions).clear, True)
-        moves[..., 0], turns[..., 0] = followed(tensions)
-        floor = (1.0 - self.gamma) * np.minimum(along(np.zeros_like(wanted)).clear.min(axis=0), now)
-        hold = np.clip(tensions, low, high)
-        command = wanted
-        if (floor - along(wanted - tensions).clear > self._enough).any():
-            between = np.minimum(hold, wanted), np.maximum(hold, wanted)
-            for bounds in (between, (low, high)):
-                found = self._nearest(along, floor, (moves, turns), tensions, wanted, hold, bounds)
-                command = found.command
-                if found.met:
-                    break
-        tried = []
-        for part in PARTS:
-            one = hold + part * (command - hold)
-            clear = self.constraints.values(points, shape.bends, *followed(one)).clear
-            spare = float(np.min((clear - floor) / self._enough))
-            tried.append((spare, one, clear))
-            if spare >= -NEARLY:
-                return self._described(one, clear, True)
-        clear = along(hold - tensions).clear
-        tried.append((float(np.min((clear - floor) / self._enough)), hold, clear))
-        spare, one, clear = max(tried, key=lambda found: found[0])
-        return self._described(one, clear, spare >= -NEARLY)
+    def _tried(
+        self, command: Array, floor: Array, followed: Callable[[Array], Pair], points: Array, shape: Shape
+    ) -> tuple[float, Array, Array]:
+        """Return what the model's own motion under a command spares, in `ENOUGH`, the command, and its constraints."""
+        clear = self.constraints.values(points, shape.bends, *followed(command)).clear
+        return float(np.min((clear - floor) / self._enough)), command, clear
 
     def _moved(self, shape: Shape, followed: list[StrainState]) -> Pair:
         """Return moves of the points [m], (k, p, 3), and changes of the bends [-], (k, b, 2), on the way."""
@@ -199,30 +208,8 @@ class Barrier:
             if command is not hold and not (lack > self._enough).any():
                 return self._described(command, values.clear, True)
             slopes = self.constraints.slopes(values, *moved)
-            command = self._solved(slopes, lack + AIM * self._enough, command, wanted, bounds)
+            command = nearest_allowed(slopes, lack + AIM * self._enough, command, wanted, bounds)
         return self._less_bad(along, floor, command, hold, tensions)
-
-    def _solved(self, slopes: Array, lack: Array, at: Array, wanted: Array, bounds: Pair) -> Array:
-        """Return the command nearest to the wanted one that the constraints allow, linearised at one.
-
-        Args:
-            slopes: by the command, shape (k r, m). lack: at the command `at`, shape (k, r).
-        """
-        sizes = np.maximum(np.sqrt(np.einsum("qm,qm->q", slopes, slopes)), SLOPE_MIN)
-        rows, wants = slopes / sizes[:, None], lack.ravel() / sizes
-        wants += rows @ (at - wanted)  # needed from the wanted command on
-        kept, change = np.zeros(0, dtype=np.intp), np.zeros_like(wanted)
-        for _ in range(ROUNDS):
-            missed = (wants - rows @ change).reshape(lack.shape)
-            samples, places = missed.argmax(axis=0), np.arange(lack.shape[1])
-            missed, worst = missed[samples, places], samples * lack.shape[1] + places
-            order = np.argsort(missed)[: -ROWS - 1 : -1]
-            worst = worst[order[missed[order] > REACHED]]
-            if len(worst) == 0:
-                break
-            kept = np.union1d(kept, worst)
-            change = smallest_change(rows[kept], wants[kept], bounds[0] - wanted, bounds[1] - wanted)
-        return np.clip(wanted + change, *bounds)
 
     def _less_bad(self, along: Along, floor: Array, command: Array, hold: Array, tensions: Array) -> Filtered:
         """Return the command, or to hold where that is nearer to the constraints, which neither may keep."""

@@ -24,18 +24,22 @@ class Course:
 
     def __init__(self, rod: GeneralRod, horizon: Horizon) -> None:
         self._rod = GeneralRod(rod.robot, horizon.spacing, rod.compliance)
-        self._first = horizon.count - LATER
+        self._first, self._lag = horizon.count - LATER, horizon.lag_factor
 
-    def follow(self, state: GeneralState, tensions: Array, force: Array) -> list[StrainState]:
-        """Return the states at the samples, under tensions [N], shape (m,), and a force on the tip [N], shape (3,).
+    def follow(self, state: GeneralState, before: Array, after: Array, force: Array) -> list[StrainState]:
+        """Return the states at the samples.
+
+        Args:
+            state: now. before, after: tensions now, and those that the actuators go to, with their lag [N], shape (m,).
+            force: on the tip [N], shape (3,).
 
         Raises:
             ConvergenceError: a step has no finite solution, or the tensions have no rest.
         """
         self._rod.use(state)
-        loads, rod = self._rod.loads(tensions, force, state.body), self._rod.strain_rod
-        now, found = state.strain, []
-        for _ in range(self._first):
-            now = rod.step(now, loads)
+        rod, now, found = self._rod.strain_rod, state.strain, []
+        for index in range(self._first):
+            tensions = after + self._lag ** (index + 0.5) * (before - after)  # in the middle of the step
+            now = rod.step(now, self._rod.loads(tensions, force, state.body))
             found.append(now)
-        return found + [rod.solve_static(loads, now)] * LATER
+        return found + [rod.solve_static(self._rod.loads(after, force, state.body), now)] * LATER

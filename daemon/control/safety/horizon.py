@@ -24,7 +24,7 @@ SAMPLES = 12
 amplitude, which the declared error of the stiffness covers."""
 
 LATER = 4
-"""Samples after it, each twice as late as the one before: 16 periods, in which a mode damped by 3 % is at rest."""
+"""Samples after it, each twice as late as the one before: 9 to 16 periods, in which a mode damped by 5 % is at rest."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Horizon:
 
     Attributes:
         doublings: the samples of the first period are 2^doublings steps apart. spacing: that time [s].
-        count: number of samples, k.
+        count: number of samples, k. lag_factor: of the actuators from one of the first samples to the next [-].
     """
 
     def __init__(self, period: float, time_step: float, lag_factor: float) -> None:
@@ -56,6 +56,7 @@ class Horizon:
         self._each = int(np.ceil(period / self.spacing))
         self._lag = lag_factor
         self.count = self._each + LATER
+        self.lag_factor = lag_factor**2**self.doublings if lag_factor else 0.0
 
     def motion(self, before: Array, step: StepSensitivity) -> Motion:
         """Return the motion from strains and rates before a step, shape (2 n,), and that step."""

@@ -23,6 +23,43 @@ TOLERANCE = 1e-9
 CHANGES = 60
 """Largest number of changes of the active set: rows come and go a few times at most. Chosen; a test draws up to 40."""
 
+ROUNDS = 4
+"""Linear programs at most: distances are curved, and each adds the rows that its solution missed. Chosen: more than
+two are needed only beside a sphere's edge."""
+
+ROWS = 3
+"""Constraints that a linear program adds, at one sample each: those missed most."""
+
+SLOPE_MIN = 1e-9
+"""Slope below which a command does nothing to a constraint [m/N]."""
+
+REACHED = 1e-6
+"""Change of a command that a row may still ask for [N]."""
+
+
+def nearest_allowed(slopes: Array, lack: Array, at: Array, wanted: Array, bounds: tuple[Array, Array]) -> Array:
+    """Return the command nearest to the wanted one that the constraints allow, linearised at one.
+
+    Args:
+        slopes: by the command, shape (k r, m). lack: at the command `at`, shape (k, r).
+    """
+    sizes = np.sqrt(np.einsum("qm,qm->q", slopes, slopes))
+    moving, sizes = sizes > SLOPE_MIN, np.maximum(sizes, SLOPE_MIN)
+    rows, wants = slopes / sizes[:, None], np.where(moving, lack.ravel() / sizes, -np.inf)
+    wants += rows @ (at - wanted)  # needed from the wanted command on
+    kept, change = np.zeros(0, dtype=np.intp), np.zeros_like(wanted)
+    for _ in range(ROUNDS):
+        missed = (wants - rows @ change).reshape(lack.shape)
+        samples, places = missed.argmax(axis=0), np.arange(lack.shape[1])
+        missed, worst = missed[samples, places], samples * lack.shape[1] + places
+        order = np.argsort(missed)[: -ROWS - 1 : -1]
+        worst = worst[order[missed[order] > REACHED]]
+        if len(worst) == 0:
+            break
+        kept = np.union1d(kept, worst)
+        change = smallest_change(rows[kept], wants[kept], bounds[0] - wanted, bounds[1] - wanted)
+    return np.clip(wanted + change, *bounds)
+
 
 def smallest_change(rows: Array, missing: Array, low: Array, high: Array) -> Array:
     """Return the smallest x that adds what is missing, shape (n,); the bounds come first.

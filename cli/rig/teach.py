@@ -98,10 +98,10 @@ def write(
 
 def columns_for(config: RigConfig) -> Columns:
     """Return what a rig's law follows: a direction where tendons end at several places, else a position, or a plane."""
-    from tendond.daemon.control.laws import LAWS, SPACE
+    from tendond.daemon.control.laws import BENDING_PLANE, LAWS
 
     law = LAWS.get(config.control.law)
-    if law is None or law.task_space is not SPACE:
+    if law is None or law.task_space is BENDING_PLANE:
         return "xz" if config.control.plane == "xz" else "yz"
     length = config.rod.backbone_length
     ends = {round(length if one.end is None else one.end, 9) for one in config.rod.tendon}

@@ -20,8 +20,8 @@ from tendond.schemas.messages import TipPose
 
 Array = NDArray[np.float64]
 
-KEPT = 64
-"""Readings of the base that are kept, one a cycle: at 100 Hz half a second and more, the longest configured delay."""
+KEPT = 0.55
+"""Age up to which readings of the base are kept [s]: the longest configured delay, and a little more."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,9 @@ def base_poses(
             x, y, z, *turned = row
             a, b, c, d = (part / math.hypot(*turned) for part in turned)
             poses.append(BasePose(reading.age, (x, y, z), (a, b, c, d)))
-    return tuple(sorted(poses, key=lambda one: one.age)[:KEPT])
+    poses.sort(key=lambda one: one.age)
+    young = sum(one.age <= KEPT for one in poses)
+    return tuple(poses[: young + 1])  # the one before them holds until the oldest of them
 
 
 def base_at(poses: tuple[BasePose, ...], age: float, slack: float) -> BasePose | None:

@@ -9,8 +9,8 @@ by one step of Gauss-Newton's method a cycle, from the last plan, shifted (real-
 J. P. Schlöder, SIAM J. Control Optim. 43, 2005). d_k is the error that is left on purpose: it decays from the present
 one at a rate, so that the observer keeps its margin. N projects on changes of tension
 that do not move the tip at the horizon's end: of all plans that are as good, the one of least tension. L is the robot's
-length, T its EI/(L r). What a plan does at rest is free of offset, as the observer's loads are in the model, and only
-changes of the tensions have a price. docs/explanation/mpc.md derives it.
+length, T its EI/(L r). What a plan does at rest is free of offset but for the price of slack, as the observer's loads
+are in the model, and else only changes of the tensions have a price. docs/explanation/mpc.md derives it.
 """
 
 from dataclasses import dataclass, field

@@ -23,11 +23,15 @@ from tendond.daemon.control.reference.time_scaling import MARGIN, Timing, slower
 
 Array = NDArray[np.float64]
 
-GRID, BISECTIONS = 240, 40
-"""Places on a path at which the limits hold, and halvings in the search for the largest x at each. Chosen."""
+GRID, PER_PIECE, BISECTIONS = 240, 5, 40
+"""Least number of places on a path at which the limits hold, and that on each of its pieces; halvings in the search for
+the largest x at each. Chosen."""
 
-SAMPLES = 600
-"""Times at which a timing is checked, and knots of one that is made. Chosen."""
+SAMPLES, SAMPLES_PER_PLACE = 600, 2.5
+"""Times at which a timing is checked, and knots of one that is made: least number, and for each place. Chosen."""
+
+PLACES_MAX = 20_000
+"""Largest number of places: 80 turns, which are planned in seconds."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +71,10 @@ class _Sampled:
 
 def within(timing: Timing, path: PosePath, limits: PathLimits) -> tuple[Timing, str]:
     """Return the timing, slowed as far as the limits require, and the name of the limit; empty if none."""
-    times = np.linspace(0.0, timing.end, SAMPLES)
+    times = np.linspace(0.0, timing.end, _samples(path))
     places, speeds, accelerations = np.array([timing.progress(time) for time in times.tolist()]).T
     values, firsts, seconds = (np.array(rows) for rows in zip(*(path.at(s) for s in places.tolist()), strict=True))
-    rates = np.abs(firsts[:, path.displacement] * speeds[:, None])
+    rates = firsts[:, path.displacement] * speeds[:, None]
     pulls = np.abs(firsts[:, path.tension] * speeds[:, None])
     tip_speed = np.linalg.norm(firsts[:, POSITION], axis=1) * speeds
     acceleration = seconds[:, POSITION] * speeds[:, None] ** 2 + firsts[:, POSITION] * accelerations[:, None]
@@ -91,13 +95,14 @@ def within(timing: Timing, path: PosePath, limits: PathLimits) -> tuple[Timing, 
 
 def time_optimal(path: PosePath, limits: PathLimits) -> Timing:
     """Return the fastest timing within the limits, averaged over the window; `within` is to check it."""
-    places = np.linspace(0.0, path.length, GRID + 1)
+    count = _places(path)
+    places = np.linspace(0.0, path.length, count + 1)
     step = float(places[1])
     _, firsts, seconds = (np.array(rows) for rows in zip(*(path.at(s) for s in places.tolist()), strict=True))
     top = _largest_squares(path, firsts, limits)
     first, second = firsts[:, POSITION], seconds[:, POSITION]
-    reachable = np.zeros(GRID + 1)
-    for k in range(GRID - 1, -1, -1):
+    reachable = np.zeros(count + 1)
+    for k in range(count - 1, -1, -1):
         low, high = 0.0, float(top[k])
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -105,20 +110,28 @@ def time_optimal(path: PosePath, limits: PathLimits) -> Timing:
             u_low, u_high = max(u_low, -0.5 * middle / step), min(u_high, 0.5 * (reachable[k + 1] - middle) / step)
             low, high = (middle, high) if u_low <= u_high else (low, middle)
         reachable[k] = low
-    squares = np.zeros(GRID + 1)
-    for k in range(GRID):
+    squares = np.zeros(count + 1)
+    for k in range(count):
         _, u = _pushes(first[k], second[k], float(squares[k]), limits.acceleration)
         squares[k + 1] = min(max(squares[k] + 2.0 * u * step, 0.0), reachable[k + 1])
     speeds = np.sqrt(squares)
     times = np.append(0.0, np.cumsum(2.0 * step / np.maximum(speeds[1:] + speeds[:-1], 1e-9)))
-    return _averaged(times, places, limits.window)
+    return _averaged(times, places, limits.window, _samples(path))
 
 
-def _averaged(times: Array, places: Array, window: float) -> Timing:
+def _places(path: PosePath) -> int:
+    return min(max(GRID, PER_PIECE * path.last), PLACES_MAX)
+
+
+def _samples(path: PosePath) -> int:
+    return max(SAMPLES, round(SAMPLES_PER_PLACE * _places(path)))
+
+
+def _averaged(times: Array, places: Array, window: float, samples: int) -> Timing:
     """Return the timing with the mean of the places over the window before each time."""
     last, length = float(times[-1]), float(places[-1])
     end = last + window
-    fine = np.linspace(0.0, end, SAMPLES)
+    fine = np.linspace(0.0, end, samples)
     # The integral of s(t), a spline through its knots, gives the mean without a sum over the window.
     total = CubicSpline(times, places, bc_type="clamped").antiderivative()
 
@@ -167,6 +180,8 @@ def _by_load(limits: PathLimits, tensions: Array, rates: Array) -> float:
     slowest = 0.0
     for pulls, row in zip(tensions, rates, strict=True):
         able = limits.pulling(pulls)
-        if able is not None:
-            slowest = max(slowest, float(np.max(row / np.maximum(MARGIN * able, np.finfo(float).tiny))))
+        if able is not None:  # a load slows no servo that pays out
+            slowest = max(
+                slowest, float(np.max(np.maximum(row, 0.0) / np.maximum(MARGIN * able, np.finfo(float).tiny)))
+            )
     return slowest

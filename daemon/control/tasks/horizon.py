@@ -60,6 +60,7 @@ class HorizonObservation:
         beside: what is added to the model's positions for what is measured [m], shape (3,).
         bounds, applied: limits, and what the actuators are at. body: limits of the body, if there are any.
         length: unit of the error [m]. tension_unit: EI/(L r) [N].
+        by_force: the observer moves the model by a force, which has yet to act.
     """
 
     situation: Situation
@@ -74,13 +75,16 @@ class HorizonObservation:
     applied: Applied
     length: float
     tension_unit: float
+    by_force: bool
     body: BodyLimits | None = None
 
     @property
     def shift(self) -> Array:
         """Distance by which the observer corrects the model's tip [m], shape (3,), as the safety filter takes it."""
         observer = self.situation.observer
-        return self.beside if isinstance(observer, EstimatorState) else self.beside + observer.innovation
+        if isinstance(observer, EstimatorState) or not self.by_force:
+            return self.beside
+        return self.beside + observer.innovation
 
     def roll(self, plan: Array) -> Rollout:
         """Run the model under a plan [N], shape (B, m).
@@ -108,7 +112,7 @@ class HorizonTask:
 
     Attributes:
         reference: trajectory. predictor: the model along the horizon. bounds: limits. body: limits of the body.
-        length: of the robot [m]. tension_unit: EI/(L r) [N].
+        length: of the robot [m]. tension_unit: EI/(L r) [N]. by_force: the observer moves the model by a force.
     """
 
     reference: Reference
@@ -116,6 +120,7 @@ class HorizonTask:
     bounds: Bounds
     length: float
     tension_unit: float
+    by_force: bool
     body: BodyLimits | None = None
 
     def pretension(self, fraction: float) -> Array:
@@ -156,6 +161,7 @@ class HorizonTask:
             applied=Applied(situation.tension, situation.command, situation.displacement),
             length=self.length,
             tension_unit=self.tension_unit,
+            by_force=self.by_force,
             body=self.body,
         )
 
@@ -232,5 +238,6 @@ class HorizonSpace:
             ),
             length=rod.length,
             tension_unit=rod.bending_stiffness / (rod.length * arm),
+            by_force=config.observer.kind == "force",
             body=body,
         )

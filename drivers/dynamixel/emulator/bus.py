@@ -23,8 +23,8 @@ LONGEST_STEP_SECONDS = 0.02
 """Longest time step of the servos [s]: where this process could not run for longer, their clocks stand still, else
 their watchdogs would trip although packets are waiting."""
 
-REMEMBERED = 64
-"""Steps whose positions are remembered, a tenth of a second and more."""
+REMEMBERED = 0.15
+"""Age up to which positions are remembered [s]."""
 
 TCGETS2 = 0x802C542A
 """Linux's request for a terminal's settings with its speed as a number: 4.5 Mbit/s has no name."""
@@ -54,7 +54,7 @@ class EmulatedBus:
         self.corrupt = 0
         self.loss = 0.0
         self.late = 0.0
-        self._passed: deque[tuple[float, list[float]]] = deque(maxlen=REMEMBERED)
+        self._passed: deque[tuple[float, list[float]]] = deque()
         self.instructions: list[Packet] = []
         self.errors: list[Exception] = []
         self._line = ServoLine()
@@ -155,6 +155,8 @@ class EmulatedBus:
                 try:
                     self._pass(now - last)
                     self._passed.append((now, [servo.position for servo in self.servos]))
+                    while now - self._passed[0][0] > REMEMBERED:
+                        self._passed.popleft()
                     if self._master is not None and self._master == master:
                         if ready:
                             self._serve(master, now)

@@ -46,6 +46,26 @@ def test_a_camera_that_is_slower_than_it_was_and_a_network_that_is_are_followed(
     assert errors[-1] == pytest.approx(0.005, abs=2e-4)
 
 
+@pytest.mark.parametrize("stall", [0.05, 0.1, 0.2])
+def test_packets_that_come_at_once_after_a_stall_do_not_change_the_interval(stall: float) -> None:
+    times = 1000.0 + np.arange(400) * 0.01
+    delays: Array = np.maximum(0.0, times[200] + stall - times)
+    delays[:200] = 0.0
+    delays += np.arange(400) % 7 * 1e-5  # in a burst they are tenths of a millisecond apart
+    errors = stamped(times, delays)
+    held = delays > 2e-4
+    assert float(np.max(np.abs(errors[~held]))) < 0.003
+    assert float(np.min(errors)) > -0.003
+
+
+def test_a_packet_that_is_overtaken_changes_nothing() -> None:
+    clock = FrameClock()
+    for n in range(1, 60):
+        clock.stamp(n, 10_000_000 * n)
+    assert clock.stamp(58, 591_000_000) == pytest.approx(580_000_000, abs=1000)
+    assert clock.stamp(60, 600_000_000) == pytest.approx(600_000_000, abs=1000)
+
+
 def test_frames_lost_duplicates_and_a_restart() -> None:
     clock = FrameClock()
     at = [clock.stamp(n, 10_000_000 * n) for n in range(1, 60)]

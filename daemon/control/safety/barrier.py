@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.safety.body import Body, Shape
 from tendond.daemon.control.safety.constraints import Constraints, Values
 from tendond.daemon.control.safety.course import Course
-from tendond.daemon.control.safety.horizon import Horizon
+from tendond.daemon.control.safety.horizon import LATER, Horizon
 from tendond.daemon.control.safety.program import ROUNDS, nearest_allowed
 from tendond.model.errors import ConvergenceError
 from tendond.model.rods.general import GeneralRod, GeneralState
@@ -182,10 +182,12 @@ class Barrier:
 
     def _moved(self, shape: Shape, followed: list[StrainState]) -> Pair:
         """Return moves of the points [m], (k, p, 3), and changes of the bends [-], (k, b, 2), on the way."""
-        shapes = {id(one): self.body.shape(one) for one in followed}
-        moves = np.array([shapes[id(one)].points for one in followed]) - shape.points
-        turns = np.array([shapes[id(one)].bends for one in followed]) - shape.bends
-        return moves, turns[:, : self.constraints.bends]
+        points = np.array([self.body.points(one) for one in followed])
+        strains = np.array([one.strain for one in followed])
+        bends = np.einsum("bin,kn->kbi", self.body.bend_rows[: self.constraints.bends], strains)
+        moves, turns = points - shape.points, bends - shape.bends[: self.constraints.bends]
+        again = np.append(np.arange(len(followed)), [len(followed) - 1] * (LATER - 1))
+        return moves[again], turns[again]
 
     def _far(self, now: Array, moved: Pair, change: Array) -> bool:
         """Tell whether all constraints, as they are `now`, are far beside the motion to come, held and commanded."""

@@ -53,6 +53,11 @@ class Body:
         rows, _ = rod.backbone.bending(np.array(at))
         self.bend_rows: Array = rows.reshape(len(at), 2, -1) * np.array(radii)[:, None, None]
 
+    def points(self, state: StrainState) -> Array:
+        """Return the points of a state [m], shape (p, 3), without their derivatives."""
+        found = self._rod.shape(state)
+        return np.asarray(self._places @ found.position + self._tangents @ found.rotation[:, 2::3])
+
     def shape(self, state: StrainState) -> Shape:
         """Return points and bends of a state."""
         found, n = self._rod.shape(state), self._rod.modes

@@ -27,7 +27,7 @@ class Course:
         self._first, self._lag = horizon.count - LATER, horizon.lag_factor
 
     def follow(self, state: GeneralState, before: Array, after: Array, force: Array) -> list[StrainState]:
-        """Return the states at the samples.
+        """Return the states at the samples of the first period, and the rest, which the later ones have.
 
         Args:
             state: now. before, after: tensions now, and those that the actuators go to, with their lag [N], shape (m,).
@@ -42,4 +42,4 @@ class Course:
             tensions = after + self._lag ** (index + 0.5) * (before - after)  # in the middle of the step
             now = rod.step(now, self._rod.loads(tensions, force, state.body))
             found.append(now)
-        return found + [rod.solve_static(self._rod.loads(after, force, state.body), now)] * LATER
+        return [*found, rod.solve_static(self._rod.loads(after, force, state.body), now)]

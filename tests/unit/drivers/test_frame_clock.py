@@ -49,9 +49,9 @@ def test_a_camera_that_is_slower_than_it_was_and_a_network_that_is_are_followed(
 @pytest.mark.parametrize("stall", [0.05, 0.1, 0.2])
 def test_packets_that_come_at_once_after_a_stall_do_not_change_the_interval(stall: float) -> None:
     times = 1000.0 + np.arange(400) * 0.01
-    delays: Array = np.maximum(0.0, times[200] + stall - times)
+    delays: Array = np.asarray(np.maximum(0.0, times[200] + stall - times), dtype=np.float64)
     delays[:200] = 0.0
-    delays += np.arange(400) % 7 * 1e-5  # in a burst they are tenths of a millisecond apart
+    delays = np.asarray(delays + np.arange(400) % 7 * 1e-5, dtype=np.float64)  # tenths of a millisecond in a burst
     errors = stamped(times, delays)
     held = delays > 2e-4
     assert float(np.max(np.abs(errors[~held]))) < 0.003

@@ -70,7 +70,8 @@ class Constraints:
         way = np.sqrt(np.einsum("kri,kri->kr", far, far))
         kept = self.margin + relative * way
         if section.delay_error > 0.0:
-            parts = np.diff(moves[:-LATER], axis=0, prepend=0.0)  # the later samples are not so close
+            close = moves[: max(1, len(moves) - LATER)]  # the later samples are further apart
+            parts = np.diff(close, axis=0, prepend=0.0)
             fastest = np.sqrt(np.einsum("kpi,kpi->kp", parts, parts)).max(axis=0) / self._spacing
             kept = kept + section.delay_error * fastest[at]
         clear = measured.values - kept

@@ -48,7 +48,7 @@ def test_a_camera_that_is_slower_than_it_was_and_a_network_that_is_are_followed(
 
 @pytest.mark.parametrize("stall", [0.05, 0.1, 0.2])
 def test_packets_that_come_at_once_after_a_stall_do_not_change_the_interval(stall: float) -> None:
-    times = 1000.0 + np.arange(400) * 0.01
+    times: Array = np.asarray(1000.0 + np.arange(400) * 0.01, dtype=np.float64)
     delays: Array = np.asarray(np.maximum(0.0, times[200] + stall - times), dtype=np.float64)
     delays[:200] = 0.0
     delays = np.asarray(delays + np.arange(400) % 7 * 1e-5, dtype=np.float64)  # tenths of a millisecond in a burst

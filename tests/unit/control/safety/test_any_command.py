@@ -20,7 +20,10 @@ def test_no_commands_bring_the_arm_across_a_wall(preset: str, seed: int, error: 
     length = check_config({"rod": {"preset": preset}}, "test").rod.backbone_length
     level, zero = 0.3 * length, np.zeros(3)
     wall = {"name": "wall", "kind": "half_space", "normal": (-1.0, 0.0, 0.0), "point": (level, 0.0, 0.0)}
-    config = check_config({"rod": {"preset": preset}, "safety": {"margin": 0.005 * length, "obstacle": [wall]}}, "test")
+    config = check_config(
+        {"rod": {"preset": preset}, "safety": {"margin": 0.005 * length, "obstacle": [wall]}},
+        "test",
+    )
     rod = model_rod(config)
     assert isinstance(rod, GeneralRod)
     barrier = configured_barrier(config, rod, 0.0)
@@ -51,3 +54,28 @@ def test_no_commands_bring_the_arm_across_a_wall(preset: str, seed: int, error: 
     assert altered > 10
     assert -0.2 * length < max(beyond) < 0.0, "it goes near the wall, and no further"
     assert not tensions.any(), "what leads away from it gets through"
+
+
+def test_a_delay_error_keeps_the_arm_away_by_its_speed_and_not_at_rest() -> None:
+    length = check_config({"rod": {"preset": "nitinol"}}, "test").rod.backbone_length
+    distances = []
+    for delay_error in (0.0, 0.02):
+        wall = {"kind": "half_space", "normal": (-1.0, 0.0, 0.0), "point": (0.3 * length, 0.0, 0.0)}
+        safety = {"delay_error": delay_error, "obstacle": [wall]}
+        checked = check_config({"rod": {"preset": "nitinol"}, "safety": safety}, "test")
+        rod = model_rod(checked)
+        assert isinstance(rod, GeneralRod)
+        barrier = configured_barrier(checked, rod, 0.0)
+        assert barrier is not None
+        tensions = np.zeros(len(rod.robot.tendons))
+        rest = rod.solve_static(tensions)
+        parameters = rod.parameters
+        pull = 0.5 * parameters.bending_stiffness / (length * float(np.hypot(*parameters.tendon_positions[0])))
+        wanted = np.concatenate(([pull], tensions[1:]))
+        found = barrier.filter(
+            rod.step(rest, tensions), tensions, np.zeros(3), np.zeros(3), wanted, tensions, tensions + pull
+        )
+        distances.append((barrier.at_rest(rest.strain)[1], float(found.command[0])))
+    (rested, free), (rested_late, late) = distances
+    assert rested == rested_late
+    assert late < free

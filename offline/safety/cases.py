@@ -60,7 +60,7 @@ class Case:
 
 
 def drawn(seed: int, attempt: int = 0) -> Case:
-    """Draw a run; another `attempt` draws other places, where the obstacle would be on the resting arm.
+    """Draw a run; another `attempt` draws another one, where the obstacle would be on the resting arm.
 
     Raises:
         TendondError: the robot has no such rest.

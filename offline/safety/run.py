@@ -88,6 +88,8 @@ class _Watch:
                 self.unkept += not record.safety.kept
             if record.mode is Mode.FAULT and not self.ended:
                 self.ended = record.reason
+        if np.isinf(self.clearance):
+            self.ended = self.ended or "it did not arm"
 
 
 def clearance_of(case: Case, shape: Array) -> float:

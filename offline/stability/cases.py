@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond import TendondError
+from tendond.daemon.control.laws import LAWS, StatefulLaw
 from tendond.daemon.control.reference.planar import PLANES, in_world
+from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
 from tendond.model.rods.general import GeneralRod
 from tendond.model.rods.selection import model_rod
@@ -20,6 +23,9 @@ RATES = (50.0, 100.0, 250.0, 500.0)
 TOLERANCE = 1e-3
 """Error of a radius: fast modes of a scheme without numerical damping lie on the unit circle, and a step's tolerance
 moves them by up to 3e-4 (nitinol at 100 Hz, in a run of 600 cycles neither growing nor falling)."""
+
+MISSING = 1e-3
+"""Largest change of a state in a cycle that counts as an equilibrium, in the scales of its parts."""
 
 BENDS = (20.0, 60.0, 100.0)
 """Bends of the model at the target [degrees]."""
@@ -64,8 +70,8 @@ class Result:
 
     @property
     def stable(self) -> bool:
-        """True if all motions decay, but for what the differences leave open."""
-        return self.radius < 1.0 + TOLERANCE
+        """True if all motions about an equilibrium decay, but for what the differences leave open."""
+        return self.radius < 1.0 + TOLERANCE and self.missing < MISSING
 
 
 def configured(case: Case) -> RigConfig:
@@ -104,9 +110,18 @@ def _damped(rod: dict[str, object], factor: float) -> dict[str, object]:
 
 
 def solve(case: Case) -> Result:
-    """Compute the eigenvalues of a case."""
-    loop, config = looped(case)
-    return _result(case, loop.linear(), config)
+    """Compute the eigenvalues of a case; without an equilibrium they are infinite.
+
+    Raises:
+        TendondError: the law has a state of its own, which the loop's does not have.
+    """
+    if isinstance(LAWS.get(case.law), StatefulLaw):
+        raise TendondError(f"law '{case.law}': its own state is not among the loop's: choose a law without one")
+    try:
+        loop, config = looped(case)
+        return _result(case, loop.linear(), config)
+    except ConvergenceError:
+        return Result(case, math.nan, math.inf, -math.inf, 0.0, math.inf)
 
 
 def looped(case: Case) -> tuple[Loop, RigConfig]:

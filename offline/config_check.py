@@ -47,7 +47,7 @@ def law_objections(control: ControlSection | None) -> list[str]:
 
 
 def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[str]:
-    """Build controller and simulator as they start, with any law; a message for each error."""
+    """Build controller and simulator as they start, for an unknown law with one that fits; a message for each error."""
     from tendond.daemon.control.selection import tip_objection
     from tendond.daemon.control.setup import CycleSetup
     from tendond.daemon.control.state import initial_state
@@ -56,8 +56,10 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
     from tendond.model import ModelError
 
     announce_compilation(say)
-    control = config.control.model_copy(update={"law": next(iter(LAWS)), "laws": {}})
     law = LAWS.get(config.control.law)
+    fit = (name for name, one in LAWS.items() if one.task_space.follows(config.reference))
+    name = config.control.law if law is not None else next(fit)
+    control = config.control.model_copy(update={"law": name, "laws": {}})
     try:
         setup = CycleSetup.from_config(config.model_copy(update={"control": control}))
         initial_state(setup)

@@ -141,14 +141,16 @@ class Barrier:
         floor = floor_of(linear(moved, np.zeros_like(change)).clear)
         if self._far(now, moved, change) and not (floor - clear > self._enough).any():
             return self._described(wanted, clear, True)
-        # Derivatives of a robot that stands still: those of one that rings are unstable, far ahead.
-        still = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
-        self._rod.use(state)
-        moved = self._linear_motion(still, loads, shape)
-        moved[0][..., 0], moved[1][..., 0] = followed(tensions)
+        held = followed(tensions)
+        if np.max(np.abs(moved[0][..., 0] - held[0])) > self._rod.robot.length:
+            # Fast modes that ring make the step's derivatives unstable, far ahead: then those without a motion.
+            still = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
+            self._rod.use(state)
+            moved = self._linear_motion(still, loads, shape)
+        moved[0][..., 0], moved[1][..., 0] = held
         floor = floor_of(linear(moved, np.zeros_like(change)).clear)
         found = self._tried(wanted, floor, followed, points, shape)
-        if found[0] >= -1.0:
+        if found[0] >= -1.0 and not (floor - linear(moved, change).clear > self._enough).any():
             return self._described(wanted, found[2], True)
         hold, command = np.clip(tensions, low, high), wanted
         for bounds in ((np.minimum(hold, wanted), np.maximum(hold, wanted)), (low, high)):
@@ -156,7 +158,7 @@ class Barrier:
             command = nearest.command
             if nearest.met:
                 break
-        tried = [found]
+        tried = []
         for part in (*PARTS, 0.0):
             tried.append(self._tried(hold + part * (command - hold), floor, followed, points, shape))
             if tried[-1][0] >= -NEARLY:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.safety.body import Shape
 from tendond.daemon.control.safety.geometry import Surfaces
-from tendond.daemon.control.safety.horizon import LATER, Motion
+from tendond.daemon.control.safety.horizon import Motion
 from tendond.schemas.config.safety.section import SafetySection
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class Constraints:
         way = np.sqrt(np.einsum("kri,kri->kr", far, far))
         kept = self.margin + relative * way
         if section.delay_error > 0.0:
-            close = moves[: max(1, len(moves) - LATER)]  # the later samples are further apart
+            close = moves  # the later samples are further apart
             parts = np.diff(close, axis=0, prepend=0.0)
             fastest = np.sqrt(np.einsum("kpi,kpi->kp", parts, parts)).max(axis=0) / self._spacing
             kept = kept + section.delay_error * fastest[at]

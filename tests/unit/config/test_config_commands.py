@@ -233,3 +233,18 @@ def test_a_preset_is_printed_as_a_configuration_of_its_own(capsys: pytest.Captur
     assert shown.rod == expected
     refused = tendond(capsys, "config", "show", "--preset", "rao")
     assert "unknown preset 'rao': choose one of paper, nitinol" in refused.said
+
+
+def test_the_example_of_sections_is_checked_with_its_own_law(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "howto" / "sections.md").read_text()
+    example = page.partition("```toml\n")[2].partition("```")[0]
+    ended = tendond(capsys, "config", "check", written(tmp_path, example))
+    assert ended.status == 0, ended.said
+    assert "law sensitivity" in ended.out
+    far = example.replace("0.37]", "0.9]")
+    assert far != example
+    ended = tendond(capsys, "config", "check", written(tmp_path, far))
+    assert ended.status == 2
+    assert "reference" in ended.said

@@ -50,7 +50,7 @@ def record(
                     f"no pose of rig '{config.rig.name}' for {SILENCE_SECONDS:g} s: start its camera or simulator"
                 )
             time.sleep(POLL_SECONDS)
-    write(config, poses, out, columns, smoothing)
+    write(config, poses, out, columns, smoothing, "" if config_file is None else f" --config {config_file}")
 
 
 def teach_from_log(
@@ -78,7 +78,12 @@ def teach_from_log(
 
 
 def write(
-    config: RigConfig, poses: list[tuple[float, TipPose]], out: Path, columns: Columns | None, smoothing: float
+    config: RigConfig,
+    poses: list[tuple[float, TipPose]],
+    out: Path,
+    columns: Columns | None,
+    smoothing: float,
+    rig: str = "",
 ) -> None:
     """Smooth poses, write them, and say how to play them.
 
@@ -86,6 +91,7 @@ def write(
         config: the rig's. poses: with their times [s]. out: CSV file.
         columns: to write; default: what the rig's law and robot follow.
         smoothing: standard deviation of the filter [s].
+        rig: option that names the rig, for the hint at the end.
 
     Raises:
         UsageError: nothing moved. DaemonError: the file cannot be written.
@@ -93,7 +99,7 @@ def write(
     chosen = columns or columns_for(config)
     rows = smoothed(shown(poses), smoothing)
     count = write_path(rows, chosen, out)
-    print(f"{out}: {count} samples, {rows[-1, 0]:.2f} s, {chosen}; play it with: tendond rig teach play {out}")
+    print(f"{out}: {count} samples, {rows[-1, 0]:.2f} s, {chosen}; play it with: tendond rig teach play {out}{rig}")
 
 
 def columns_for(config: RigConfig) -> Columns:

@@ -37,7 +37,7 @@ class BusSection(Schema):
         protocol, _, address = value.partition("/")
         host, _, port = address.rpartition(":")
         if protocol not in {"tcp", "tls", "quic"} or not host or not port.isdigit() or not 0 < int(port) < 65536:
-            raise ValueError("has the form tcp/HOST:PORT, for instance tcp/127.0.0.1:7460")
+            raise ValueError("has the form tcp/HOST:PORT, PORT from 1 to 65535, for instance tcp/127.0.0.1:7460")
         return value
 
     @property

@@ -157,7 +157,7 @@ def _moved(section: ReferenceSection, surface: Surface, wanted: Sequence[Array])
             there = rest.compared(aim, len(place))[0]
             unit = "m" if aim == "position" else "rad"
             raise TargetError(
-                f"reference.kind = '{section.kind}' leads to {_numbers(place)}, {apart:.3f} {unit} from where the tip "
+                f"reference.kind = '{section.kind}' leads to {_numbers(place)}, {apart:.4g} {unit} from where the tip "
                 f"can rest, which is {_numbers(there)}: more than reference.moved_max = {section.moved_max:g}; draw it "
                 "smaller or elsewhere"
             )

@@ -177,10 +177,15 @@ def tip_objection(config: RigConfig, rod: RodParameters, law: Law) -> str:
     if mass <= mass_max:
         return ""
     able = " or ".join(name for name, one in LAWS.items() if mass <= one.task_space.tip_mass_max(config, rod))
+    borne = f"of which it bears 0 to {mass_max:.2g} kg at {1.0 / config.loop.period:g} Hz"
+    if config.rod.tip is not None or mass > config.rod.tip_mass:
+        return (
+            f"control.law: {law.name} swings the arm with bodies of {mass:.2g} kg at the tip of its model ([rod.tip], "
+            f"and disks there), {borne}: select {able}"
+        )
     return (
-        f"control.law: {law.name} swings the arm with rod.tip_mass = {mass:g} kg in its model, of which it bears 0 to "
-        f"{mass_max:.2g} kg at {1.0 / config.loop.period:g} Hz: set rod.tip_mass = 0.0, so that the observer carries "
-        f"it as an unknown weight, or select {able}"
+        f"control.law: {law.name} swings the arm with rod.tip_mass = {mass:g} kg in its model, {borne}: "
+        f"set rod.tip_mass = 0.0, so that the observer carries it as an unknown weight, or select {able}"
     )
 
 

@@ -58,7 +58,8 @@ class Hub:
         try:
             self._session = zenoh.open(settings)
         except zenoh.ZError as error:
-            cause = "another controller is running there; stop it" if "in use" in str(error) else _brief(error)
+            taken = "another controller is running there, or another program has the port; stop it"
+            cause = taken if "in use" in str(error) else _brief(error)
             raise DaemonError(f"cannot listen on {config.bus.endpoint}: {cause}, or change bus.endpoint") from error
         self._rig = name
         self._poses = self._subscribe(TipPose, TIP_POSE)

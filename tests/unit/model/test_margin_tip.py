@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from tendond.cli.app import app
 from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.laws import SPACE
+from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.rods.selection import model_rod, rod_from_section
@@ -119,3 +120,14 @@ def test_config_check_names_a_tip_that_the_law_does_not_bear(tmp_path: Path) -> 
     assert "rig.toml:4: control.law: sensitivity swings the arm with rod.tip_mass = 0.02 kg" in str(result.exception)
     file.write_text("[rod]\ntip_mass = 0.02\n", encoding="utf-8")
     assert CliRunner().invoke(app, ["config", "check", str(file)]).exit_code == 0
+
+
+def test_a_tool_and_disks_are_named_by_their_own_keys() -> None:
+    section = {"length": 0.25, "radius": 6e-4, "youngs_modulus": 60e9, "density": 6450.0}
+    tendons = [{"position": [0.008 * x, 0.008 * y]} for x, y in ((1.0, 0.0), (-0.5, 0.866), (-0.5, -0.866))]
+    rod = {"section": [section], "tendon": tendons, "tip": {"mass": 0.015}}
+    rig = {"rod": rod, "control": {"law": "sensitivity"}, "limits": {"tension_max": 6.0}, "reference": {"across": 0.08}}
+    config = check_config(rig, "test")
+    with pytest.raises(LawError, match=r"bodies of 0\.015 kg at the tip of its model \(\[rod\.tip\]") as refused:
+        CycleSetup.from_config(config)
+    assert "rod.tip_mass" not in str(refused.value)

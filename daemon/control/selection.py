@@ -185,7 +185,8 @@ def tip_objection(config: RigConfig, rod: RodParameters, law: Law) -> str:
         )
     return (
         f"control.law: {law.name} swings the arm with rod.tip_mass = {mass:g} kg in its model, {borne}: "
-        f"set rod.tip_mass = 0.0, so that the observer carries it as an unknown weight, or select {able}"
+        f"set rod.tip_mass = 0.0, or leave [rod.tip] out, so that the observer carries it as an unknown weight, or "
+        f"select {able}"
     )
 
 

@@ -1,8 +1,10 @@
 """A rig on wires in one object: emulated servos and a simulated Tracker as a thread, the drivers as processes."""
 
+import os
 import socket
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import zenoh
@@ -47,9 +49,16 @@ class Chain(Rig):
         rod = rod_from_section(self.settings.simulator.rod, self.settings.simulator.period)
         plant = Plant(without_servos(self.settings), rod)
         self.wired = WiredRig(self.settings, servo, vicon, calibrated, plant, self.ended.is_set)
-        self._thread = threading.Thread(target=self.wired.run)
+        self._thread = threading.Thread(target=self._simulate)
         self._thread.start()
         self.drivers = {"servo": self.start("servo"), "vicon": self.start("vicon")}
+
+    def _simulate(self) -> None:
+        """Run robot and servos with the priority that their process has elsewhere: the drivers have it, too."""
+        for thread in (threading.get_native_id(), self.wired.bus.thread_id):
+            with suppress(OSError):
+                os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(self.settings.loop.priority - 1))
+        self.wired.run()
 
     def close(self) -> None:
         for process in self.processes:

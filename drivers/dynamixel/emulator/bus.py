@@ -91,6 +91,12 @@ class EmulatedBus:
         self._line.knows_fast = value
 
     @property
+    def thread_id(self) -> int:
+        """The operating system's number of the servos' thread."""
+        assert self._thread.native_id is not None
+        return self._thread.native_id
+
+    @property
     def alive(self) -> bool:
         """True while the thread runs."""
         return self._thread.is_alive()

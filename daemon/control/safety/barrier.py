@@ -150,7 +150,7 @@ class Barrier:
         moved[0][..., 0], moved[1][..., 0] = held
         floor = floor_of(linear(moved, np.zeros_like(change)).clear)
         found = self._tried(wanted, floor, followed, points, shape)
-        if found[0] >= -1.0 and not (floor - linear(moved, change).clear > self._enough).any():
+        if found[0] >= -1.0:
             return self._described(wanted, found[2], True)
         hold, command = np.clip(tensions, low, high), wanted
         for bounds in ((np.minimum(hold, wanted), np.maximum(hold, wanted)), (low, high)):

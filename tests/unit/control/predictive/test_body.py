@@ -8,7 +8,9 @@ from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
 
-CENTER, RADIUS, ARM = np.array([0.25, 0.0, 0.42]), 0.05, 0.02
+CENTER, RADIUS, ARM = np.array([0.25, 0.01, 0.42]), 0.05, 0.02
+"""A ball a little beside the way: of one straight in it a plan changes the side again and again (docs, mpc)."""
+
 BALL = f"""
 [[safety.obstacle]]
 kind = "sphere"

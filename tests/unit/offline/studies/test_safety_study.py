@@ -57,7 +57,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_run_judges_the_true_plant() -> None:
-    outcome = run(0, compare=False, cycles=25)
+    outcome = run(2, compare=False, cycles=40)
     assert outcome.clearance > 0.0
     assert outcome.released <= outcome.clearance
     assert outcome.without is None

@@ -125,9 +125,9 @@ def test_the_wired_preset_is_slowed_and_a_csv_of_four_columns_is_a_reference() -
 def test_planar_laws_refuse_a_reference_in_space_and_few_tendons_refuse_the_law() -> None:
     with pytest.raises(LawError, match=r"backstepping moves the tip in the bending plane.* select the law sensitivity"):
         CycleSetup.from_config(check_config({"reference": {"kind": "circle"}}, "test"))
-    two = {"tendon_positions": [(0.02, 0.0), (-0.02, 0.0)]}
+    line = {"tendon_positions": [(0.02, 0.0), (0.015, 0.0), (-0.02, 0.0), (-0.015, 0.0)]}  # on a line, as two are
     with pytest.raises(LawError, match="sensitivity bends the rod to every side: the tendons do not surround"):
-        CycleSetup.from_config(config({}, rod=two, simulator={"rod": two}))
+        CycleSetup.from_config(config({}, rod=line, simulator={"rod": line}))
 
 
 @pytest.mark.parametrize("unlike", [False, True])

@@ -137,16 +137,20 @@ class Barrier:
         self._rod.use(state)
         loads = self._rod.loads(acting(tensions), force, state.body)
         moved = self._linear_motion(state.strain, loads, shape)
-        clear = linear(moved, change).clear
-        floor = floor_of(linear(moved, np.zeros_like(change)).clear)
-        if self._far(now, moved, change) and not (floor - clear > self._enough).any():
-            return self._described(wanted, clear, True)
+        sane = _finite(moved)
+        if sane:
+            clear = linear(moved, change).clear
+            floor = floor_of(linear(moved, np.zeros_like(change)).clear)
+            if self._far(now, moved, change) and not (floor - clear > self._enough).any():
+                return self._described(wanted, clear, True)
         held = followed(tensions)
-        if np.max(np.abs(moved[0][..., 0] - held[0])) > self._rod.robot.length:
+        if not sane or np.max(np.abs(moved[0][..., 0] - held[0])) > self._rod.robot.length:
             # Fast modes that ring make the step's derivatives unstable, far ahead: then those without a motion.
             still = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
             self._rod.use(state)
             moved = self._linear_motion(still, loads, shape)
+            if not _finite(moved):
+                raise ConvergenceError("safety: the motion ahead is not finite", 0.0, 0.0, 0)
         moved[0][..., 0], moved[1][..., 0] = held
         floor = floor_of(linear(moved, np.zeros_like(change)).clear)
         found = self._tried(wanted, floor, followed, points, shape)
@@ -169,11 +173,9 @@ class Barrier:
     def _linear_motion(self, strain: StrainState, loads: Loads, shape: Shape) -> Pair:
         """Return moves of the points [m], (k, p, 3, 1 + m), and changes of the bends, by the step's derivatives."""
         step = self._linear.step(strain, loads)
-        motion = self.horizon.motion(np.concatenate((strain.strain, strain.rate)), step)
-        moves, turns = self.constraints.project(shape, self.body.bend_rows, motion)
-        if not (np.isfinite(moves).all() and np.isfinite(turns).all()):
-            raise ConvergenceError("safety: the motion ahead is not finite", 0.0, 0.0, 0)
-        return moves, turns
+        with np.errstate(over="ignore", invalid="ignore"):  # unstable derivatives grow beyond all numbers: not finite
+            motion = self.horizon.motion(np.concatenate((strain.strain, strain.rate)), step)
+            return self.constraints.project(shape, self.body.bend_rows, motion)
 
     def _tried(
         self, command: Array, floor: Array, followed: Callable[[Array], Pair], points: Array, shape: Shape
@@ -227,3 +229,7 @@ class Barrier:
         least = clear.min(axis=0)
         row = int(np.argmin(least / self._enough))
         return Filtered(command, self.constraints.names[row], float(least[row]), kept, kept)
+
+
+def _finite(moved: Pair) -> bool:
+    return all(bool(np.isfinite(one).all()) for one in moved)

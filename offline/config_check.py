@@ -14,7 +14,7 @@ from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.config.rod.reach import ends_early
+from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.errors.explain import Objection, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
 
@@ -124,7 +124,7 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
         with suppress(ModelError):  # reported as an error already
             if gains := lowered(config, model_rod(config).parameters):
                 yield gains
-    yield from _short_tendon(config)
+    yield from _swinging(config)
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (
@@ -160,17 +160,13 @@ def safety_remarks(config: RigConfig) -> Iterator[str]:
             yield f"safety: {remark}"
 
 
-def _short_tendon(config: RigConfig) -> Iterator[str]:
-    """Say which law a tendon that ends before the tip chose, or that a law in the plane pulls such a one."""
+def _swinging(config: RigConfig) -> Iterator[str]:
+    """Say that a law which moves the tip within a cycle was chosen for a robot that may swing under it."""
     from tendond.daemon.control.laws import BENDING_PLANE
 
-    law, control, length = LAWS.get(config.control.law), config.control, config.rod.backbone_length
-    if law is None or not ends_early(config.rod, control.agonist):
-        return
-    end = config.rod.tendon[control.agonist].end or 0.0
-    where = f"tendon {control.agonist}, which ends at {end * 1e3:.4g} of {length * 1e3:.4g} mm"
-    if law.task_space is BENDING_PLANE:
+    law, why = LAWS.get(config.control.law), swings(config.rod, config.loop.period)
+    if law is not None and law.task_space is BENDING_PLANE and why:
         yield (
-            f"control.law: {law.name} pulls {where}; of both presets of this kind `tendond study stability` finds such"
-            " loops unstable (radius 1.22 and 1.76 at 100 Hz): compare laws with `tendond study stability --track`"
+            f"control.law: {law.name} may swing this arm at {1.0 / config.loop.period:g} Hz: {why}. Without the key it "
+            "is sensitivity, which moves the arm along its rests"
         )

@@ -178,15 +178,9 @@ def tip_objection(config: RigConfig, rod: RodParameters, law: Law) -> str:
         return ""
     able = " or ".join(name for name, one in LAWS.items() if mass <= one.task_space.tip_mass_max(config, rod))
     borne = f"of which it bears 0 to {mass_max:.2g} kg at {1.0 / config.loop.period:g} Hz"
-    if config.rod.tip is not None or mass > config.rod.tip_mass:
-        return (
-            f"control.law: {law.name} swings the arm with bodies of {mass:.2g} kg at the tip of its model ([rod.tip], "
-            f"and disks there), {borne}: select {able}"
-        )
     return (
-        f"control.law: {law.name} swings the arm with rod.tip_mass = {mass:g} kg in its model, {borne}: "
-        f"set rod.tip_mass = 0.0, or leave [rod.tip] out, so that the observer carries it as an unknown weight, or "
-        f"select {able}"
+        f"control.law: {law.name} swings the arm with {mass:g} kg on the tip of its model, {borne} on the shooting "
+        f'rod: set control.solver = "general", where it moves the arm along its rests and bears any, or select {able}'
     )
 
 

@@ -12,11 +12,9 @@ from tendond.model.strain.describe.configured import robot_from_section
 from tendond.schemas.config.rates import damping_ratio
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.rod.swing import DAMPING_MIN
 
 Solver = Literal["shooting", "general"]
-
-DAMPING_MIN = 0.05
-"""Damping ratio of the first mode below which steps of the shooting rod fail (docs/explanation/general-rod.md)."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,8 @@ class ControlSection(Schema):
 
     law: str = Field(
         "backstepping",
-        description="name of a registered law; default: backstepping, or sensitivity where the agonist ends before the"
-        " tip",
+        description="name of a registered law; default: backstepping; sensitivity for a robot that would swing: of"
+        " sections, lightly damped, or with a heavy tip",
     )
     solver: Literal["shooting", "general"] | None = Field(
         None,

@@ -23,7 +23,7 @@ from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import with_new_names
 from tendond.schemas.config.robot import RodSection
 from tendond.schemas.config.rod.inherit import over
-from tendond.schemas.config.rod.reach import default_law
+from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
 from tendond.schemas.config.servo import ServoSection, servo_objections
@@ -89,10 +89,7 @@ class RigConfig(Schema):
 
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
-        if "law" not in self.control.model_fields_set and self.control.rules > 1:
-            law = default_law(self.rod, self.control.agonist)
-            if law != self.control.law:  # then it is as if it had been named: a record of the configuration says it
-                object.__setattr__(self, "control", self.control.model_copy(update={"law": law}))
+        self._suit_the_robot()
         if self.servo is not None:
             limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
@@ -103,6 +100,21 @@ class RigConfig(Schema):
         ]:
             raise ValueError("\n".join(wrong))
         return self
+
+    def _suit_the_robot(self) -> None:
+        """Give a robot that swings the law and the estimator for it where none are named.
+
+        They are then as if they had been named: a record of the configuration says them.
+        """
+        control, observer = self.control, self.observer
+        if "law" in control.model_fields_set or control.rules == 1 or not swings(self.rod, self.loop.period):
+            return
+        if control.feedback == "direct" or control.solver == "shooting":
+            return
+        found = {"law": "sensitivity", "solver": "general"}
+        object.__setattr__(self, "control", control.model_copy(update=found))  # frozen for everyone else
+        if "kind" not in observer.model_fields_set:
+            object.__setattr__(self, "observer", observer.model_copy(update={"kind": "kalman"}))
 
     def _tendon_objections(self) -> Iterator[str]:
         """Find keys that do not fit the rod's tendons."""

@@ -114,8 +114,9 @@ def path_limits(config: RigConfig, rod: RodParameters) -> PathLimits:
 
 
 def first_mode(rod: RodParameters) -> float:
-    """Return the frequency of a cantilever's first mode without a body on its tip [rad/s] (Timoshenko)."""
-    return 3.516 * math.sqrt(rod.bending_stiffness / (rod.mass_per_length * rod.length**4))
+    """Return the frequency of the first mode of a cantilever with a body on its tip [rad/s] (Timoshenko; Rayleigh)."""
+    carried = rod.tip_mass + 3.0 / 3.516**2 * rod.mass_per_length * rod.length
+    return math.sqrt(3.0 * rod.bending_stiffness / (carried * rod.length**3))
 
 
 def _reached(

@@ -10,12 +10,17 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
-Aim = Literal["across", "position", "direction", "pose"]
-"""What of a pose counts: x and y; the position; position and direction (5); or position and orientation (6 numbers)."""
+Aim = Literal["across", "position", "turned", "direction", "pose"]
+"""What of a pose counts: x and y; the position; the direction alone; position and direction (5 numbers); or position
+and orientation (6)."""
 
 RADIAN = 0.2
 """Distance that counts as much as a turn of 1 rad, of the backbone's length: 3 mm count as 2 degrees on a backbone of
 0.43 m. Chosen: it decides only between position and direction where not both can be reached."""
+
+
+_COUNTS = {"across": np.array([1.0, 1.0, 0.0]), "turned": np.zeros(3)}
+"""Which components of the position count, where not all do."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ class Miss:
 def turn(present: Pose, wanted: Pose, aim: Aim) -> Array:
     """Return the rotation vector from one pose to another [rad], world frame, shape (3,); zero where it does not count.
 
-    For aim 'direction' it is the smallest turn that gives the direction.
+    For aims 'turned' and 'direction' it is the smallest turn that gives the direction.
     """
     if aim in ("across", "position"):
         return np.zeros(3)
@@ -71,8 +76,7 @@ def difference(present: Pose, wanted: Pose, aim: Aim, radian: float) -> Array:
 
 def _moved(present: Pose, wanted: Pose, aim: Aim) -> Array:
     """Return the displacement to a wanted pose, of what counts [m], shape (3,)."""
-    moved = wanted.position - present.position
-    return moved * np.array([1.0, 1.0, 0.0]) if aim == "across" else moved
+    return (wanted.position - present.position) * _COUNTS.get(aim, 1.0)
 
 
 def counted(jacobian: Array, present: Pose, aim: Aim, radian: float) -> Array:
@@ -85,12 +89,9 @@ def counted(jacobian: Array, present: Pose, aim: Aim, radian: float) -> Array:
     turned = radian * jacobian[3:]
     if aim in ("across", "position"):
         turned = np.zeros_like(turned)
-    elif aim == "direction":
+    elif aim in ("turned", "direction"):
         turned = turned - np.outer(present.direction, present.direction @ turned)
-    moved = jacobian[:3].copy()
-    if aim == "across":
-        moved[2] = 0.0
-    return np.vstack((moved, turned))
+    return np.vstack(((jacobian[:3].T * _COUNTS.get(aim, 1.0)).T, turned))
 
 
 def rotation_to(direction: Array) -> Array:

@@ -24,13 +24,21 @@ class PoseGoal:
     Attributes:
         pose: of the tip.
         velocity, acceleration: of the tip's position [m/s, m/s^2], shape (3,).
-        displacement_rate: of the tendons [m/s], shape (n,).
-        tension: that holds the robot there at rest [N], shape (n,).
+        displacement_rate: of the tendons [m/s], shape (n,); none where it is not planned.
+        tension: that holds the robot there at rest [N], shape (n,); none where it is not planned.
     """
 
     pose: Pose
     velocity: Array
     acceleration: Array
+    displacement_rate: Array | None
+    tension: Array | None
+
+
+@dataclass(frozen=True)
+class PlannedGoal(PoseGoal):
+    """A pose on a planned way, with what the tendons do there."""
+
     displacement_rate: Array
     tension: Array
 
@@ -68,11 +76,11 @@ class PoseReference(Stretches[PosePath]):
         """Evaluate the tip's position at `time` [s], for a law that follows it alone."""
         return Goal(self.pose(time).pose.position, None)
 
-    def pose(self, time: float) -> PoseGoal:
+    def pose(self, time: float) -> PlannedGoal:
         """Evaluate the pose at `time` [s] since tracking began."""
         path, (place, speed, acceleration) = self.locate(time)
         value, first, second = path.at(place)
-        return PoseGoal(
+        return PlannedGoal(
             pose=path.pose(value),
             velocity=first[POSITION] * speed,
             acceleration=second[POSITION] * speed**2 + first[POSITION] * acceleration,

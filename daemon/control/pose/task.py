@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tendond.daemon.control.pose.goals import goal_at, prescribed
 from tendond.daemon.control.pose.plan import first_mode
 from tendond.daemon.control.pose.pose import Aim, Pose, turn
-from tendond.daemon.control.pose.reference import PoseGoal, PoseReference
+from tendond.daemon.control.pose.reference import PoseGoal
 from tendond.daemon.control.pose.rests import PoseRest, PoseRests
+from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rods.general import GeneralState
@@ -30,12 +32,16 @@ class RestObservation:
     Attributes:
         rest: the equilibrium, with its derivatives by all tensions.
         pose: pose of the tip there, moved by what the measured tip is beside the model's.
+        rate: of the tip's position [m/s] and rotation [rad/s] now, shape (6,).
+        rate_jacobian: derivative of that after the coming step by the tensions, shape (6, n).
         displacement_rate: of the tendons now [m/s], shape (n,).
         mobility: derivative of that after the coming step by the tensions [m/s/N], shape (n, n).
     """
 
     rest: PoseRest
     pose: Pose
+    rate: Array
+    rate_jacobian: Array
     displacement_rate: Array
     mobility: Array
 
@@ -48,11 +54,12 @@ class PoseObservation:
         pose: of the tip, as it is estimated.
         velocity: of the tip [m/s], shape (3,).
         goal: of the reference at the end of the step. now: of the reference now.
+        preferred: tensions to which redundant tendons tend [N], shape (n,).
         led: pose to rest at, for the moving tip to be at the goal: see `led_pose`.
         counts: what of the pose is prescribed. radian: distance that counts as much as 1 rad [m].
         tension: now applied [N], shape (n,).
         tension_min, tension_max: bounds of every tension [N].
-        period: of the cycle [s].
+        period: of the cycle [s]. frequency: of the robot's first mode [rad/s].
         still: the robot at rest under the present tensions; none where the model has no solution for it.
     """
 
@@ -60,6 +67,7 @@ class PoseObservation:
     velocity: Array
     goal: PoseGoal
     now: PoseGoal
+    preferred: Array
     led: Pose
     counts: Aim
     radian: float
@@ -67,21 +75,23 @@ class PoseObservation:
     tension_min: float
     tension_max: float
     period: float
+    frequency: float
     still: RestObservation | None
 
 
 @dataclass(frozen=True)
 class PoseTask:
-    """Follow poses with all tendons.
+    """Follow poses with all tendons, or what a reference prescribes of them.
 
     Attributes:
-        reference: trajectory of poses.
+        reference: trajectory. counts: what of a pose it prescribes.
         rests: equilibria of the model; with scratch memory of its own.
         period: period of the cycle [s].
         frequency: of the first mode [rad/s]. relaxation: twice its damping ratio over that [s].
     """
 
-    reference: PoseReference
+    reference: Reference
+    counts: Aim
     rests: PoseRests
     period: float
     frequency: float
@@ -98,19 +108,22 @@ class PoseTask:
 
     def observe(self, situation: Situation) -> PoseObservation:
         """Return the observation of a law of poses."""
-        rests, elapsed = self.rests, situation.elapsed
+        rests, elapsed, offset = self.rests, situation.elapsed, situation.offset
+        goal = goal_at(self.reference, elapsed + self.period, offset)
         return PoseObservation(
             pose=Pose(situation.position, situation.tip.rotation),
             velocity=situation.velocity,
-            goal=self.reference.pose(elapsed + self.period),
-            now=self.reference.pose(elapsed),
-            led=led_pose(self.reference, elapsed + self.period, self.frequency, self.relaxation),
-            counts=self.reference.counts,
+            goal=goal,
+            now=goal_at(self.reference, elapsed, offset),
+            preferred=rests.preferred if goal.tension is None else goal.tension,
+            led=led_pose(self.reference, elapsed + self.period, self.frequency, self.relaxation, offset),
+            counts=self.counts,
             radian=rests.radian,
             tension=situation.tension,
             tension_min=rests.tension_min,
             tension_max=rests.tension_max,
             period=self.period,
+            frequency=self.frequency,
             still=self._still(situation),
         )
 
@@ -124,9 +137,16 @@ class PoseTask:
         except ConvergenceError:
             return None
         beside = situation.position - situation.tip.position
-        moving = rests.linear.outputs(state.strain).displacement[:, :modes] @ mean_rate(state.strain)
-        pose = Pose(rest.pose.position + beside, rest.pose.rotation)
-        return RestObservation(rest, pose, moving, step.displacement / self.period)
+        outputs, mean = rests.linear.outputs(state.strain), mean_rate(state.strain)
+        rate = np.concatenate((outputs.position[:, :modes] @ mean, outputs.rotation[:, :modes] @ mean))
+        return RestObservation(
+            rest=rest,
+            pose=Pose(rest.pose.position + beside, rest.pose.rotation),
+            rate=rate,
+            rate_jacobian=step.whole[:6, :-6] / self.period,
+            displacement_rate=outputs.displacement[:, :modes] @ mean,
+            mobility=step.displacement / self.period,
+        )
 
 
 def mean_rate(state: StrainState) -> Array:
@@ -137,7 +157,7 @@ def mean_rate(state: StrainState) -> Array:
     return state.rate if state.earlier is None else 0.5 * (state.rate + state.earlier[0])
 
 
-def led_pose(reference: PoseReference, time: float, frequency: float, relaxation: float) -> Pose:
+def led_pose(reference: Reference, time: float, frequency: float, relaxation: float, offset: float = 0.0) -> Pose:
     """Return the pose at which the robot has to rest for its tip to be on the reference in motion.
 
     The first mode follows its rest y by y = q + relaxation q' + q''/frequency^2, q the tip: what is added is the
@@ -147,16 +167,16 @@ def led_pose(reference: PoseReference, time: float, frequency: float, relaxation
         reference: trajectory. time: since tracking began [s].
         frequency: of the first mode [rad/s]. relaxation: twice its damping ratio over that [s].
     """
-    goal, step = reference.pose(time), LEAD_PART / frequency
-    after = turn(goal.pose, reference.pose(time + step).pose, "pose")
-    before = turn(goal.pose, reference.pose(max(time - step, 0.0)).pose, "pose")
+    goal, step = goal_at(reference, time, offset), LEAD_PART / frequency
+    after = turn(goal.pose, goal_at(reference, time + step).pose, "pose")
+    before = turn(goal.pose, goal_at(reference, max(time - step, 0.0)).pose, "pose")
     turned = (after + before) / (step * frequency) ** 2 + relaxation * (after - before) / (2.0 * step)
     moved = goal.acceleration / frequency**2 + relaxation * goal.velocity
     rotation = np.asarray(Rotation.from_rotvec(turned).as_matrix()) @ goal.pose.rotation
     return Pose(goal.pose.position + moved, rotation)
 
 
-def pose_task(config: RigConfig, reference: PoseReference) -> PoseTask:
+def pose_task(config: RigConfig, reference: Reference) -> PoseTask:
     """Make the task, with a rod of its own.
 
     Raises:
@@ -168,4 +188,5 @@ def pose_task(config: RigConfig, reference: PoseReference) -> PoseTask:
     rests = PoseRests(model_rod(config), tension_min, tension_max, config.reference.posture)
     rod = rests.rod.parameters
     relaxation = rod.bending_damping[0] / rod.bending_stiffness
-    return PoseTask(reference, rests, config.loop.period, first_mode(rod), relaxation)
+    followed, counts = prescribed(reference)
+    return PoseTask(followed, counts, rests, config.loop.period, first_mode(rod), relaxation)

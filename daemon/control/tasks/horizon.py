@@ -2,21 +2,20 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tendond.daemon.control.actuation import lag_factor_of
+from tendond.daemon.control.pose.goals import goal_at, prescribed
 from tendond.daemon.control.pose.pose import RADIAN, Aim
-from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.predictive.body import BodyLimits
 from tendond.daemon.control.predictive.horizon import Horizon
 from tendond.daemon.control.predictive.limits import Applied, Bounds
 from tendond.daemon.control.predictive.program import solver
 from tendond.daemon.control.predictive.rollout import Predictor, Rollout
-from tendond.daemon.control.reference.load_offset import moved_goal
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.space import SPACE, tendon_allocation
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation
@@ -44,10 +43,6 @@ class HorizonKeys(BaseModel):
     avoid: bool = False
 
 
-HorizonAim = Aim | Literal["turned"]
-"""What of a pose counts; 'turned': its direction alone, as of references that have no position."""
-
-
 @dataclass(frozen=True)
 class HorizonObservation:
     """Inputs of a law that plans along a horizon; world frame.
@@ -65,7 +60,7 @@ class HorizonObservation:
 
     situation: Situation
     predictor: Predictor
-    aim: HorizonAim
+    aim: Aim
     radian: float
     place: Array
     target: Array
@@ -111,11 +106,13 @@ class HorizonTask:
     """Follow a reference along a horizon.
 
     Attributes:
-        reference: trajectory. predictor: the model along the horizon. bounds: limits. body: limits of the body.
+        reference: trajectory. aim: what of the tip's pose it prescribes.
+        predictor: the model along the horizon. bounds: limits. body: limits of the body.
         length: of the robot [m]. tension_unit: EI/(L r) [N]. by_force: the observer moves the model by a force.
     """
 
     reference: Reference
+    aim: Aim
     predictor: Predictor
     bounds: Bounds
     length: float
@@ -134,19 +131,11 @@ class HorizonTask:
 
     def observe(self, situation: Situation) -> HorizonObservation:
         """Return the observation of a law with a horizon."""
-        reference, tip, elapsed = self.reference, situation.tip, situation.elapsed
+        reference, aim, tip, elapsed = self.reference, self.aim, situation.tip, situation.elapsed
         times = np.concatenate(([0.0], self.predictor.horizon.ends)) + elapsed
-        aim: HorizonAim
-        if isinstance(reference, PoseReference):
-            aim, poses = reference.counts, [reference.pose(float(time)).pose for time in times]
-            places, directions = np.array([one.position for one in poses]), np.array([one.direction for one in poses])
-            targets = _rows(aim, places, directions, np.array([one.rotation[:, 0] for one in poses]), self.radian)
-        else:
-            goals = [reference.goal(float(time)) for time in times]
-            aim = "turned" if reference.aim == "direction" else "position"
-            if aim == "position":
-                goals = [moved_goal(goal, situation.offset) for goal in goals]
-            targets = np.array([goal.place for goal in goals]) * (self.radian if aim == "turned" else 1.0)
+        poses = [goal_at(reference, float(time), situation.offset).pose for time in times]
+        places, directions = np.array([one.position for one in poses]), np.array([one.direction for one in poses])
+        targets = _rows(aim, places, directions, np.array([one.rotation[:, 0] for one in poses]), self.radian)
         position, direction, side = situation.position[None], tip.rotation[None, :, 2], tip.rotation[None, :, 0]
         return HorizonObservation(
             situation=situation,
@@ -171,7 +160,7 @@ class HorizonTask:
         return RADIAN * self.length
 
 
-def _rows(aim: HorizonAim, position: Array, direction: Array, side: Array, radian: float) -> Array:
+def _rows(aim: Aim, position: Array, direction: Array, side: Array, radian: float) -> Array:
     """Return what counts of positions and axes, shapes (k, 3), in one measure [m], shape (k, r)."""
     if aim == "across":
         return position[:, :2]
@@ -223,9 +212,11 @@ class HorizonSpace:
         limits = config.limits
         body = BodyLimits.of(config, model) if keys.avoid else None
         at = body.parts * model.robot.length if body is not None and body.surfaces.count else None
+        followed, aim = prescribed(reference)
         arm = max(float(np.hypot(*place)) for place in rod.tendon_positions)
         return HorizonTask(
-            reference=reference,
+            reference=followed,
+            aim=aim,
             predictor=Predictor(model, horizon, at, elastic=config.rod.has_elastic_tendons),
             bounds=Bounds(
                 tension_min=max(config.pretension.tension_min, limits.tension_min),

@@ -13,26 +13,14 @@ from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.observation import Prediction, SpatialObservation
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation, Task
 from tendond.model.errors import ConvergenceError
-from tendond.model.estimation.margin import EARTH
 from tendond.model.rod.parameters import RodParameters
+from tendond.model.rods.selection import solver_of
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.rod.swing import mass_within_cycle, swings
 
 Array = NDArray[np.float64]
-
-TIP_LOAD_MAX = 0.2
-"""Largest P L^2/EI of the model's own tip body: 12 g on the paper's robot. A law in space asks for a tip that is moved
-within a cycle, and its agility does not suffice for a heavy one: it then swings the arm. From runs with plant = model
-at 100 Hz: they settle at 0.22 to 0.25 and swing at 0.33 to 0.35, with E -30 %, as it is, and +50 %. On the general
-rod the paper's robot settles with 12 g at targets 0.05 to 0.34 m across; with 20 g it whirls at those up to 0.15 m, and
-settles at those from 0.2 m on. A law's agility is less beside the tensions of a robot that needs larger ones: with
-tendons at half the distance it settles with 3 g, and swings with 4.2 g on the shooting rod, 12 g on either; so the
-bound falls with the square of EI/(L r) beyond the paper's robot's. The tests hold both sides, of both rods."""
-
-PERIODS_MIN = 15.0
-"""Cycles in sqrt(rho A L^4/EI), below which the bound falls with the third power of their number: from the same runs at
-50, 70, 100 and 250 Hz, which swing with 2, 10, 20 and 30 g and settle with none, 5, 15 and 25 g."""
 
 
 @dataclass(frozen=True)
@@ -93,21 +81,33 @@ class Space:
         return True
 
     def tip_mass_max(self, config: RigConfig, rod: RodParameters) -> float:
-        """Largest rod.tip_mass that the loop of such a law bears [kg]."""
-        mass = TIP_LOAD_MAX * rod.bending_stiffness / (EARTH * rod.length**2)
-        rod_time = math.sqrt(rod.mass_per_length * rod.length**4 / rod.bending_stiffness)
-        rate, agility = rod_time / (PERIODS_MIN * config.loop.period), 1.0 / rod.tension_scale
-        return mass * min(1.0, rate**3, agility**2)
+        """Largest rod.tip_mass that the loop of such a law bears [kg]: infinite on the general rod, by its rests."""
+        general = solver_of(config.rod, config.control.solver) == "general"
+        return math.inf if general else tip_mass_within_cycle(config, rod)
 
     def task(self, config: RigConfig, rod: RodParameters, reference: Reference) -> Task:
-        """Make the task: of poses for a reference of poses.
+        """Make the task: of poses for a reference of poses, and for a robot that swings.
 
         Raises:
             ParameterError: the tendons do not surround the rod.
         """
-        if isinstance(reference, PoseReference):
+        if isinstance(reference, PoseReference) or by_rests(config, rod):
             return pose_task(config, reference)
         return SpatialTask(reference, tendon_allocation(config, rod), config.loop.period, config.pretension.tension_min)
+
+
+def by_rests(config: RigConfig, rod: RodParameters) -> bool:
+    """Return whether the law moves the arm along its rests: the general rod, where moving it at once makes it swing."""
+    if solver_of(config.rod, config.control.solver) == "shooting":
+        return False
+    return bool(swings(config.rod, config.loop.period)) or rod.tip_mass > tip_mass_within_cycle(config, rod)
+
+
+def tip_mass_within_cycle(config: RigConfig, rod: RodParameters) -> float:
+    """Return the largest mass on the tip for a law that moves it within a cycle [kg]."""
+    arm = max(math.hypot(x, y) for x, y in rod.tendon_positions)
+    mass = rod.mass_per_length * rod.length
+    return mass_within_cycle(rod.bending_stiffness, rod.length, mass, arm, config.loop.period)
 
 
 def tendon_allocation(config: RigConfig, rod: RodParameters) -> Allocation:

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.errors import ConvergenceError
 from tendond.model.estimation.contact.search import ContactSearch, Restart
 from tendond.model.estimation.contact.state import ContactState
 from tendond.model.estimation.kalman.factored import Factors
@@ -48,6 +49,10 @@ Else a loop may swing by the large gains that each jump brings: `tendond study e
 
 SQUARE_MAX = 100.0
 """Largest mean square that counts for the consistency: one bad moment is not a bad second."""
+
+LOST = 50.0
+"""Consistency beyond which the estimate is one of another robot, and begins again at rest: corrected on and on, a model
+that swings otherwise than the robot gains energy without end. The default of faults.inconsistency is half of it."""
 
 CONSISTENCY_TIME = 1.0
 """Time over which the consistency is averaged [s]."""
@@ -100,16 +105,26 @@ class Estimator:
     ) -> tuple[EstimatorState, GeneralState]:
         """Take the readings of a cycle; return the estimate, and the model's state moved to it.
 
-        Readings that lead to no finite estimate are left out.
+        Readings that lead to no finite estimate are left out. An estimate that is lost begins again at rest.
         """
         if not readings:
             return estimate, state
+        if estimate.consistency > LOST:
+            estimate, state = self._begun_again(estimate, state)
         try:
             after, moved = self._taken(estimate, state, readings)
         except np.linalg.LinAlgError:
             return estimate, state
         numbers = (moved.strain.strain, moved.strain.rate, after.moments[-1].moved, after.recent)
         return (after, moved) if all(np.isfinite(one).all() for one in numbers) else (estimate, state)
+
+    def _begun_again(self, estimate: EstimatorState, state: GeneralState) -> tuple[EstimatorState, GeneralState]:
+        """Return the estimate of the robot as it is configured, at rest; as it is where that has no rest."""
+        try:
+            rest = self.rod.solve_static(state.tensions)
+            return self.start(rest), rest
+        except ConvergenceError:
+            return estimate, state
 
     def _taken(
         self, estimate: EstimatorState, state: GeneralState, readings: Sequence[Reading]

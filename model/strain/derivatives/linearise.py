@@ -119,10 +119,10 @@ class Linearisation:
                 find_paths(rod.layout, after.strain, self._paths)
                 found[6:] = self._paths.gradient @ self._by_input.reshape(rod.modes, -1)[:, : m + 6]
         else:
-            differences = self._differences(state, loads)
+            differences = self._differences(state, loads, inputs=True)
             outputs = self.outputs(after)
             rows = np.concatenate((outputs.position, outputs.rotation, outputs.displacement))
-            found[:] = rows @ differences[:, 2 * rod.modes :]
+            found[:] = rows @ differences
         return InputSensitivity(after, found.copy(), analytic)
 
     def _advanced(self, state: StrainState, loads: Loads) -> tuple[StrainState, bool]:
@@ -218,8 +218,11 @@ class Linearisation:
         tangent_stiffness(layout, loads, state.strain, self._work, self._room, self._tangent)
         return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])
 
-    def _differences(self, state: StrainState, loads: Loads) -> Array:
-        """Central differences of the step, as `StepSensitivity` orders them."""
+    def _differences(self, state: StrainState, loads: Loads, *, inputs: bool = False) -> Array:
+        """Differences of the step, as `StepSensitivity` orders them: central ones.
+
+        `inputs`: one-sided, and by the inputs alone, as a loop can bear their price.
+        """
         rod, layout, work = self.rod, self._layout, self._work
         n, m, h = rod.modes, len(rod.robot.tendons), rod.time_step
         soft = DIFFERENCE * np.sqrt(work.unit[0] / np.diag(layout.stiffness))
@@ -238,6 +241,9 @@ class Linearisation:
             advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work, False)
             return np.concatenate((q, w))
 
+        if inputs:
+            here, given = ahead(start), list(zip(sizes, np.eye(len(start)), strict=True))[2 * n :]
+            return np.stack([(ahead(start + size * unit) - here) / size for size, unit in given], axis=1)
         columns = [
             (ahead(start + size * unit) - ahead(start - size * unit)) / (2.0 * size)
             for size, unit in zip(sizes, np.eye(len(start)), strict=True)

@@ -10,6 +10,8 @@ from tendond.cli.app import app
 from tendond.daemon.control import selection as selection_module
 from tendond.daemon.control.laws import SPACE
 from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.tasks import space as space_module
+from tendond.daemon.control.tasks.space import tip_mass_within_cycle
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.model.rods.selection import model_rod, rod_from_section
@@ -54,7 +56,7 @@ def test_the_law_in_space_is_refused_where_it_would_swing(
 ) -> None:
     config = with_configured_tip("sensitivity", mass, rate)
     with pytest.raises(
-        LawError, match=r"swings the arm with rod\.tip_mass = .* bears 0 to .* set rod\.tip_mass = 0\.0"
+        LawError, match=r"swings the arm with .* kg on the tip .* bears 0 to .* set control\.solver = \"general\""
     ):
         end_of(config)
     monkeypatch.setattr(selection_module, "tip_objection", lambda config, rod, law: "")
@@ -72,17 +74,19 @@ def on_the_general_rod(mass: float) -> RigConfig:
 
 def test_the_general_rod_settles_with_the_heaviest_tip_too() -> None:
     config = on_the_general_rod(0.0)
-    bound = SPACE.tip_mass_max(config, model_rod(config).parameters)
+    bound = tip_mass_within_cycle(config, model_rod(config).parameters)
     mode, ripple = end_of(on_the_general_rod(0.97 * bound), 4.0)  # a heavier rod stands for the robot with the mass
     assert mode is Mode.TRACKING
     assert ripple < 0.2e-3
 
 
-def test_the_general_rod_would_swing_with_20_grams_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    config = on_the_general_rod(0.02)
-    with pytest.raises(LawError, match="swings the arm"):
-        end_of(config)
-    monkeypatch.setattr(selection_module, "tip_objection", lambda config, rod, law: "")
+@pytest.mark.parametrize("mass", [0.02, 0.1])
+def test_beyond_it_the_law_moves_the_general_rod_along_its_rests(mass: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = on_the_general_rod(mass)
+    mode, ripple = end_of(config, 6.0)
+    assert mode is Mode.TRACKING
+    assert ripple < 0.2e-3
+    monkeypatch.setattr(space_module, "by_rests", lambda config, rod: False)
     mode, ripple = end_of(config, 3.0)
     assert mode is Mode.FAULT or ripple > 0.1
 
@@ -97,7 +101,7 @@ def test_robots_that_need_twice_the_tension_settle_with_their_heaviest_tip(solve
         "limits": {"tension_max": 120.0}, "reference": {"across": 0.2},
     }  # fmt: skip
     free = check_config({**rig, "rod": own}, "free")
-    mass = 0.97 * SPACE.tip_mass_max(free, model_rod(free).parameters)
+    mass = 0.97 * tip_mass_within_cycle(free, model_rod(free).parameters)
     assert mass > 2e-3
     mode, ripple = end_of(check_config({**rig, "rod": {**own, "tip_mass": mass}}, "tip"), 4.0)
     assert mode is Mode.TRACKING

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tendond.daemon.control.laws.sensitivity import Parameters, decide
+from tendond.daemon.control.pose.goals import goal_at
 from tendond.daemon.control.pose.pose import Pose, miss, rotation_to
 from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.pose.task import PoseObservation, PoseTask
@@ -50,10 +51,11 @@ def test_without_a_rest_the_law_holds() -> None:
     config = config_of(TWO, {"kind": "pose", "position": [0.06, 0.02, 0.235]})
     task = CycleSetup.from_config(config).selection.task
     assert isinstance(task, PoseTask)
-    goal = task.reference.pose(0.5)
+    goal = goal_at(task.reference, 0.5)
     tension = np.full(7, 1.5)
     observation = PoseObservation(
-        pose=goal.pose, velocity=np.zeros(3), goal=goal, now=goal, led=goal.pose, counts="position", radian=0.05,
-        tension=tension, tension_min=1.0, tension_max=20.0, period=0.01, still=None,
+        pose=goal.pose, velocity=np.zeros(3), goal=goal, now=goal, preferred=tension, led=goal.pose,
+        counts="position", radian=0.05, tension=tension, tension_min=1.0, tension_max=20.0,
+        period=0.01, frequency=20.0, still=None,
     )  # fmt: skip
     assert decide(Parameters(), observation).tension.tolist() == tension.tolist()

@@ -11,12 +11,13 @@ from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
 from tendond.daemon.control.tasks.decision import Decision, LawTerms
-from tendond.daemon.control.tasks.space import PERIODS_MIN, SPACE, TIP_LOAD_MAX, SpatialTask, tendon_allocation
+from tendond.daemon.control.tasks.space import SPACE, SpatialTask, tendon_allocation
 from tendond.daemon.control.tasks.task import Situation
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rod.rod import Rod
 from tendond.model.rods.selection import rod_from_section
 from tendond.schemas.config.rig import parse_config
+from tendond.schemas.config.rod.swing import PERIODS_MIN, TIP_LOAD_MAX
 from tendond.schemas.record import ReferencePoint
 
 CONFIG = parse_config(

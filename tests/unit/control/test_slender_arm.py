@@ -1,0 +1,102 @@
+"""An arm unlike the paper's in kind, as its user describes it: slender, lightly damped, with a tool; no law named."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendond.drivers.simulator.lockstep import watched_loop
+from tendond.schemas.config.rig import RigConfig, check_config
+from tendond.schemas.messages import Mode
+from tendond.schemas.requests import ControlAction
+
+ROD: dict[str, Any] = {
+    "length": 0.25, "radius": 0.6e-3, "youngs_modulus": 60e9, "density": 6450.0, "damping_ratio": 0.02,
+    "tendon_positions": [[0.008, 0.0], [0.0, 0.008], [-0.008, 0.0], [0.0, -0.008]], "tip_mass": 0.015,
+}  # fmt: skip
+"""Nitinol of 1.2 mm with a tool of 15 g: 33 times as much as the wire's own mass in its first mode."""
+
+TOOL = {"mass": 0.015, "offset": [0.0, 0.0, 0.02]}
+
+RATE = 100.0
+
+
+def rig(plant: dict[str, Any] | None = None, **changes: Any) -> RigConfig:
+    """The arm's configuration; `plant`: [simulator] beside its rod."""
+    data: dict[str, Any] = {
+        "rod": ROD,
+        "reference": {"kind": "minimum_jerk", "duration": 1.0, "across": 0.12},
+        "limits": {"tension_max": 20.0},
+        "commissioning": {"rest": False, "probe": False},
+        "simulator": {"period": 1.0 / RATE, **(plant or {})},
+    }
+    return check_config({**data, **changes}, "slender")
+
+
+def end_of(config: RigConfig, seconds: float) -> tuple[Mode, float, float]:
+    """Mode at the end, distance of the true tip from its target, and its motion in the last second [m]."""
+    runs = list(watched_loop(config, round(seconds * RATE), {2: ControlAction.ARM}))
+    tips = np.array([one.truth.position for one in runs[-round(RATE) :]])
+    record = runs[-1].record
+    away = float(np.linalg.norm(tips[-1] - np.array(record.reference.position)))
+    return record.mode, away, float(np.max(np.ptp(tips, axis=0)))
+
+
+def heavy(**changes: Any) -> dict[str, Any]:
+    return {name: value for name, value in {**ROD, **changes}.items() if value is not None}
+
+
+@pytest.mark.parametrize(
+    "rod",
+    [
+        ROD,
+        heavy(tip_mass=0.0),
+        heavy(damping_ratio=0.1),
+        heavy(gravity=[9.81, 0.0, 0.0]),
+        heavy(tip_mass=None, tip=TOOL),
+        heavy(tendon_positions=[[0.008, 0.0]]),
+    ],
+    ids=["tool", "bare", "damped", "horizontal", "long tool", "one tendon"],
+)
+def test_it_rests_at_its_target(rod: dict[str, Any]) -> None:
+    mode, away, ripple = end_of(rig(rod=rod), 5.0)
+    assert mode is Mode.TRACKING
+    assert away < 0.1e-3
+    assert ripple < 0.2e-3
+
+
+UNLIKE = {"mocap": {"noise": 1e-4, "latency": 0.02}}, {"delay": 0.02}
+
+
+@pytest.mark.parametrize("rod", [{"youngs_modulus": 54e9}, {"youngs_modulus": 66e9}, {"damping_ratio": 5e-3}])
+def test_a_plant_unlike_the_model_comes_to_rest_there_too(rod: dict[str, Any]) -> None:
+    mode, away, ripple = end_of(rig({"rod": rod, **UNLIKE[0]}, observer=UNLIKE[1]), 7.0)
+    assert mode is Mode.TRACKING
+    assert away < 0.2e-3
+    assert ripple < 0.5e-3
+
+
+@pytest.mark.parametrize(("friction", "known", "bound"), [(0.1, 0.0, 2e-3), (0.2, 0.2, 0.1e-3)])
+def test_friction_of_its_tendons_is_best_configured(friction: float, known: float, bound: float) -> None:
+    config = rig(
+        {"rod": {"tendon_friction": friction}, **UNLIKE[0]}, observer=UNLIKE[1], rod=heavy(tendon_friction=known)
+    )
+    mode, away, ripple = end_of(config, 7.0)
+    assert mode is Mode.TRACKING
+    assert away < bound
+    assert ripple < 0.5e-3
+
+
+def test_the_papers_law_swings_it() -> None:
+    mode, away, ripple = end_of(rig(control={"law": "backstepping"}), 4.0)
+    assert mode is Mode.FAULT or ripple > 10e-3 or away > 10e-3
+
+
+def test_what_is_named_stays_and_what_old_logs_have_too() -> None:
+    chosen = rig()
+    assert (chosen.control.law, chosen.control.solver, chosen.observer.kind) == ("sensitivity", "general", "kalman")
+    assert rig(observer={"kind": "force"}).observer.kind == "force"
+    assert rig(control={"law": "backstepping"}).observer.kind == "force"
+    for old in ({"rules": 1}, {"solver": "shooting"}, {"feedback": "direct"}):
+        assert rig(control=old, rod=heavy(damping_ratio=0.1)).control.law == "backstepping"
+    assert check_config({"rod": {"tip_mass": 0.05}}, "paper").control.law == "backstepping"

@@ -109,7 +109,7 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
 
 def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     """Yield what is valid, but keeps a process from running as the machine is now, or makes it run badly."""
-    from tendond.daemon.control.gains import lowered
+    from tendond.daemon.control.gains import lowered, mass_remark
     from tendond.daemon.runtime.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
     from tendond.drivers.vicon.datastream import is_installed
@@ -122,8 +122,8 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
         yield str(error)
     if not law_objections(config.control):  # the gains depend on the laws
         with suppress(ModelError):  # reported as an error already
-            if gains := lowered(config, model_rod(config).parameters):
-                yield gains
+            rod = model_rod(config).parameters
+            yield from filter(None, (lowered(config, rod), mass_remark(config, rod)))
     yield from _swinging(config)
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
@@ -167,6 +167,6 @@ def _swinging(config: RigConfig) -> Iterator[str]:
     law, why = LAWS.get(config.control.law), swings(config.rod, config.loop.period)
     if law is not None and law.task_space is BENDING_PLANE and why:
         yield (
-            f"control.law: {law.name} may swing this arm at {1.0 / config.loop.period:g} Hz: {why}. Without the key it "
-            "is sensitivity, which moves the arm along its rests"
+            f"control.law: {law.name} may swing this arm at {1.0 / config.loop.period:g} Hz: {why}; "
+            'control.law = "sensitivity" moves it along its rests'
         )

@@ -16,6 +16,9 @@ from tendond.model.estimation.poles import FeedbackGains, LawRates
 from tendond.model.rod.parameters import RodParameters
 from tendond.schemas.config.rig import RigConfig
 
+MASS_PARTS = (1.0, 0.25, 0.0625)
+"""Parts of the usual unknown mass that are tried."""
+
 
 def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> ObserverGains:
     """Gains of the observer for a configuration and its rod's parameters, and the laws of `law_rates`.
@@ -24,10 +27,9 @@ def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> Observe
         LawError: no such law, or a wrong parameter.
     """
     section, period = config.observer, config.loop.period
+    mass = unknown_tip_mass(config, rod, *laws)
+    gains = _gains_with(config, rod, mass, *laws)
     delay = section.delay + section.command_delay  # the model is ahead of the plant by the latter
-    mass = unknown_tip_mass(config, rod)
-    wanted = FeedbackGains(section.integral, section.proportional, section.derivative, INNOVATION_TIME, NOISE_SHARE)
-    gains = _admitted(rod, period, config.rod.alpha, wanted, law_rates(config, *laws), delay, mass)
     return ObserverGains(
         kind=section.kind if config.control.feedback == "observer" else "offset",
         period=period,
@@ -44,10 +46,41 @@ def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> Observe
     )
 
 
-def unknown_tip_mass(config: RigConfig, rod: RodParameters) -> float:
-    """Mass on the tip that the controller need not know [kg]."""
+def unknown_tip_mass(config: RigConfig, rod: RodParameters, *laws: str) -> float:
+    """Mass on the tip that the controller need not know [kg].
+
+    By default it is that of `default_tip_mass`, or the part of it with which the loop admits an integral gain: without
+    one, the error of a model that is a little too stiff stays for ever.
+    """
     given = config.observer.tip_mass_max
-    return default_tip_mass(rod) if given is None else given
+    if given is not None:
+        return given
+    mass = default_tip_mass(rod)
+    for part in MASS_PARTS:
+        if _gains_with(config, rod, part * mass, *laws).integral > 0.0:
+            return part * mass
+    return mass
+
+
+def mass_remark(config: RigConfig, rod: RodParameters) -> str:
+    """Say that the arm is stable with less on its tip than others of its stiffness; empty where it is not so."""
+    if config.observer.tip_mass_max is not None or config.observer.kind != "force":
+        return ""
+    mass, whole = unknown_tip_mass(config, rod), default_tip_mass(rod)
+    if mass >= whole:
+        return ""
+    return (
+        f"observer: the loop of this lightly damped arm is stable with up to {1e3 * mass:.2g} g on its tip that the "
+        f"model does not know, not with the usual {1e3 * whole:.2g} g: configure a tool or marker body as rod.tip"
+    )
+
+
+def _gains_with(config: RigConfig, rod: RodParameters, mass: float, *laws: str) -> FeedbackGains:
+    """Return the gains with which the loop is stable up to an unknown mass on the tip [kg]."""
+    section = config.observer
+    wanted = FeedbackGains(section.integral, section.proportional, section.derivative, INNOVATION_TIME, NOISE_SHARE)
+    delay = section.delay + section.command_delay
+    return _admitted(rod, config.loop.period, config.rod.alpha, wanted, law_rates(config, *laws), delay, mass)
 
 
 def law_rates(config: RigConfig, *names: str) -> LawRates:

@@ -127,19 +127,25 @@ class GeneralRod:
         return self._free._replace(tension=pulls, force=force, moment=body.moments)
 
     def solve_static(
-        self, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO, start: GeneralState | None = None
+        self,
+        tensions: ArrayLike | None = None,
+        *,
+        tip_force: ArrayLike = ZERO,
+        start: GeneralState | None = None,
+        body: BodyLoads | None = None,
     ) -> GeneralState:
-        """Find a stable equilibrium, downhill from `start` or the reference shape; see `ModelRod`.
+        """Find a stable equilibrium, downhill from `start` or the reference shape; see `ModelRod` and `loads`.
 
         Raises:
             ParameterError: see `loads`.
             ConvergenceError: none was found.
         """
-        loads, factor = self.loads(tensions, tip_force), 1.0 if start is None else start.stiffness
+        loads, factor = self.loads(tensions, tip_force, body), 1.0 if start is None else start.stiffness
         self._scale(factor)
         found = self.strain_rod.solve_static(loads, None if start is None else start.strain)
         position = self.strain_rod.tip(found)[0]
-        return GeneralState(found, loads.tension, np.array(tip_force, dtype=float), position, np.zeros(3), factor)
+        force = np.array(tip_force, dtype=float)
+        return GeneralState(found, loads.tension, force, position, np.zeros(3), factor, body)
 
     def step(
         self, state: GeneralState, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO

@@ -61,7 +61,7 @@ class Allocation:
         places = np.array(positions, dtype=np.float64)
         if not 0.0 <= tension_min < tension_max:
             raise ParameterError(f"tension_min = {tension_min} N must lie in [0, {tension_max}), below tension_max")
-        if not _surround(places):
+        if not surround(places):
             raise ParameterError(
                 "the tendons do not surround the rod: to bend it to every side takes three or more, no two neighbours "
                 "half a turn or more apart"
@@ -94,8 +94,8 @@ class Allocation:
         return np.array(_nearest(self.corners, x, y))
 
 
-def _surround(places: Array) -> bool:
-    """True if positive combinations of the places give every direction."""
+def surround(places: Array) -> bool:
+    """Return whether positive combinations of the tendons' places [m], shape (n, 2), give every direction."""
     off_axis = places[np.hypot(places[:, 0], places[:, 1]) > 0.0]
     if len(off_axis) < 3:
         return False

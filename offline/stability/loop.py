@@ -1,10 +1,10 @@
 """One cycle of the real loop, controller and plant, as a map of its state, and the eigenvalues of its derivative.
 
 The map is `cycle.step` with a step of the plant's rod; nothing is simplified. Its state is all that one cycle hands to
-the next near a resting target: strains and rates of both rods, the mean velocity of the model's tip, the tension, the
-force on the model's tip, what the observer remembers, and poses on their way. It is differenced about the equilibrium,
-which Newton's method finds with the same derivative (Astrom & Wittenmark, Computer-Controlled Systems, 1997, chapter
-3: the loop is stable where all eigenvalues are within the unit circle).
+the next near a resting target: strains and rates of both rods, the model's rates a cycle before, the mean velocity of
+its tip, the tension, the force on it, what the observer remembers, and poses on their way. It is differenced about the
+equilibrium, which Newton's method finds with the same derivative (Astrom & Wittenmark, Computer-Controlled Systems,
+1997, chapter 3: the loop is stable where all eigenvalues are within the unit circle).
 """
 
 from dataclasses import dataclass, replace
@@ -32,6 +32,9 @@ DIFFERENCE = 1e-3
 
 NEWTON = 6
 """Largest number of Newton's steps to the equilibrium."""
+
+TENSION = 4
+"""Number of the tension among the parts of the state."""
 
 LONG_AGO = 10_000
 """Cycles since tracking began: the reference rests."""
@@ -106,7 +109,7 @@ class Loop:
             matrix = self._derivative(self.state)
         values = np.linalg.eigvals(matrix).astype(np.complex128)
         missing = float(np.max(np.abs(self.cycle(self.state) - self.state) / self.scale))
-        tension = np.split(self.state, np.cumsum(self._sizes)[:-1])[3]
+        tension = np.split(self.state, np.cumsum(self._sizes)[:-1])[TENSION]
         return Linear(matrix, values[np.argsort(-np.abs(values))], tension, missing)
 
     def _derivative(self, x: Array) -> Array:
@@ -121,15 +124,16 @@ class Loop:
         rod, observer = state.rod, state.observer
         assert isinstance(rod, GeneralState)
         assert isinstance(observer, ObserverState)
-        model = [rod.strain.strain, rod.strain.rate, rod.velocity, state.tension_estimate, rod.tip_force]
+        earlier = rod.strain.rate if rod.strain.earlier is None else rod.strain.earlier[0]
+        model = [rod.strain.strain, rod.strain.rate, earlier, rod.velocity, state.tension_estimate, rod.tip_force]
         plant = [behind.strain.strain, behind.strain.rate]
         return [*model, observer.past[1:], observer.mean, observer.force, *plant, poses]
 
     def _made(self, x: Array) -> tuple[CycleState, GeneralState, Array]:
-        q, w, velocity, tension, force, past, mean, load, plant_q, plant_w, poses = np.split(
+        q, w, earlier, velocity, tension, force, past, mean, load, plant_q, plant_w, poses = np.split(
             x, np.cumsum(self._sizes)[:-1]
         )
-        rod = _bent(self.rod, q, w, velocity, tension, force)
+        rod = _bent(self.rod, q, w, velocity, tension, force, earlier)
         before = self._start.observer
         assert isinstance(before, ObserverState)
         remembered = np.vstack([before.past[:1], past.reshape(-1, 3)])
@@ -153,7 +157,8 @@ class Loop:
         omega = float(2.0 * np.pi * rate[0])
         tension, force = one.tension_scale, one.bending_stiffness / one.length**2
         length = one.length
-        return [bend, bend * omega, length * omega, tension, force, length, length, force, bend, bend * omega, length]
+        rates = bend * omega
+        return [bend, rates, rates, length * omega, tension, force, length, length, force, bend, rates, length]
 
 
 def _static(rod: GeneralRod, tension: Array) -> GeneralState:
@@ -163,8 +168,10 @@ def _static(rod: GeneralRod, tension: Array) -> GeneralState:
     return state
 
 
-def _bent(rod: Any, q: Array, w: Array, velocity: Array, tension: Array, force: Array) -> GeneralState:
-    strain = StrainState(q.copy(), w.copy())
+def _bent(
+    rod: Any, q: Array, w: Array, velocity: Array, tension: Array, force: Array, earlier: Array | None = None
+) -> GeneralState:
+    strain = StrainState(q.copy(), w.copy(), earlier=None if earlier is None else (earlier.copy(), earlier.copy()))
     return GeneralState(strain, np.maximum(tension, 0.0), force.copy(), rod.strain_rod.tip(strain)[0], velocity.copy())
 
 

@@ -34,8 +34,7 @@ class ObserverSection(Schema):
     kind: Literal["force", "kalman", "offset"] = Field(
         "force",
         description="correction of the model; force: an estimated force on its tip, by fixed gains; kalman: a filter of"
-        " the general rod's whole state, its load and its drive, by noise; offset: an estimated offset of its tip;"
-        " default: kalman where the law is sensitivity because the robot would swing",
+        " the general rod's whole state, its load and its drive, by noise; offset: an estimated offset of its tip",
     )
     pose_noise: Annotated[
         float, Field(gt=0.0, le=0.1, description="standard deviation of each coordinate of a measured tip [m]; kalman")

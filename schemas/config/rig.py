@@ -102,19 +102,17 @@ class RigConfig(Schema):
         return self
 
     def _suit_the_robot(self) -> None:
-        """Give a robot that swings the law and the estimator for it where none are named.
+        """Give a robot that swings the law for it where none is named.
 
-        They are then as if they had been named: a record of the configuration says them.
+        It is then as if it had been named: a record of the configuration says it.
         """
-        control, observer = self.control, self.observer
+        control = self.control
         if "law" in control.model_fields_set or control.rules == 1 or not swings(self.rod, self.loop.period):
             return
         if control.feedback == "direct" or control.solver == "shooting":
             return
         found = {"law": "sensitivity", "solver": "general"}
         object.__setattr__(self, "control", control.model_copy(update=found))  # frozen for everyone else
-        if "kind" not in observer.model_fields_set:
-            object.__setattr__(self, "observer", observer.model_copy(update={"kind": "kalman"}))
 
     def _tendon_objections(self) -> Iterator[str]:
         """Find keys that do not fit the rod's tendons."""

@@ -106,7 +106,10 @@ def _known(setup: CycleSetup, state: CycleState, measured: Array | None) -> _Kno
         turned = None if probing else state.pose.orientation
         readings.insert(0, pose_reading(place, turned, setup.observer.delay if age is None else age))
     assert isinstance(state.rod, GeneralState)
-    return _Known(*setup.estimator.correct(observer, state.rod, readings))
+    rod = state.rod
+    if state.mode not in ACTIVE:  # while tracking it is a fault
+        observer, rod = setup.estimator.begun_again(observer, rod)
+    return _Known(*setup.estimator.correct(observer, rod, readings))
 
 
 def _age(setup: CycleSetup, state: CycleState) -> float | None:

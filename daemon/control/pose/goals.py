@@ -1,7 +1,6 @@
 """Goals of a law of poses: those of a reference of poses, and of references that prescribe less."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,20 +14,20 @@ FOLDED = 0.5
 about a right angle. Chosen: beyond, tensions that differ much give nearly the same place across."""
 
 
-def prescribed(reference: Reference) -> tuple[Reference, Aim]:
-    """Return a reference for laws that move the tip with all tendons, and what of the tip's pose it prescribes.
+def counts_of(reference: Reference) -> Aim:
+    """Return what of the tip's pose a reference prescribes, for laws that move it with all tendons.
 
-    Of a target across, the place along the straight robot is what comes with it: the reference's follows the tip. It
-    leads where the arm is folded so far that moving along its rests hardly moves it across.
+    Of a target across, the place along the straight robot is what comes with it. It leads where the arm is folded so
+    far that moving along its rests hardly moves it across.
     """
     if isinstance(reference, PoseReference):
-        return reference, reference.counts
+        return reference.counts
     if isinstance(reference, PlanarReference) and reference.load_offset is not None and reference.arc is not None:
         across, along = reference.curve.at(reference.arc)[1].tolist()
         side = math.copysign(1.0, float(reference.curve.angle[-1]))
         if side * across > FOLDED * abs(along):
-            return replace(reference, load_offset=replace(reference.load_offset, gain=None, most=1.0)), "across"
-    return reference, "turned" if reference.aim == "direction" else "position"
+            return "across"
+    return "turned" if reference.aim == "direction" else "position"
 
 
 def goal_at(reference: Reference, time: float, offset: float = 0.0) -> PoseGoal:

@@ -11,6 +11,7 @@ from tendond.daemon.control.pose.pose import RADIAN, Aim, Miss, Pose, counted, d
 from tendond.model.errors import ParameterError
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.rods.interface import ModelRod
+from tendond.model.rods.stations import BodyLoads
 from tendond.model.strain.derivatives.linearise import Linearisation
 
 Array = NDArray[np.float64]
@@ -78,16 +79,22 @@ class PoseRests:
         self.preferred: Array = np.full(len(rod.robot.tendons), wanted)
         self.linear = Linearisation(rod.strain_rod)
 
-    def rest(self, tension: Array, start: GeneralState | None = None, tip_force: Array | None = None) -> PoseRest:
-        """Solve the equilibrium under tensions [N], shape (n,), and a force on the tip [N], shape (3,).
+    def rest(
+        self,
+        tension: Array,
+        start: GeneralState | None = None,
+        tip_force: Array | None = None,
+        body: BodyLoads | None = None,
+    ) -> PoseRest:
+        """Solve the equilibrium under tensions [N], shape (n,), a force on the tip [N], shape (3,), and body loads.
 
         Raises:
             ConvergenceError: there is none, or none with derivatives.
         """
         rod, force = self.rod, np.zeros(3) if tip_force is None else tip_force
-        state = rod.solve_static(tension, tip_force=force, start=start)
+        state = rod.solve_static(tension, tip_force=force, start=start, body=body)
         rod.use(state)
-        found = self.linear.rest(state.strain, rod.loads(tension, force))
+        found = self.linear.rest(state.strain, rod.loads(tension, force, body))
         pulled = self.linear.outputs(state.strain).displacement[:, : rod.strain_rod.modes] @ found.strain
         jacobian = np.vstack((found.position, found.rotation))
         return PoseRest(tension, state, self.pose(state), jacobian, pulled)

@@ -6,17 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tendond.daemon.control.pose.goals import goal_at, prescribed
+from tendond.daemon.control.pose.goals import counts_of, goal_at
 from tendond.daemon.control.pose.plan import first_mode
 from tendond.daemon.control.pose.pose import Aim, Pose, turn
-from tendond.daemon.control.pose.reference import PoseGoal
+from tendond.daemon.control.pose.reference import PoseGoal, PoseReference
 from tendond.daemon.control.pose.rests import PoseRest, PoseRests
+from tendond.daemon.control.reference.planar import REACHED
 from tendond.daemon.control.reference.reference import Reference
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation
+from tendond.daemon.errors import TargetError
 from tendond.model.errors import ConvergenceError, ParameterError
 from tendond.model.rods.general import GeneralState
 from tendond.model.rods.selection import model_rod
 from tendond.model.strain.state import StrainState
+from tendond.model.tendons.allocation import surround
 from tendond.schemas.config.rig import RigConfig
 
 Array = NDArray[np.float64]
@@ -56,6 +59,7 @@ class PoseObservation:
         goal: of the reference at the end of the step. now: of the reference now.
         preferred: tensions to which redundant tendons tend [N], shape (n,).
         led: pose to rest at, for the moving tip to be at the goal: see `led_pose`.
+        jumps: the reference begins with a jump of its velocity: the robot does not follow its motion then.
         counts: what of the pose is prescribed. radian: distance that counts as much as 1 rad [m].
         tension: now applied [N], shape (n,).
         tension_min, tension_max: bounds of every tension [N].
@@ -69,6 +73,7 @@ class PoseObservation:
     now: PoseGoal
     preferred: Array
     led: Pose
+    jumps: bool
     counts: Aim
     radian: float
     tension: Array
@@ -88,6 +93,7 @@ class PoseTask:
         rests: equilibria of the model; with scratch memory of its own.
         period: period of the cycle [s].
         frequency: of the first mode [rad/s]. relaxation: twice its damping ratio over that [s].
+        jumps: the reference begins with a jump of its velocity.
     """
 
     reference: Reference
@@ -96,6 +102,7 @@ class PoseTask:
     period: float
     frequency: float
     relaxation: float
+    jumps: bool
 
     def pretension(self, fraction: float) -> Array:
         """Return the pretension [N], shape (n,), of which `fraction` is reached."""
@@ -116,7 +123,10 @@ class PoseTask:
             goal=goal,
             now=goal_at(self.reference, elapsed, offset),
             preferred=rests.preferred if goal.tension is None else goal.tension,
-            led=led_pose(self.reference, elapsed + self.period, self.frequency, self.relaxation, offset),
+            led=goal.pose
+            if self.jumps
+            else led_pose(self.reference, elapsed + self.period, self.frequency, self.relaxation, offset),
+            jumps=self.jumps,
             counts=self.counts,
             radian=rests.radian,
             tension=situation.tension,
@@ -132,7 +142,7 @@ class PoseTask:
         assert isinstance(state, GeneralState)
         force, acting, modes = situation.observer.tip_force, situation.acting, rests.rod.strain_rod.modes
         try:
-            rest = rests.rest(acting, state, force)
+            rest = rests.rest(acting, state, force, state.body)
             step = rests.linear.inputs(state.strain, rests.rod.loads(acting, force, state.body))
         except ConvergenceError:
             return None
@@ -176,17 +186,49 @@ def led_pose(reference: Reference, time: float, frequency: float, relaxation: fl
     return Pose(goal.pose.position + moved, rotation)
 
 
+def _check_reach(config: RigConfig, reference: Reference, rests: PoseRests) -> None:
+    """Refuse a target across that the arm does not reach with all tendons at their least tension.
+
+    Raises:
+        TargetError: it is further from there than `REACHED`; or no equilibrium leads there.
+    """
+    if isinstance(reference, PoseReference) or counts_of(reference) != "across":
+        return
+    length, wanted = rests.rod.robot.length, Pose(np.array(reference.target), np.eye(3))
+    try:
+        start = rests.rest(np.full(len(rests.preferred), rests.tension_min))
+        rest, apart = rests.find(wanted, "across", start)
+    except ConvergenceError as error:
+        raise TargetError(f"reference.across: the rod cannot rest on the way there: {error}") from error
+    if apart.distance > REACHED * length:
+        (x, y, _), low, high = (1e3 * rest.pose.position).tolist(), rests.tension_min, rests.tension_max
+        raise TargetError(
+            f"reference.across is {1e3 * apart.distance:.1f} mm beyond where the tip can rest with every tendon "
+            f"between {low:g} and {high:g} N, which is ({x:.1f}, {y:.1f}) mm: change the target, lower "
+            "pretension.tension_min, or raise limits.tension_max"
+        )
+
+
+def least_tension(config: RigConfig) -> float:
+    """Return the smallest tension of every tendon [N]: the pretension, where the tendons hold it against each other."""
+    opposed = surround(np.array(config.rod.tendon_positions))
+    return config.pretension.tension_min if opposed else config.limits.tension_min
+
+
 def pose_task(config: RigConfig, reference: Reference) -> PoseTask:
     """Make the task, with a rod of its own.
 
     Raises:
         ParameterError: the rod is the shooting rod, or the bounds of the tensions leave no room.
+        TargetError: a target across is beyond where the arm can rest within them.
     """
-    tension_min, tension_max = config.pretension.tension_min, config.limits.tension_max
+    tension_min, tension_max = least_tension(config), config.limits.tension_max
     if not 0.0 <= tension_min < tension_max:
         raise ParameterError(f"tension_min = {tension_min} N must lie in [0, {tension_max}), below tension_max")
     rests = PoseRests(model_rod(config), tension_min, tension_max, config.reference.posture)
     rod = rests.rod.parameters
     relaxation = rod.bending_damping[0] / rod.bending_stiffness
-    followed, counts = prescribed(reference)
-    return PoseTask(followed, counts, rests, config.loop.period, first_mode(rod), relaxation)
+    if config.reference.unreachable == "refuse":
+        _check_reach(config, reference, rests)
+    jumps, counts = not np.allclose(reference.at(0.0).velocity, 0.0), counts_of(reference)
+    return PoseTask(reference, counts, rests, config.loop.period, first_mode(rod), relaxation, jumps)

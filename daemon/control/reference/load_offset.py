@@ -44,14 +44,12 @@ class LoadOffset:
         arrival: time from which on the reference rests at its target, or nearly [s].
         length: length of the rod [m].
         gain: offset in a cycle for an error across [-], where it cannot follow the tip; see `offset_gain`.
-        most: largest offset, of the rod's length [-].
     """
 
     axes: tuple[int, int]
     arrival: float
     length: float
     gain: float | None = None
-    most: float = OFFSET_MAX
 
     def advance(self, offset: float, position: Array, point: ReferencePoint, elapsed: float) -> float:
         """Return the offset [m] after a cycle; it changes only where the tip has arrived.
@@ -72,7 +70,7 @@ class LoadOffset:
             offset += FOLLOW_RATE * (place[along] - point.position[along])
         else:
             offset += self.gain * (place[across] - point.position[across])
-        offset_max = self.most * self.length
+        offset_max = OFFSET_MAX * self.length
         return min(offset_max, max(-offset_max, offset))
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tendond.daemon.control.actuation import lag_factor_of
-from tendond.daemon.control.pose.goals import goal_at, prescribed
+from tendond.daemon.control.pose.goals import counts_of, goal_at
 from tendond.daemon.control.pose.pose import RADIAN, Aim
 from tendond.daemon.control.predictive.body import BodyLimits
 from tendond.daemon.control.predictive.horizon import Horizon
@@ -212,11 +212,10 @@ class HorizonSpace:
         limits = config.limits
         body = BodyLimits.of(config, model) if keys.avoid else None
         at = body.parts * model.robot.length if body is not None and body.surfaces.count else None
-        followed, aim = prescribed(reference)
         arm = max(float(np.hypot(*place)) for place in rod.tendon_positions)
         return HorizonTask(
-            reference=followed,
-            aim=aim,
+            reference=reference,
+            aim=counts_of(reference),
             predictor=Predictor(model, horizon, at, elastic=config.rod.has_elastic_tendons),
             bounds=Bounds(
                 tension_min=max(config.pretension.tension_min, limits.tension_min),

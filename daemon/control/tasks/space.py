@@ -98,7 +98,7 @@ class Space:
 
 def by_rests(config: RigConfig, rod: RodParameters) -> bool:
     """Return whether the law moves the arm along its rests: the general rod, where moving it at once makes it swing."""
-    if solver_of(config.rod, config.control.solver) == "shooting":
+    if config.control.rules == 1 or solver_of(config.rod, config.control.solver) == "shooting":
         return False
     return bool(swings(config.rod, config.loop.period)) or rod.tip_mass > tip_mass_within_cycle(config, rod)
 

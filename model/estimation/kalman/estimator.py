@@ -50,9 +50,8 @@ Else a loop may swing by the large gains that each jump brings: `tendond study e
 SQUARE_MAX = 100.0
 """Largest mean square that counts for the consistency: one bad moment is not a bad second."""
 
-LOST = 50.0
-"""Consistency beyond which the estimate is one of another robot, and begins again at rest: corrected on and on, a model
-that swings otherwise than the robot gains energy without end. The default of faults.inconsistency is half of it."""
+LOST = 25.0
+"""Consistency beyond which the estimate is one of another robot: the default of faults.inconsistency."""
 
 CONSISTENCY_TIME = 1.0
 """Time over which the consistency is averaged [s]."""
@@ -105,12 +104,10 @@ class Estimator:
     ) -> tuple[EstimatorState, GeneralState]:
         """Take the readings of a cycle; return the estimate, and the model's state moved to it.
 
-        Readings that lead to no finite estimate are left out. An estimate that is lost begins again at rest.
+        Readings that lead to no finite estimate are left out.
         """
         if not readings:
             return estimate, state
-        if estimate.consistency > LOST:
-            estimate, state = self._begun_again(estimate, state)
         try:
             after, moved = self._taken(estimate, state, readings)
         except np.linalg.LinAlgError:
@@ -118,13 +115,20 @@ class Estimator:
         numbers = (moved.strain.strain, moved.strain.rate, after.moments[-1].moved, after.recent)
         return (after, moved) if all(np.isfinite(one).all() for one in numbers) else (estimate, state)
 
-    def _begun_again(self, estimate: EstimatorState, state: GeneralState) -> tuple[EstimatorState, GeneralState]:
-        """Return the estimate of the robot as it is configured, at rest; as it is where that has no rest."""
+    def begun_again(self, estimate: EstimatorState, state: GeneralState) -> tuple[EstimatorState, GeneralState]:
+        """Return the estimate of the robot as it is configured, at rest, where it is lost; else the one that is given.
+
+        Corrected on and on, a model that swings otherwise than the robot gains energy without end.
+        """
+        if estimate.consistency < LOST:
+            return estimate, state
         try:
             rest = self.rod.solve_static(state.tensions)
-            return self.start(rest), rest
+            begun = self.start(rest)
         except ConvergenceError:
             return estimate, state
+        tick = estimate.moments[-1].tick
+        return replace(begun, moments=(replace(begun.moments[0], tick=tick),), front=tick), rest
 
     def _taken(
         self, estimate: EstimatorState, state: GeneralState, readings: Sequence[Reading]

@@ -219,9 +219,9 @@ class Linearisation:
         return float(eigh(0.5 * (self._tangent + self._tangent.T), layout.stiffness, eigvals_only=True)[0])
 
     def _differences(self, state: StrainState, loads: Loads, *, inputs: bool = False) -> Array:
-        """Differences of the step, as `StepSensitivity` orders them: central ones.
+        """Central differences of the step, as `StepSensitivity` orders them.
 
-        `inputs`: one-sided, and by the inputs alone, as a loop can bear their price.
+        `inputs`: by the inputs alone, at a fifth of the price.
         """
         rod, layout, work = self.rod, self._layout, self._work
         n, m, h = rod.modes, len(rod.robot.tendons), rod.time_step
@@ -241,12 +241,9 @@ class Linearisation:
             advance(layout, changed, q, w, h, DIFFERENCE_TOLERANCE, work, False)
             return np.concatenate((q, w))
 
-        if inputs:
-            here, given = ahead(start), list(zip(sizes, np.eye(len(start)), strict=True))[2 * n :]
-            return np.stack([(ahead(start + size * unit) - here) / size for size, unit in given], axis=1)
         columns = [
             (ahead(start + size * unit) - ahead(start - size * unit)) / (2.0 * size)
-            for size, unit in zip(sizes, np.eye(len(start)), strict=True)
+            for size, unit in list(zip(sizes, np.eye(len(start)), strict=True))[2 * n if inputs else 0 :]
         ]
         return np.stack(columns, axis=1)
 

@@ -54,7 +54,7 @@ def test_without_a_rest_the_law_holds() -> None:
     goal = goal_at(task.reference, 0.5)
     tension = np.full(7, 1.5)
     observation = PoseObservation(
-        pose=goal.pose, velocity=np.zeros(3), goal=goal, now=goal, preferred=tension, led=goal.pose,
+        pose=goal.pose, velocity=np.zeros(3), goal=goal, now=goal, preferred=tension, led=goal.pose, jumps=False,
         counts="position", radian=0.05, tension=tension, tension_min=1.0, tension_max=20.0,
         period=0.01, frequency=20.0, still=None,
     )  # fmt: skip

@@ -13,7 +13,7 @@ def test_the_linear_loop_moves_as_the_loop_that_runs(robot: str, size: float, st
     assert (found.radius < 1.001) is stable
     assert found.missing < 1e-6
     aside = np.zeros(len(loop.state))
-    bend = loop.places[8]  # of the plant, as if it had been pushed
+    bend = loop.places[9]  # of the plant, as if it had been pushed
     aside[bend] = size * loop.scale[bend]
     x, predicted = loop.state + aside, aside
     for _ in range(6):

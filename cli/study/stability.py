@@ -15,7 +15,7 @@ def stability(
     robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset; may be repeated. Default: all.")] = None,
     law: Annotated[
         str | None,
-        typer.Option("--law", help="Law; default: backstepping, with --track the one that each robot has by default."),
+        typer.Option("--law", help="Law; default: the one that each robot has by default."),
     ] = None,
     short: Annotated[bool, typer.Option("--short", help="Only 100 Hz and a bend of 60 degrees.")] = False,
     track: Annotated[
@@ -33,35 +33,35 @@ def stability(
     Example: tendond study stability --robot nitinol --short
     """
     exit_on_signals(130)
-    from tendond.daemon.control.laws import BENDING_PLANE, LAWS
+    from tendond.daemon.control.laws import LAWS, StatefulLaw
     from tendond.schemas.config.rod.presets import PRESETS
 
     for name in robot or ():
         if name not in PRESETS:
             raise typer.BadParameter(f"'{name}': choose one of {', '.join(PRESETS)}", param_hint="--robot")
-    able = [name for name, one in LAWS.items() if track or one.task_space is BENDING_PLANE]
+    able = [name for name, one in LAWS.items() if track or not isinstance(one, StatefulLaw)]
     if law is not None and law not in able:
         raise typer.BadParameter(f"'{law}': choose one of {', '.join(able)}", param_hint="--law")
     robots = tuple(robot or PRESETS)
     if track:
         good = run_track(robots, law, short=short, as_json=json)
     else:
-        good = run_stability(robots, law or "backstepping", short=short, as_json=json)
+        good = run_stability(robots, law, short=short, as_json=json)
     if not good:
         raise typer.Exit(1)
 
 
 HEAD = (
-    "| robot | rate Hz | delay | damping | E | bend deg | tension N | radius | decay 1/s | frequency Hz | |\n"
-    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    "| robot | law | rate Hz | delay | damping | E | bend deg | tension N | radius | decay 1/s | frequency Hz | |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 )
 
 
-def run_stability(robots: tuple[str, ...], law: str, *, short: bool, as_json: bool) -> bool:
+def run_stability(robots: tuple[str, ...], law: str | None, *, short: bool, as_json: bool) -> bool:
     """Print the map; return whether every loop is stable.
 
     Args:
-        robots: presets. law: name. short: one case each. as_json: print JSON instead of a table.
+        robots: presets. law: name; none: each robot's default. short: one case each. as_json: print JSON, not a table.
     """
     from tendond.cli.common import say
     from tendond.model.numerics.announce import announce_compilation
@@ -76,7 +76,7 @@ def run_stability(robots: tuple[str, ...], law: str, *, short: bool, as_json: bo
         found.append(one)
         if not as_json:
             print(
-                f"| {case.robot} | {case.rate:g} | {case.delay} | {case.damping:g} | {case.stiffness:g} "
+                f"| {case.robot} | {one.law} | {case.rate:g} | {case.delay} | {case.damping:g} | {case.stiffness:g} "
                 f"| {case.bend:g} | {one.tension:.3g} | {one.radius:.5f} | {one.decay:.3g} | {one.frequency:.3g} "
                 f"| {'' if one.stable else 'UNSTABLE'} |",
                 flush=True,

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond import TendondError
-from tendond.daemon.control.laws import LAWS, StatefulLaw
+from tendond.daemon.control.laws import BENDING_PLANE, LAWS, StatefulLaw
+from tendond.daemon.control.pose.task import least_tension
 from tendond.daemon.control.reference.planar import PLANES, in_world
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
@@ -24,6 +25,9 @@ TOLERANCE = 1e-3
 """Error of a radius: fast modes of a scheme without numerical damping lie on the unit circle, and a step's tolerance
 moves them by up to 3e-4 (nitinol at 100 Hz, in a run of 600 cycles neither growing nor falling)."""
 
+SETTLE = 400
+"""Cycles for which a loop that pulls all tendons runs before it is differenced."""
+
 MISSING = 1e-3
 """Largest change of a state in a cycle that counts as an equilibrium, in the scales of its parts."""
 
@@ -36,13 +40,14 @@ class Case:
     """A point of the map.
 
     Attributes:
-        robot: preset. law: name. rate: of the loop [Hz]. delay: of the poses, as configured [cycles].
+        robot: preset. law: name; none: the one that the robot has by default.
+        rate: of the loop [Hz]. delay: of the poses, as configured [cycles].
         damping: factor on the robot's [-]. stiffness: E of the plant over that of the model [-].
         bend: of the model at the target [degrees].
     """
 
     robot: str
-    law: str = "backstepping"
+    law: str | None = None
     rate: float = 100.0
     delay: int = 0
     damping: float = 1.0
@@ -55,13 +60,14 @@ class Result:
     """What a case comes to.
 
     Attributes:
-        case: as given. tension: of the agonist at the equilibrium [N].
+        case: as given. law: of the loop. tension: of the agonist at the equilibrium [N].
         radius: largest modulus of an eigenvalue of the loop [-]; inf where there is no equilibrium.
         decay: of the slowest motion [1/s]; negative: it grows. frequency: of that motion [Hz].
         missing: of the equilibrium [-], see `Linear`.
     """
 
     case: Case
+    law: str
     tension: float
     radius: float
     decay: float
@@ -80,7 +86,7 @@ def configured(case: Case) -> RigConfig:
     data = {
         "rod": {"preset": case.robot},
         "loop": {"period": period},
-        "control": {"law": case.law, "solver": "general"},
+        "control": {"solver": "general"} | ({} if case.law is None else {"law": case.law}),
         "observer": {"delay": case.delay * period},
         "commissioning": {"rest": False, "probe": False},
         "simulator": {"period": period, "solver": "general"},
@@ -115,13 +121,14 @@ def solve(case: Case) -> Result:
     Raises:
         TendondError: the law has a state of its own, which the loop's does not have.
     """
-    if isinstance(LAWS.get(case.law), StatefulLaw):
-        raise TendondError(f"law '{case.law}': its own state is not among the loop's: choose a law without one")
+    law = configured(case).control.law
+    if isinstance(LAWS.get(law), StatefulLaw):
+        raise TendondError(f"law '{law}': its own state is not among the loop's: choose a law without one")
     try:
         loop, config = looped(case)
         return _result(case, loop.linear(), config)
     except ConvergenceError:
-        return Result(case, math.nan, math.inf, -math.inf, 0.0, math.inf)
+        return Result(case, law, math.nan, math.inf, -math.inf, 0.0, math.inf)
 
 
 def looped(case: Case) -> tuple[Loop, RigConfig]:
@@ -133,14 +140,20 @@ def looped(case: Case) -> tuple[Loop, RigConfig]:
     values = config.model_dump(mode="json")
     values["limits"]["tension_max"] = min(500.0, 3.0 * float(tension.max()) + 1.0)
     values["reference"] = {"kind": "step", "position": place, "unreachable": "track", "path": "direct"}
-    return Loop(check_config(values, str(case)), tension, case.delay), config
+    if LAWS[config.control.law].task_space is not BENDING_PLANE:  # it pulls all tendons, and reaches no place along
+        values["reference"] = {"kind": "step", "across": place[0], "unreachable": "track"}
+        tension = tension + least_tension(config)
+    loop = Loop(check_config(values, str(case)), tension, case.delay)
+    if "across" in values["reference"]:
+        loop.settle(SETTLE)
+    return loop, config
 
 
 def _result(case: Case, found: Linear, config: RigConfig) -> Result:
     first = found.eigenvalues[0]
     decay, frequency = -math.log(max(found.radius, 1e-12)) * case.rate, abs(float(np.angle(first))) * case.rate
     tension = float(found.tension[config.control.agonist])
-    return Result(case, tension, found.radius, decay, frequency / (2.0 * math.pi), found.missing)
+    return Result(case, config.control.law, tension, found.radius, decay, frequency / (2.0 * math.pi), found.missing)
 
 
 def held(config: RigConfig, rod: GeneralRod, bend: float) -> tuple[Array, tuple[float, float, float]]:
@@ -169,7 +182,7 @@ def curve_to(config: RigConfig, rod: GeneralRod, bend: float) -> StaticCurve:
     return curve
 
 
-def map_cases(robots: tuple[str, ...], law: str, *, short: bool = False) -> list[Case]:
+def map_cases(robots: tuple[str, ...], law: str | None, *, short: bool = False) -> list[Case]:
     """List the map: each robot at each rate and bend; then one property at a time at the middle bend."""
     rates, bends = (RATES[1:2], BENDS[1:2]) if short else (RATES, BENDS)
     found: list[Case] = []

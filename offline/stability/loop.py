@@ -98,6 +98,11 @@ class Loop:
         moved = self.plant.step(behind, np.array(command.tension))
         return np.concatenate([part.ravel() for part in self._taken(after, moved, queue[1:])])
 
+    def settle(self, cycles: int) -> None:
+        """Run the loop, which redundant tendons need: their tensions go to an edge, where no derivative leads."""
+        for _ in range(cycles):
+            self.state = self.cycle(self.state)
+
     def linear(self) -> Linear:
         """Return the loop about its equilibrium, which is found from the state so far."""
         matrix = self._derivative(self.state)

@@ -35,7 +35,7 @@ class Tracked:
 
     Attributes:
         robot: preset. law: that ran, chosen from the robot where none was asked for. rate: of the loop [Hz].
-        mode: at the end. missing: distance of the true tip from its target at the end, over the length [-].
+        mode: at the end. missing: distance of the true tip from its target across, at the end, over the length [-].
         ripple: its motion in the last second, largest of the components, over the length [-].
         why: reason of the last mode, or why the run did not begin.
     """
@@ -94,6 +94,6 @@ def track(robot: str, law: str | None, rate: float, seconds: float = SECONDS) ->
         return Tracked(robot, name, rate, "none", math.inf, math.inf, str(error).splitlines()[0])
     record = runs[-1].record
     tips = np.array([one.truth.position for one in runs[-round(LAST * rate) :]])
-    missing = float(np.linalg.norm(tips[-1] - np.array(record.reference.position)))
+    missing = math.hypot(*(tips[-1] - np.array(record.reference.position))[:2].tolist())
     ripple = float(np.ptp(tips, axis=0).max())
     return Tracked(robot, record.law, rate, record.mode.value, missing / length, ripple / length, record.reason)

@@ -6,9 +6,16 @@ import pytest
 from tendond.offline.stability.cases import Case, looped, map_cases
 
 
-@pytest.mark.parametrize(("robot", "size", "stable"), [("rucker-webster-2011", 2e-2, True), ("rao-2021", 1e-3, False)])
-def test_the_linear_loop_moves_as_the_loop_that_runs(robot: str, size: float, stable: bool) -> None:
-    loop, _ = looped(Case(robot, bend=30.0))
+@pytest.mark.parametrize(
+    ("robot", "law", "size", "stable"),
+    [
+        ("rucker-webster-2011", "backstepping", 2e-2, True),
+        ("rao-2021", "backstepping", 1e-3, False),
+        ("rao-2021", None, 2e-3, True),
+    ],
+)
+def test_the_linear_loop_moves_as_the_loop_that_runs(robot: str, law: str | None, size: float, stable: bool) -> None:
+    loop, _ = looped(Case(robot, law, bend=30.0))
     found = loop.linear()
     assert (found.radius < 1.001) is stable
     assert found.missing < 1e-6

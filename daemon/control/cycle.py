@@ -78,7 +78,7 @@ def conclude(
     held_back = any(name != "tension min" for name in predicted.met)  # the minimum only keeps the others taut
     bad = state.bad_cycles
     if held_back or bad.limited:
-        bad = changed(bad, limited=bad.limited + 1 if held_back else 0)
+        bad = changed(bad, limited=bad.limited + 1 if held_back else 0, limits=predicted.met)
     return changed(
         state,
         tick=state.tick + 1,

@@ -52,6 +52,7 @@ class BadCycles:
         disorder: cycles during which poses have arrived out of order, beside others that are used.
         objection: reason of the newest rejected pose.
         since_pose: cycles since a pose arrived, used or not.
+        limits: names of those that the newest command met.
         unsafe: cycles for which no command has kept the constraints of [safety].
     """
 
@@ -70,6 +71,7 @@ class BadCycles:
     disorder: int = 0
     since_disorder: int = 0
     unsafe: int = 0
+    limits: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ d is what the measured tip is beside the model's. Without error M stays: the law
 Because reference and prediction are of one time, a moving target is followed without lag. `Allocation` makes tensions
 of M, so that none is below the pretension.
 
-Robots of sections, and references of poses, take `rest_inverse` instead: one moment cannot bend them.
+Robots of sections, those that would swing, and references of poses take `rest_inverse` instead.
 """
 
 import math

@@ -31,7 +31,8 @@ def find_fault(setup: CycleSetup, state: CycleState) -> str:
     if bad.solver_failures > allowed.solver_timeout:
         return f"model: no solution for {in_seconds(setup, bad.solver_failures)}"
     if bad.limited >= allowed.limit_time:
-        return f"limits: the command stood at one for {in_seconds(setup, bad.limited)}"
+        met = f": {', '.join(bad.limits)}" if bad.limits else ""
+        return f"limits: the command stood at one for {in_seconds(setup, bad.limited)}{met}"
     if bad.unsafe >= allowed.unsafe_time:
         return f"safety: no command keeps the constraints of [safety] for {in_seconds(setup, bad.unsafe)}"
     if state.tendon_state is not None and state.tendon_state.fault:

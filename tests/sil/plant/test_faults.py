@@ -198,7 +198,7 @@ def test_a_command_that_stands_at_a_limit_is_clamped_and_in_the_end_a_fault(tmp_
         with one.session() as session:
             one.arm(session)
             status = one.until(session, lambda s: s.mode is Mode.FAULT and s.tension == (0.0,) * 4)
-        assert status.reason == "limits: the command stood at one for 1 s"
+        assert status.reason.startswith("limits: the command stood at one for 1 s: ")
         assert one.end(controller)[0] == 0
     records = load(tmp_path / "run.mcap").records
     assert max(record.command.tension[0] for record in records) == 15.0

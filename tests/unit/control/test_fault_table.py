@@ -40,7 +40,13 @@ def test_a_run_in_which_all_is_well_has_no_fault() -> None:
         ("rejected", ALLOWED.rejected_time - 1, {"objection": "teleport"}, "bad poses: teleport for {t}"),
         ("rejected", ALLOWED.rejected_time - 1, {"objection": ""}, "bad poses: unreadable for {t}"),
         ("solver_failures", ALLOWED.solver_timeout, {}, "model: no solution for {t}"),
-        ("limited", ALLOWED.limit_time - 1, {}, "limits: the command stood at one for {t}"),
+        ("limited", ALLOWED.limit_time - 1, {"limits": ()}, "limits: the command stood at one for {t}"),
+        (
+            "limited",
+            ALLOWED.limit_time - 1,
+            {"limits": ("tension max",)},
+            "limits: the command stood at one for {t}: tension max",
+        ),
     ],
 )
 def test_a_run_of_bad_cycles_is_a_fault_one_cycle_after_the_longest_that_is_tolerated(

@@ -12,7 +12,7 @@ from tendond.model.strain.describe.configured import robot_from_section
 from tendond.schemas.config.rates import damping_ratio
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
-from tendond.schemas.config.rod.swing import DAMPING_MIN
+from tendond.schemas.config.rod.swing import DAMPING_MIN, sags
 
 Solver = Literal["shooting", "general"]
 
@@ -65,7 +65,9 @@ def solver_of(section: RodSection, wanted: Solver | None) -> Solver:
     """
     if wanted is not None:
         return wanted
-    return "general" if section.not_uniform or rubs(section) or damping_ratio(section) < DAMPING_MIN else "shooting"
+    if section.not_uniform or rubs(section) or damping_ratio(section) < DAMPING_MIN or sags(section):
+        return "general"
+    return "shooting"
 
 
 def rubs(section: RodSection) -> bool:

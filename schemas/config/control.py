@@ -40,7 +40,7 @@ class ControlSection(Schema):
     solver: Literal["shooting", "general"] | None = Field(
         None,
         description="rod of the model; shooting: the paper's; general: sections, any routing, light damping; default:"
-        " shooting where it describes the robot and its damping ratio is 5 % or more",
+        " shooting where it describes the robot, its damping ratio is 5 % or more, and it hardly sags by its weight",
     )
     feedback: Literal["observer", "direct"] = Field(
         "observer",

@@ -90,8 +90,8 @@ class SimulatorSection(Schema):
     solver: Literal["shooting", "general"] | None = Field(
         None,
         description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping,"
-        " friction of tendons; default: shooting where it describes the robot, its damping ratio is 5 % or more, and"
-        " nothing rubs",
+        " friction of tendons; default: shooting where it describes the robot, its damping ratio is 5 % or more,"
+        " it hardly sags by its weight, and nothing rubs",
     )
     drive: Literal["tension", "displacement"] = Field(
         "tension",

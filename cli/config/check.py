@@ -1,12 +1,15 @@
 """`tendond config`: check, show, schema."""
 
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from tendond import TendondError
 from tendond.cli.common import chosen_config, say
 from tendond.cli.manual.config_text import config_schema, config_toml
 from tendond.model.errors import ModelError
+from tendond.model.rods.selection import solver_of
 from tendond.offline.config_check import (
     control_of,
     law_objections,
@@ -16,6 +19,7 @@ from tendond.offline.config_check import (
     safety_remarks,
     start_objections,
 )
+from tendond.offline.cycle_time import cycle_lines
 from tendond.offline.equilibria_check import equilibrium_lines
 from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
@@ -60,6 +64,9 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         if model and not wrong:
             notes += [*resolution_remarks(config), *safety_remarks(config)]
             rests = list(equilibrium_lines(config))
+            said, remark = _cycle(config)
+            rests += filter(None, [said])
+            notes += filter(None, [remark])
         if model:
             robot, objection = _robot(config)
             wrong += located([objection], file) if objection else []
@@ -84,6 +91,15 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         print(line)
     for note in notes:
         print(f"note: {note}")
+
+
+def _cycle(config: RigConfig) -> tuple[str, str]:
+    """What a cycle takes on the general rod, whose laws may need too much of it; see `cycle_lines`."""
+    if solver_of(config.rod, config.control.solver) == "shooting":
+        return "", ""
+    with suppress(TendondError):  # is an error of its own
+        return cycle_lines(config)
+    return "", ""
 
 
 def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:

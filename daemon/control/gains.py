@@ -46,16 +46,21 @@ def observer_gains(config: RigConfig, rod: RodParameters, *laws: str) -> Observe
     )
 
 
-def unknown_tip_mass(config: RigConfig, rod: RodParameters, *laws: str) -> float:
-    """Mass on the tip that the controller need not know [kg].
-
-    By default it is that of `default_tip_mass`, or the part of it with which the loop admits an integral gain: without
-    one, the error of a model that is a little too stiff stays for ever.
-    """
+def usual_tip_mass(config: RigConfig, rod: RodParameters) -> float:
+    """Mass on the tip that a controller need not know [kg], whatever its gains admit."""
     given = config.observer.tip_mass_max
-    if given is not None:
-        return given
-    mass = default_tip_mass(rod)
+    return default_tip_mass(rod) if given is None else given
+
+
+def unknown_tip_mass(config: RigConfig, rod: RodParameters, *laws: str) -> float:
+    """Mass on the tip that the controller with fixed gains need not know [kg].
+
+    By default it is the usual one, or the part of it with which the loop admits an integral gain: without one, the
+    error of a model that is a little too stiff stays for ever.
+    """
+    mass = usual_tip_mass(config, rod)
+    if config.observer.tip_mass_max is not None:
+        return mass
     for part in MASS_PARTS:
         if _gains_with(config, rod, part * mass, *laws).integral > 0.0:
             return part * mass
@@ -64,11 +69,17 @@ def unknown_tip_mass(config: RigConfig, rod: RodParameters, *laws: str) -> float
 
 def mass_remark(config: RigConfig, rod: RodParameters) -> str:
     """Say that the arm is stable with less on its tip than others of its stiffness; empty where it is not so."""
-    if config.observer.tip_mass_max is not None or config.observer.kind != "force":
+    section = config.observer
+    if section.tip_mass_max is not None or section.kind != "force" or config.control.feedback != "observer":
         return ""
-    mass, whole = unknown_tip_mass(config, rod), default_tip_mass(rod)
+    mass, whole = unknown_tip_mass(config, rod), usual_tip_mass(config, rod)
     if mass >= whole:
-        return ""
+        if section.integral == 0.0 or observer_gains(config, rod).integral > 0.0:
+            return ""
+        return (
+            "observer: this loop admits no integral gain with an unknown mass on the tip: an error of the model's "
+            'stiffness stays; set observer.tip_mass_max to what may hang there, or observer.kind = "kalman"'
+        )
     return (
         f"observer: the loop of this lightly damped arm is stable with up to {1e3 * mass:.2g} g on its tip that the "
         f"model does not know, not with the usual {1e3 * whole:.2g} g: configure a tool or marker body as rod.tip"

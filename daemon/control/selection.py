@@ -115,7 +115,7 @@ class Selection:
             raise LawError(objection)
         law, parameters = select_law(name, config.control.laws)
         _check(law, self.section)
-        task = _task(config, rod, law, self.reference)
+        task = _task(config, rod, law, self.section, self.reference)
         return replace(self, law_name=name, law=law, parameters=parameters, task=task)
 
     def with_reference(
@@ -131,7 +131,7 @@ class Selection:
         planned = None if plans is None else plans.find(self.law_name, section)
         if planned is None:
             planned = _plan(config, rod, self.law, section, self.curve)
-        return replace(self, section=section, task=_task(config, rod, self.law, planned))
+        return replace(self, section=section, task=_task(config, rod, self.law, section, planned))
 
 
 def select(
@@ -153,7 +153,8 @@ def select(
     """
     law, parameters = select_law(name, config.control.laws)
     _check(law, section)
-    return Selection(name, section, law, parameters, _task(config, rod, law, _plan(config, rod, law, section, curve)))
+    planned = _plan(config, rod, law, section, curve)
+    return Selection(name, section, law, parameters, _task(config, rod, law, section, planned))
 
 
 def _plan(
@@ -184,7 +185,8 @@ def tip_objection(config: RigConfig, rod: RodParameters, law: Law) -> str:
     )
 
 
-def _task(config: RigConfig, rod: ModelRod, law: Law, reference: Reference) -> Task:
+def _task(config: RigConfig, rod: ModelRod, law: Law, section: ReferenceSection, reference: Reference) -> Task:
+    config = config.model_copy(update={"reference": section})
     if objection := tip_objection(config, rod.parameters, law):
         raise LawError(objection)
     try:

@@ -10,7 +10,7 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, initial_state
-from tendond.daemon.errors import LawError
+from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
 from tendond.model.warm import warm_up_filter
 from tendond.schemas.messages import Mode, TipPose
@@ -31,7 +31,7 @@ def warm_up(setup: CycleSetup) -> CycleState:
         warm_up_filter()  # what weighs a contact is not met in a few quiet cycles
     _track(setup, state)
     for name in LAWS:
-        with suppress(LawError):  # a law that does not go with reference or tendons cannot be chosen either
+        with suppress(DaemonError):  # a law that does not go with reference or tendons cannot be chosen either
             selection = state.selection.with_law(setup.config, setup.rod, name)
             with suppress(ModelError):
                 _track(setup, replace(state, selection=selection))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tendond import TendondError
 from tendond.daemon.control.laws import BENDING_PLANE, LAWS, StatefulLaw
-from tendond.daemon.control.pose.task import least_tension
+from tendond.daemon.control.pose.task import PoseTask, least_tension
 from tendond.daemon.control.reference.planar import PLANES, in_world
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.static_curve import StaticCurve, static_curve
@@ -141,12 +141,15 @@ def looped(case: Case) -> tuple[Loop, RigConfig]:
     values["limits"]["tension_max"] = min(500.0, 3.0 * float(tension.max()) + 1.0)
     values["reference"] = {"kind": "step", "position": place, "unreachable": "track", "path": "direct"}
     if LAWS[config.control.law].task_space is not BENDING_PLANE:  # it pulls all tendons, and reaches no place along
-        values["reference"] = {"kind": "step", "across": place[0], "unreachable": "track"}
         tension = tension + least_tension(config)
-    loop = Loop(check_config(values, str(case)), tension, case.delay)
-    if "across" in values["reference"]:
+        across = {**values, "reference": {"kind": "step", "across": place[0], "unreachable": "track"}}
+        loop = Loop(check_config(across, str(case)), tension, case.delay)
+        task = loop.setup.selection.task
+        if not isinstance(task, PoseTask) or task.counts != "across":  # folded: the reference would go on moving
+            loop = Loop(check_config(values, str(case)), tension, case.delay)
         loop.settle(SETTLE)
-    return loop, config
+        return loop, config
+    return Loop(check_config(values, str(case)), tension, case.delay), config
 
 
 def _result(case: Case, found: Linear, config: RigConfig) -> Result:

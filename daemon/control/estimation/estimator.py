@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tendond.daemon.control.estimation.moving_base import base_deviations
 from tendond.daemon.control.estimation.spread import upper_half
-from tendond.daemon.control.gains import law_rates, unknown_tip_mass
+from tendond.daemon.control.gains import law_rates, usual_tip_mass
 from tendond.daemon.control.sensors import Reading as Admitted
 from tendond.model.errors import ParameterError
 from tendond.model.estimation.contact.state import Contact
@@ -56,7 +56,7 @@ def configured_estimator(config: RigConfig, rod: ModelRod) -> Estimator | None:
     noise = configured_noise(config, rod)
     if config.control.feedback == "observer":
         section = config.observer
-        delay, mass = section.delay + section.command_delay, MASS_SHARE * unknown_tip_mass(config, rod.parameters)
+        delay, mass = section.delay + section.command_delay, MASS_SHARE * usual_tip_mass(config, rod.parameters)
         arm = max(math.hypot(*place) for place in rod.parameters.tendon_positions)
         noise = admitted_noise(rod.parameters, config.loop.period, noise, law_rates(config), delay, mass, arm)
     return estimator_with(config, rod, noise, configured_noise(config, rod) if config.observer.contact else None)

@@ -127,8 +127,15 @@ class Estimator:
             begun = self.start(rest)
         except ConvergenceError:
             return estimate, state
-        tick = estimate.moments[-1].tick
-        return replace(begun, moments=(replace(begun.moments[0], tick=tick),), front=tick), rest
+        tick, contacts = estimate.moments[-1].tick, begun.contacts
+        return replace(
+            begun,
+            moments=(replace(begun.moments[0], tick=tick),),
+            front=tick,
+            jumped=tick,  # what follows it is no load
+            quiet=max(estimate.quiet, QUIET),
+            contacts=None if contacts is None else replace(contacts, tick=tick),
+        ), rest
 
     def _taken(
         self, estimate: EstimatorState, state: GeneralState, readings: Sequence[Reading]

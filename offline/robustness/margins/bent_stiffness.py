@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.gains import unknown_tip_mass
+from tendond.daemon.control.gains import usual_tip_mass
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.drivers.simulator.rods import PlantRod, plant_rod
 from tendond.model.errors import ConvergenceError
@@ -46,7 +46,7 @@ def stiffness_rows(config: RigConfig) -> Iterator[StiffnessRow]:
     straight = 3.0 * parameters.bending_stiffness / parameters.length**3
     axes = PLANES[control.plane]
     push = PUSH * straight * parameters.length
-    largest = unknown_tip_mass(config, parameters)
+    largest = usual_tip_mass(config, parameters)
     for mass in (0.0, 0.5 * largest, largest):
         rod.load_tip(mass)
         tension = np.zeros(parameters.tendon_count)

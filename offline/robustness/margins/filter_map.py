@@ -8,7 +8,7 @@ from functools import partial
 from itertools import product
 
 from tendond.daemon.control.estimation.estimator import MASS_SHARE
-from tendond.daemon.control.gains import unknown_tip_mass
+from tendond.daemon.control.gains import usual_tip_mass
 from tendond.daemon.control.setup import CycleSetup
 from tendond.model.errors import ParameterError
 from tendond.model.estimation.margin import STIFFNESS_RANGE, UNKNOWN_DELAY
@@ -101,7 +101,7 @@ def filter_row(config: RigConfig, case: FilterCase) -> FilterRow:
         raise ParameterError("the margin of the filter needs the general rod")
     tensions = resting_tensions(setup, case.bend)
     model = model_parts(setup, tensions)
-    mass = MASS_SHARE * unknown_tip_mass(rig, rod.parameters)
+    mass = MASS_SHARE * usual_tip_mass(rig, rod.parameters)
     found = []
     for load, stiffness in product((0.0, 0.5 * mass, mass), STIFFNESS_RANGE):
         plant = plant_parts(rod, load, stiffness, tensions)

@@ -123,15 +123,18 @@ def gains_rows(config: RigConfig) -> Iterator[GainsRow]:
 
 def loop_cases(config: RigConfig, *, short: bool = False) -> list[LoopRow]:
     """List the runs without their results; `short`: the corners of one rate."""
-    largest = unknown_tip_mass(config, model_rod(config).parameters)
-    masses = (0.0, largest) if short else (0.0, 0.2 * largest, 0.5 * largest, largest)
+    rod, parts = model_rod(config).parameters, (0.0, 1.0) if short else (0.0, 0.2, 0.5, 1.0)
     stiffnesses = (0.85, 1.15) if short else (0.85, 1.0, 1.15)
     delays = DELAYS[3:] if short else DELAYS
+
+    def largest(rate: float, known: int) -> float:
+        return unknown_tip_mass(at_rate(config, rate, known), rod)
+
     return [
-        LoopRow(law, rate, round(mass, 6), stiffness, known, unknown, None, None, "", False)
+        LoopRow(law, rate, round(part * largest(rate, known), 6), stiffness, known, unknown, None, None, "", False)
         for law in LAWS
         for rate in (RATES[:1] if short else RATES)
-        for mass in masses
+        for part in parts
         for stiffness in stiffnesses
         for known, unknown in delays
     ]

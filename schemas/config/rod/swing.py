@@ -25,6 +25,9 @@ PERIODS_MIN = 15.0
 """Cycles in sqrt(rho A L^4/EI), below which the bound falls with the third power of their number: from the same runs at
 50, 70, 100 and 250 Hz, which swing with 2, 10, 20 and 30 g and settle with none, 5, 15 and 25 g."""
 
+NEAR_TIP = 0.999
+"""Part of the backbone's length from which on a tendon counts as ending at the tip."""
+
 PLANE = 5.0
 """Tip mass that the paper's laws bear, of that bound. From runs with an arm of 0.25 m of nitinol, 1.2 mm thick, tendons
 at 8 mm. At 100 Hz the bound is 0.9 g: with 1 g it settles at damping ratios of 0.1 and more, with 2 and 4 g at 0.6
@@ -59,13 +62,18 @@ def mass_within_cycle(stiffness: float, length: float, mass: float, arm: float, 
 def swings(rod: RodSection, period: float) -> str:
     """Return why the arm would swing under a law that moves its tip within a cycle; empty where it does not.
 
-    A configuration that names no law then has one that moves the arm along its rests.
+    A configuration that names no law then has one that moves the arm along its rests. Such a robot has several
+    sections or one that changes along it, a tendon that ends before the tip, light damping, or a heavy tip.
 
     Args:
         rod: [rod]. period: of the cycle [s].
     """
-    if rod.not_uniform:
-        return "it is not one uniform section"
+    if len(rod.section) > 1:
+        return f"it has {len(rod.section)} sections"
+    if any(one.end is not None and one.end < NEAR_TIP * rod.backbone_length for one in rod.tendon):
+        return "a tendon ends before its tip"
+    if rod.section and rod.not_uniform:
+        return rod.not_uniform
     ratio = damping_ratio(rod)
     if ratio < DAMPING_MIN:
         return f"its first mode has a damping ratio of {100.0 * ratio:.2g} %, below {100.0 * DAMPING_MIN:g} %"

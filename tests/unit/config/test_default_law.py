@@ -53,7 +53,11 @@ def test_light_damping_or_a_heavy_tip_on_a_robot_damped_less_than_the_papers_swi
     assert "its tip carries 4 g, and the paper's laws bear 0.9" in why(**slender, damping_ratio=0.3, tip_mass=4e-3)
     assert swings(of({**slender, "damping_ratio": 0.3, "tip_mass": 4e-3}).rod, 0.004) == ""
     assert swings(of({"tip_mass": 0.05}).rod, 0.02) == ""
-    assert why(preset="rao-2021") == "it is not one uniform section"
+    assert why(preset="rao-2021") == "it has 2 sections"
+    tendons = [{"position": [0.02, 0.0], "end": 0.3}, {"position": [-0.02, 0.0]}]
+    assert why(tendon=tendons) == "a tendon ends before its tip"
+    assert why(tendon=[{"position": [0.02, 0.0], "friction": 0.1}, {"position": [-0.02, 0.0]}]) == ""
+    assert why(precurvature=[0.0, 0.5, 0.0]) == ""
 
 
 def test_the_papers_law_on_a_robot_that_may_swing_is_remarked() -> None:

@@ -5,6 +5,12 @@ import sys
 
 import pytest
 
+from tendond.daemon.control.setup import CycleSetup
+from tendond.daemon.control.state import initial_state
+from tendond.daemon.errors import TargetError
+from tendond.daemon.runtime.warm_up import warm_up
+from tendond.schemas.config.rig import check_config
+
 FRESH = """
 from tendond.daemon.control.cycle import step
 from tendond.daemon.runtime.warm_up import warm_up as warm_up_cycle
@@ -69,3 +75,18 @@ print(record.mode.value, {name: count for name, count in loaded().items() if cou
 """
     )
     assert run_fresh(code) == "tracking {}"
+
+
+def test_a_law_that_does_not_reach_the_target_keeps_no_other_from_starting() -> None:
+    """All tendons at 1 N and more reach less far than the agonist alone, which the paper's laws pull."""
+    rod = {
+        "length": 0.25, "radius": 6e-4, "youngs_modulus": 60e9, "density": 6450.0, "damping_ratio": 0.02,
+        "tip_mass": 0.015, "tendon_positions": [[0.008, 0.0], [-0.004, 0.007], [-0.004, -0.007]],
+    }  # fmt: skip
+    control, limits = {"law": "backstepping"}, {"tension_max": 5.7}
+    setup = CycleSetup.from_config(
+        check_config({"rod": rod, "control": control, "limits": limits, "reference": {"across": 0.08}}, "test")
+    )
+    with pytest.raises(TargetError, match="every tendon"):
+        setup.selection.with_law(setup.config, setup.rod, "sensitivity")
+    assert warm_up(setup).mode is initial_state(setup).mode

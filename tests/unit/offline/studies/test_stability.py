@@ -11,7 +11,7 @@ from tendond.offline.stability.cases import Case, looped, map_cases
     [
         ("rucker-webster-2011", "backstepping", 2e-2, True),
         ("rao-2021", "backstepping", 1e-3, False),
-        ("rao-2021", None, 2e-3, True),
+        ("rao-2021", None, 2e-4, True),
     ],
 )
 def test_the_linear_loop_moves_as_the_loop_that_runs(robot: str, law: str | None, size: float, stable: bool) -> None:

@@ -178,12 +178,19 @@ class _Demo:
             self._watch()
             raise
 
+    def _arm(self, session: zenoh.Session) -> ControlReply:
+        """Ask the controller to arm; one that is silent is still starting: it may have kernels to compile."""
+        try:
+            return self._ask(session, ControlAction.ARM)
+        except BusError as error:
+            return ControlReply(done=False, message=str(error))
+
     def _drive(self, session: zenoh.Session) -> None:
         """Arm, watch it track and hold, stop, and wait until the tendons are slack."""
         with Progress(*progress_columns(), console=self.console, disable=not self.console.is_terminal) as progress:
             task = progress.add_task("arming", total=self._hold, state="")
             deadline = time.monotonic() + START_SECONDS
-            while not (reply := self._ask(session, ControlAction.ARM)).done:
+            while not (reply := self._arm(session)).done:
                 progress.update(task, state=reply.message)
                 if time.monotonic() > deadline:
                     raise DaemonError(f"the demo could not be armed: {reply.message}")

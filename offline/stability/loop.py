@@ -105,13 +105,13 @@ class Loop:
 
     def linear(self) -> Linear:
         """Return the loop about its equilibrium, which is found from the state so far."""
-        matrix = self._derivative(self.state)
         for _ in range(NEWTON):
+            matrix = self._derivative(self.state)
             change = np.linalg.lstsq(np.eye(len(matrix)) - matrix, self.cycle(self.state) - self.state, rcond=1e-9)[0]
             self.state = self.state + change
             if np.max(np.abs(change) / self.scale) < 1e-7:
                 break
-            matrix = self._derivative(self.state)
+        matrix = self._derivative(self.state)  # at the equilibrium itself: next to an edge it is another one
         values = np.linalg.eigvals(matrix).astype(np.complex128)
         missing = float(np.max(np.abs(self.cycle(self.state) - self.state) / self.scale))
         tension = np.split(self.state, np.cumsum(self._sizes)[:-1])[TENSION]

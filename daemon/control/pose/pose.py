@@ -19,7 +19,7 @@ RADIAN = 0.2
 0.43 m. Chosen: it decides only between position and direction where not both can be reached."""
 
 
-_COUNTS = {"across": np.array([1.0, 1.0, 0.0]), "turned": np.zeros(3)}
+_COUNTED = {"across": np.array([1.0, 1.0, 0.0]), "turned": np.zeros(3)}
 """Which components of the position count, where not all do."""
 
 
@@ -76,7 +76,7 @@ def difference(present: Pose, wanted: Pose, aim: Aim, radian: float) -> Array:
 
 def _moved(present: Pose, wanted: Pose, aim: Aim) -> Array:
     """Return the displacement to a wanted pose, of what counts [m], shape (3,)."""
-    return (wanted.position - present.position) * _COUNTS.get(aim, 1.0)
+    return (wanted.position - present.position) * _COUNTED.get(aim, 1.0)
 
 
 def counted(jacobian: Array, present: Pose, aim: Aim, radian: float) -> Array:
@@ -91,7 +91,7 @@ def counted(jacobian: Array, present: Pose, aim: Aim, radian: float) -> Array:
         turned = np.zeros_like(turned)
     elif aim in ("turned", "direction"):
         turned = turned - np.outer(present.direction, present.direction @ turned)
-    return np.vstack(((jacobian[:3].T * _COUNTS.get(aim, 1.0)).T, turned))
+    return np.vstack(((jacobian[:3].T * _COUNTED.get(aim, 1.0)).T, turned))
 
 
 def rotation_to(direction: Array) -> Array:

@@ -6,6 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tendond.model.body.ahead import look_ahead
+from tendond.model.body.clearance import Kept, SurfaceRows, find_clearance
+from tendond.model.body.points import PointWeights, find_points
+from tendond.model.body.trajectory import Trajectory
 from tendond.model.estimation.compliance import tip_compliance
 from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.kalman.memory import Reading
@@ -13,6 +17,8 @@ from tendond.model.estimation.kalman.noise import noise_of
 from tendond.model.estimation.observer import observe, start_observer
 from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.numerics.announce import report_compilation
+from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.nearest import nearest_allowed
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.rod import Rod
 from tendond.model.rod.trajectory import simulate_trajectory
@@ -20,6 +26,7 @@ from tendond.model.rods.general import GeneralRod
 from tendond.model.strain import Robot, Section, StrainRod, Tendon
 from tendond.model.strain.analysis.summary import summarise
 from tendond.model.strain.derivatives.linearise import Linearisation
+from tendond.model.strain.kinematics import empty_shape
 from tendond.model.tendons.allocation import Allocation
 
 TENDONS = 4
@@ -101,13 +108,35 @@ def warm_up_filter(tendons: int = TENDONS) -> None:
         estimate, state = estimator.correct(estimate, state, [Reading(0, 0.0, pushed, turn)])
 
 
+def warm_up_body(tendons: int = TENDONS) -> None:
+    """Run the kernels of the safety filter once: points of the body, their motion, clearances, the nearest command."""
+    wire, route = Section.round(0.5, 1e-3, 200e9, 7850.0), (0.02, 0.0)
+    model = GeneralRod(Robot((wire,), (Tendon(0.5, route),)), 0.01)
+    rod, state = model.strain_rod, model.solve_static()
+    weights, n = PointWeights(*model.backbone.weights(np.array([0.25, 0.5]))), rod.modes
+    points, jacobians, loads = np.empty((2, 3)), np.empty((2, 3, n)), model.loads(None)
+    Bound(find_points).call(rod.layout, state.strain.strain, empty_shape(rod.layout), weights, points, jacobians)
+    Trajectory(rod, weights, 1e-6).follow(state.strain, loads, np.zeros((2, 1)))
+    step, coming, bends = Linearisation(rod).step(state.strain, loads), np.zeros(2 * n), np.zeros((2, n))
+    moves, turns = np.empty((2, 6, 2)), np.empty((2, 2, 2))
+    Bound(look_ahead).call(step.a, step.b, coming, 0.5, 1, 1, 1, jacobians.reshape(-1, n), bends, moves, turns)
+    rows = SurfaceRows(np.zeros(1, np.intp), np.ones((1, 3)), np.ones(1), np.empty((0, 3)), np.empty(0), np.empty(0))
+    moved, found = (moves.reshape(2, 2, 3, 2), turns.reshape(2, 1, 2, 2)), (np.empty((2, 2)), np.empty((2, 1, 3)))
+    Bound(find_clearance).call(
+        rows, Kept(0.0, 0.0, 0.0, 1.0), points, np.zeros((1, 2)), *moved, np.ones(2), *found, np.empty((2, 1, 2)),
+        np.empty(2),
+    )  # fmt: skip
+    Bound(nearest_allowed).call(np.ones((4, 1)), np.ones((2, 2)), *(np.ones(1) for _ in range(4)))
+
+
 PARTS: dict[str, Callable[[int], None]] = {
     "shooting": warm_up,
     "trajectories": warm_up_trajectories,
     "general": warm_up_general,
     "filter": warm_up_filter,
+    "body": warm_up_body,
 }
-"""Each takes the number of tendons. The second one calls kernels of the first, the fourth those of the third."""
+"""Each takes the number of tendons. The second one calls kernels of the first, the others those of the third."""
 
 
 if __name__ == "__main__":

@@ -15,12 +15,12 @@ from tendond.schemas.config.rig import RigConfig
 TENDONS = 4
 """Number of tendons of the paper's robot."""
 
-SHOOTING, TRAJECTORIES, GENERAL, FILTER = "shooting", "trajectories", "general", "filter"
+SHOOTING, TRAJECTORIES, GENERAL, FILTER, BODY = "shooting", "trajectories", "general", "filter", "body"
 
 NAMES = {SHOOTING: "shooting rod", GENERAL: "general rod"}
 """Name for people of a list of parts, by its first."""
 
-ALL = ((SHOOTING, TRAJECTORIES), (GENERAL, FILTER))
+ALL = ((SHOOTING, TRAJECTORIES), (GENERAL, FILTER, BODY))
 """Parts of `tendond.model.warm`; each list is compiled in a process of its own."""
 
 Progress = Callable[[str, int, str], None]
@@ -33,8 +33,8 @@ def parts_of(config: RigConfig) -> tuple[tuple[str, ...], ...]:
     from tendond.model.rods.selection import source_of
 
     solvers = {source_of(config).solver, plant_solver(config.simulator), GENERAL}
-    filters = (FILTER,) if config.observer.kind == "kalman" else ()
-    return tuple((solver, *(filters if solver == GENERAL else ())) for solver in NAMES if solver in solvers)
+    more = (*((FILTER,) if config.observer.kind == "kalman" else ()), *((BODY,) if config.safety is not None else ()))
+    return tuple((solver, *(more if solver == GENERAL else ())) for solver in NAMES if solver in solvers)
 
 
 def compile_kernels(parts: Sequence[Sequence[str]], tendons: int, progress: Progress) -> dict[str, float]:

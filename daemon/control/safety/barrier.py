@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.safety.body import Body, Shape
-from tendond.daemon.control.safety.constraints import Constraints, Values
+from tendond.daemon.control.safety.constraints import Constraints, Moved, Values
 from tendond.daemon.control.safety.course import Course
-from tendond.daemon.control.safety.horizon import LATER, Horizon
-from tendond.daemon.control.safety.program import ROUNDS, nearest_allowed
+from tendond.daemon.control.safety.horizon import Horizon
 from tendond.model.errors import ConvergenceError
+from tendond.model.numerics.compile import Bound
+from tendond.model.numerics.nearest import ROUNDS, nearest_allowed
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.state import StrainState
@@ -34,7 +35,6 @@ Array = NDArray[np.float64]
 
 ENOUGH = 1e-5
 """Shortfall of a constraint that counts as none [m], and for strains a thousandth of it: below any margin."""
-
 
 AIM = 0.1
 """Part of `ENOUGH` by which a program goes beyond its rows, so that rounding does not bring a further round."""
@@ -50,7 +50,7 @@ PARTS = (1.0, 0.5, 0.25)
 
 
 Along = Callable[[Array], Values]
-Pair = tuple[Array, Array]
+Bounds = tuple[Array, Array]
 
 
 class Filtered(NamedTuple):
@@ -78,7 +78,9 @@ class Barrier:
 
     def __init__(self, rod: GeneralRod, body: Body, constraints: Constraints, horizon: Horizon, gamma: float) -> None:
         self.body, self.constraints, self.horizon, self.gamma = body, constraints, horizon, gamma
-        self._rod, self._linear, self._course = rod, Linearisation(rod.strain_rod), Course(rod, horizon)
+        self._rod, self._linear, self._course = rod, Linearisation(rod.strain_rod), Course(rod, body, horizon)
+        self._bends = np.ascontiguousarray(body.bend_rows.reshape(-1, rod.strain_rod.modes)[: 2 * constraints.bends])
+        self._allowed = Bound(nearest_allowed)
         self._enough = np.full(len(constraints.names), ENOUGH)
         self._enough[constraints.surfaces.count :] *= 1e-3
 
@@ -101,8 +103,8 @@ class Barrier:
 
     def _now(self, points: Array, shape: Shape) -> Array:
         """Return the constraints of a shape that does not move, shape (r,)."""
-        still, straight = np.zeros((1, len(points), 3)), np.zeros((1, self.constraints.bends, 2))
-        return np.asarray(self.constraints.values(points, shape.bends, still, straight).clear[0])
+        still = np.zeros((1, len(points), 3, 1)), np.zeros((1, self.constraints.bends, 2, 1))
+        return np.asarray(self.constraints.values(points, shape.bends, still).clear[0])
 
     def filter(
         self, state: GeneralState, tensions: Array, force: Array, shift: Array, wanted: Array, low: Array, high: Array,
@@ -123,35 +125,34 @@ class Barrier:
         shape = self.body.shape(state.strain)
         points = shape.points + (self.body.parts**2)[:, None] * shift
         now, change = self._now(points, shape), wanted - tensions
+        weights = np.ones(1 + len(change))
 
-        def linear(moved: Pair, change: Array) -> Values:
-            weights = np.concatenate(([1.0], change))
-            return self.constraints.values(points, shape.bends, *(one @ weights for one in moved))
+        def linear(moved: Moved, change: Array) -> Values:
+            weights[1:] = change
+            return self.constraints.values(points, shape.bends, moved, weights)
 
-        def followed(command: Array) -> Pair:
-            return self._moved(shape, self._course.follow(state, acting(tensions), acting(command), force))
+        def followed(command: Array) -> Moved:
+            return self._moved(shape, *self._course.follow(state, acting(tensions), acting(command), force))
 
         def floor_of(held: Array) -> Array:
             return np.asarray((1.0 - self.gamma) * np.minimum(held.min(axis=0), now))
 
         self._rod.use(state)
         loads = self._rod.loads(acting(tensions), force, state.body)
-        moved = self._linear_motion(state.strain, loads, shape)
-        sane = _finite(moved)
+        moved, sane = self._linear_motion(state.strain, loads, shape)
         if sane:
-            clear = linear(moved, change).clear
-            floor = floor_of(linear(moved, np.zeros_like(change)).clear)
-            if self._far(now, moved, change) and not (floor - clear > self._enough).any():
-                return self._described(wanted, clear, True)
+            still, driven = linear(moved, np.zeros_like(change)), linear(moved, change)
+            if self._far(now, still, driven) and not (floor_of(still.clear) - driven.clear > self._enough).any():
+                return self._described(wanted, driven.clear, True)
         held = followed(tensions)
-        if not sane or np.max(np.abs(moved[0][..., 0] - held[0])) > self._rod.robot.length:
+        if not sane or np.max(np.abs(moved[0][..., :1] - held[0])) > self._rod.robot.length:
             # Fast modes that ring make the step's derivatives unstable, far ahead: then those without a motion.
-            still = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
+            at_rest = replace(state.strain, rate=np.zeros_like(state.strain.rate), earlier=None)
             self._rod.use(state)
-            moved = self._linear_motion(still, loads, shape)
-            if not _finite(moved):
+            moved, finite = self._linear_motion(at_rest, loads, shape)
+            if not finite:
                 raise ConvergenceError("safety: the motion ahead is not finite", 0.0, 0.0, 0)
-        moved[0][..., 0], moved[1][..., 0] = held
+        moved[0][..., :1], moved[1][..., :1] = held
         floor = floor_of(linear(moved, np.zeros_like(change)).clear)
         found = self._tried(wanted, floor, followed, points, shape)
         if found[0] >= -1.0:
@@ -170,37 +171,33 @@ class Barrier:
         spare, command, clear = tried[-1] if tried[-1][0] >= -NEARLY else max(tried, key=lambda one: one[0])
         return self._described(command, clear, spare >= -NEARLY)
 
-    def _linear_motion(self, strain: StrainState, loads: Loads, shape: Shape) -> Pair:
-        """Return moves of the points [m], (k, p, 3, 1 + m), and changes of the bends, by the step's derivatives."""
+    def _linear_motion(self, strain: StrainState, loads: Loads, shape: Shape) -> tuple[Moved, bool]:
+        """Return moves of the points [m], (k, p, 3, 1 + m), and changes of the bends, and whether these are finite."""
         step = self._linear.step(strain, loads)
-        with np.errstate(over="ignore", invalid="ignore"):  # unstable derivatives grow beyond all numbers: not finite
-            motion = self.horizon.motion(np.concatenate((strain.strain, strain.rate)), step)
-            return self.constraints.project(shape, self.body.bend_rows, motion)
+        before, (p, _, n), bends = np.concatenate((strain.strain, strain.rate)), shape.jacobians.shape, self._bends
+        moves, turns, finite = self.horizon.motion(before, step, shape.jacobians.reshape(-1, n), bends)
+        count, columns = len(moves), moves.shape[-1]
+        moved = moves.reshape(count, p, 3, columns), turns.reshape(count, self.constraints.bends, 2, columns)
+        return moved, finite
 
     def _tried(
-        self, command: Array, floor: Array, followed: Callable[[Array], Pair], points: Array, shape: Shape
+        self, command: Array, floor: Array, followed: Callable[[Array], Moved], points: Array, shape: Shape
     ) -> tuple[float, Array, Array]:
         """Return what the model's own motion under a command spares, in `ENOUGH`, the command, and its constraints."""
-        clear = self.constraints.values(points, shape.bends, *followed(command)).clear
+        clear = self.constraints.values(points, shape.bends, followed(command)).clear
         return float(np.min((clear - floor) / self._enough)), command, clear
 
-    def _moved(self, shape: Shape, followed: list[StrainState]) -> Pair:
-        """Return moves of the points [m], (k, p, 3), and changes of the bends [-], (k, b, 2), on the way."""
-        points = np.array([self.body.points(one) for one in followed])
-        strains = np.array([one.strain for one in followed])
-        bends = np.einsum("bin,kn->kbi", self.body.bend_rows[: self.constraints.bends], strains)
-        moves, turns = points - shape.points, bends - shape.bends[: self.constraints.bends]
-        again = np.append(np.arange(len(followed)), [len(followed) - 1] * (LATER - 1))
-        return moves[again], turns[again]
+    def _moved(self, shape: Shape, strains: Array, points: Array) -> Moved:
+        """Return moves of the points [m], (k, p, 3), and changes of the bends [-], (k, b, 2), along a motion."""
+        turns = np.einsum("bin,kn->kbi", self.body.bend_rows[: self.constraints.bends], strains)
+        return (points - shape.points)[..., None], (turns - shape.bends[: self.constraints.bends])[..., None]
 
-    def _far(self, now: Array, moved: Pair, change: Array) -> bool:
+    def _far(self, now: Array, held: Values, commanded: Values) -> bool:
         """Tell whether all constraints, as they are `now`, are far beside the motion to come, held and commanded."""
-        weights = np.stack((np.eye(len(change) + 1)[0], np.concatenate(([1.0], change))), axis=1)
-        ways, turns = (np.linalg.norm(one @ weights, axis=2).max(axis=(0, 2)) for one in moved)
-        return bool((now > FAR * np.concatenate((ways[self.constraints.surfaces.point], turns))).all())
+        return bool((now > FAR * np.maximum(held.reach, commanded.reach)).all())
 
     def _nearest(
-        self, along: Along, floor: Array, moved: Pair, tensions: Array, wanted: Array, hold: Array, bounds: Pair
+        self, along: Along, floor: Array, moved: Moved, tensions: Array, wanted: Array, hold: Array, bounds: Bounds
     ) -> Filtered:
         """Search the allowed command; `along` gives the constraints for a change of the tensions applied now.
 
@@ -214,7 +211,7 @@ class Barrier:
             if command is not hold and not (lack > self._enough).any():
                 return self._described(command, values.clear, True)
             slopes = self.constraints.slopes(values, *moved)
-            command = nearest_allowed(slopes, lack + AIM * self._enough, command, wanted, bounds)
+            command = self._allowed.call(slopes, lack + AIM * self._enough, command, wanted, *bounds)
         return self._less_bad(along, floor, command, hold, tensions)
 
     def _less_bad(self, along: Along, floor: Array, command: Array, hold: Array, tensions: Array) -> Filtered:
@@ -229,7 +226,3 @@ class Barrier:
         least = clear.min(axis=0)
         row = int(np.argmin(least / self._enough))
         return Filtered(command, self.constraints.names[row], float(least[row]), kept, kept)
-
-
-def _finite(moved: Pair) -> bool:
-    return all(bool(np.isfinite(one).all()) for one in moved)

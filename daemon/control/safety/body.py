@@ -5,7 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.body.points import PointWeights, find_points
+from tendond.model.numerics.compile import Bound
 from tendond.model.rods.general import GeneralRod
+from tendond.model.strain.kinematics import empty_shape
 from tendond.model.strain.state import StrainState
 
 Array = NDArray[np.float64]
@@ -35,14 +38,15 @@ class Body:
         stations: parts of its length [-]; the last one is the tip, and is added where it is missing.
 
     Attributes:
-        parts: of the points, parts of the length [-], shape (p,).
+        parts: of the points, parts of the length [-], shape (p,). weights: of the backbone's nodes in them.
         bend_rows: bending strain of the outermost fibre by the strains, about x and y, shape (b, 2, n).
     """
 
     def __init__(self, rod: GeneralRod, stations: tuple[float, ...]) -> None:
         self.parts: Array = np.array(sorted({*stations, 1.0}))
-        self._rod = rod.strain_rod
-        self._places, self._tangents = rod.backbone.weights(self.parts * rod.robot.length)
+        self._layout, self._modes = rod.strain_rod.layout, rod.strain_rod.modes
+        self.weights = PointWeights(*rod.backbone.weights(self.parts * rod.robot.length))
+        self._room, self._find = empty_shape(self._layout), Bound(find_points)
         at, radii, start = [], [], 0.0
         for section in rod.robot.sections:
             for part in BEND_PLACES:
@@ -53,25 +57,8 @@ class Body:
         rows, _ = rod.backbone.bending(np.array(at))
         self.bend_rows: Array = rows.reshape(len(at), 2, -1) * np.array(radii)[:, None, None]
 
-    def points(self, state: StrainState) -> Array:
-        """Return the points of a state [m], shape (p, 3), without their derivatives."""
-        found = self._rod.shape(state)
-        return np.asarray(self._places @ found.position + self._tangents @ found.rotation[:, 2::3])
-
     def shape(self, state: StrainState) -> Shape:
         """Return points and bends of a state."""
-        found, n = self._rod.shape(state), self._rod.modes
-        spin, drift = found.twist[:, :3, :n], found.twist[:, 3:, :n]
-        ahead = found.rotation[:, 2::3]
-        moved = _cross(spin, found.position) + drift
-        turned = _cross(spin, ahead)
-        points = self._places @ found.position + self._tangents @ ahead
-        jacobians = np.tensordot(self._places, moved, 1) + np.tensordot(self._tangents, turned, 1)
+        points, jacobians = np.empty((len(self.parts), 3)), np.empty((len(self.parts), 3, self._modes))
+        self._find.call(self._layout, state.strain, self._room, self.weights, points, jacobians)
         return Shape(points, jacobians, self.bend_rows @ state.strain)
-
-
-def _cross(spin: Array, arm: Array) -> Array:
-    """Return velocities of arms [m], shape (k, 3), by spins about the axes, shape (k, 3, n)."""
-    x, y, z = (arm[:, axis, None] for axis in range(3))
-    a, b, c = spin[:, 0], spin[:, 1], spin[:, 2]
-    return np.stack((b * z - c * y, c * x - a * z, a * y - b * x), axis=1)

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.safety.body import Shape
 from tendond.daemon.control.safety.geometry import Surfaces
-from tendond.daemon.control.safety.horizon import Motion
+from tendond.model.body.clearance import Kept, SurfaceRows, find_clearance
+from tendond.model.numerics.compile import Bound
 from tendond.schemas.config.safety.section import SafetySection
 
 Array = NDArray[np.float64]
@@ -15,8 +15,12 @@ Array = NDArray[np.float64]
 STRAIN = "strain"
 """Name of the constraint on the strain in messages."""
 
-NORM_MIN = 1e-12
-"""Move [m] or bend [-] below which it has no direction."""
+
+Moved = tuple[Array, Array]
+"""Changes of points and bends at the samples of a motion."""
+
+ALONE = np.ones(1)
+"""Weight of a motion that consists of one."""
 
 
 class Values(NamedTuple):
@@ -25,11 +29,13 @@ class Values(NamedTuple):
     Attributes:
         clear: of surfaces [m], then of strain [-], less margins, shape (k, r). slopes: of the surfaces' by the moves of
             their points, shape (k, s, 3); of the strains' by the bends, shape (k, b, 2).
+        reach: longest move of each surface's point [m], largest change of each bend [-], shape (r,).
     """
 
     clear: Array
     slopes: Array
     bend_slopes: Array
+    reach: Array
 
 
 class Constraints:
@@ -49,40 +55,30 @@ class Constraints:
     ) -> None:
         self.surfaces = surfaces
         self.margin = section.margin + section.position_error
-        self._section, self._strain_max, self._spacing = section, strain_max, spacing
         self.bends = 0 if strain_max is None else bends
+        limit = np.inf if strain_max is None else strain_max
+        self._kept = Kept(self.margin, section.stiffness_error, section.delay_error / spacing, limit)
+        self._rows = SurfaceRows(
+            surfaces.point, surfaces.normal, surfaces.level, surfaces.center, surfaces.level_sphere, surfaces.sign
+        )
+        self._find = Bound(find_clearance)
         self.names = [surfaces.names[index] for index in surfaces.surface] + [STRAIN] * self.bends
 
-    def project(self, shape: Shape, bend_rows: Array, motion: Motion) -> tuple[Array, Array]:
-        """Return moves of the points [m], (k, p, 3, 1 + m), and changes of the bends [-], (k, b, 2, 1 + m)."""
-        both = np.concatenate((motion.free[:, :, None], motion.by_command), axis=2)
-        k, n, columns = both.shape
-        flat = np.ascontiguousarray(both.transpose(1, 0, 2)).reshape(n, -1)
-        moves = (shape.jacobians.reshape(-1, n) @ flat).reshape(-1, 3, k, columns).transpose(2, 0, 1, 3)
-        bends = (bend_rows[: self.bends].reshape(-1, n) @ flat).reshape(-1, 2, k, columns).transpose(2, 0, 1, 3)
-        return moves, bends
+    def values(self, points: Array, bends: Array, moved: Moved, weights: Array = ALONE) -> Values:
+        """Return the constraints along a motion.
 
-    def values(self, points: Array, bends: Array, moves: Array, turns: Array) -> Values:
-        """Return the constraints of points [m], (p, 3), and bends [-], (b, 2), moved by (k, p, 3) and (k, b, 2)."""
-        section, at = self._section, self.surfaces.point
-        measured = self.surfaces.measure(points + moves)
-        relative, far = section.stiffness_error, moves[:, at]
-        way = np.sqrt(np.einsum("kri,kri->kr", far, far))
-        kept = self.margin + relative * way
-        if section.delay_error > 0.0:
-            close = moves  # the later samples are further apart
-            parts = np.diff(close, axis=0, prepend=0.0)
-            fastest = np.sqrt(np.einsum("kpi,kpi->kp", parts, parts)).max(axis=0) / self._spacing
-            kept = kept + section.delay_error * fastest[at]
-        clear = measured.values - kept
-        slopes = measured.normals - (relative / np.maximum(way, NORM_MIN))[..., None] * far
-        bent = bends[: self.bends] + turns
-        if self._strain_max is None:
-            return Values(clear, slopes, turns)
-        size, change = np.sqrt(np.einsum("kbi,kbi->kb", bent, bent)), np.sqrt(np.einsum("kbi,kbi->kb", turns, turns))
-        clear = np.concatenate((clear, self._strain_max - (1.0 + relative) * size - relative * change), axis=1)
-        turning = -(1.0 + relative) * bent / np.maximum(size, NORM_MIN)[..., None]
-        return Values(clear, slopes, turning - (relative / np.maximum(change, NORM_MIN))[..., None] * turns)
+        Args:
+            points: now [m], shape (p, 3). bends: now [-], shape (b, 2).
+            moved: changes of them, shapes (k, p, 3, c) and (k, b, 2, c). weights: of these c, shape (c,).
+        """
+        moves, turns = moved
+        k, rows = len(moves), self.surfaces.count
+        found = Values(
+            np.empty((k, rows + self.bends)), np.empty((k, rows, 3)), np.empty((k, self.bends, 2)),
+            np.empty(rows + self.bends),
+        )  # fmt: skip
+        self._find.call(self._rows, self._kept, points, bends[: self.bends], moves, turns, weights, *found)
+        return found
 
     def slopes(self, values: Values, moves: Array, turns: Array) -> Array:
         """Return derivatives of all constraints by the command, sample by sample, shape (k r, m)."""

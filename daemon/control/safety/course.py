@@ -8,26 +8,34 @@ steps a period make that two percent long.
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.control.safety.body import Body
 from tendond.daemon.control.safety.horizon import LATER, Horizon
+from tendond.model.body.trajectory import Trajectory
 from tendond.model.rods.general import GeneralRod, GeneralState
-from tendond.model.strain.state import StrainState
 
 Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""Tolerance of the steps' strains [rad], in the measure of energy: micrometres of a meter, a tenth of `ENOUGH`."""
 
 
 class Course:
     """Motions at the samples of a horizon. Not for use by two threads at once.
 
     Args:
-        rod: the model. horizon: times of the samples.
+        rod: the model. body: its places. horizon: times of the samples.
     """
 
-    def __init__(self, rod: GeneralRod, horizon: Horizon) -> None:
-        self._rod = GeneralRod(rod.robot, horizon.spacing, rod.compliance)
-        self._first, self._lag = horizon.count - LATER, horizon.lag_factor
+    def __init__(self, rod: GeneralRod, body: Body, horizon: Horizon) -> None:
+        self._rod, self._body = GeneralRod(rod.robot, horizon.spacing, rod.compliance), body
+        self._trajectory = Trajectory(self._rod.strain_rod, body.weights, TOLERANCE)
+        count = horizon.count - LATER
+        self._left = horizon.lag_factor ** (np.arange(count) + 0.5)  # in the middle of each step
 
-    def follow(self, state: GeneralState, before: Array, after: Array, force: Array) -> list[StrainState]:
-        """Return the states at the samples of the first period, and the rest, which the later ones have.
+    def follow(self, state: GeneralState, before: Array, after: Array, force: Array) -> tuple[Array, Array]:
+        """Return strains, shape (k, n), and points [m], shape (k, p, 3), at the samples.
+
+        The first ones are steps of the model, the later ones the rest that it settles to.
 
         Args:
             state: now. before, after: tensions now, and those that the actuators go to, with their lag [N], shape (m,).
@@ -37,9 +45,9 @@ class Course:
             ConvergenceError: a step has no finite solution, or the tensions have no rest.
         """
         self._rod.use(state)
-        rod, now, found = self._rod.strain_rod, state.strain, []
-        for index in range(self._first):
-            tensions = after + self._lag ** (index + 0.5) * (before - after)  # in the middle of the step
-            now = rod.step(now, self._rod.loads(tensions, force, state.body))
-            found.append(now)
-        return [*found, rod.solve_static(self._rod.loads(after, force, state.body), now)]
+        loads = self._rod.loads(after, force, state.body)
+        tensions = after + self._left[:, None] * (before - after)
+        strains, points, last = self._trajectory.follow(state.strain, loads, tensions)
+        rest = self._rod.strain_rod.solve_static(loads, last)
+        later = self._body.shape(rest).points
+        return np.concatenate((strains, [rest.strain] * LATER)), np.concatenate((points, [later] * LATER))

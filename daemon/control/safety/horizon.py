@@ -10,11 +10,11 @@ own; later ones have the first one's derivatives. Powers of the augmented matrix
 products, so that the whole settling is sampled: `SAMPLES` times through the slowest swing, then twice as late each.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.body.ahead import look_ahead
+from tendond.model.numerics.compile import Bound
 from tendond.model.strain.derivatives.results import StepSensitivity
 
 Array = NDArray[np.float64]
@@ -25,18 +25,6 @@ amplitude, which the declared error of the stiffness covers."""
 
 LATER = 4
 """Samples after it, each twice as late as the one before: 9 to 16 periods, in which a mode damped by 5 % is at rest."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Changes of the strains, from those now, at the samples: without a change of the command, and by one.
-
-    Attributes:
-        free: shape (k, n). by_command: [1/N], shape (k, n, m).
-    """
-
-    free: Array
-    by_command: Array
 
 
 class Horizon:
@@ -53,40 +41,24 @@ class Horizon:
     def __init__(self, period: float, time_step: float, lag_factor: float) -> None:
         self.doublings = max(0, int(np.floor(np.log2(max(period / (SAMPLES * time_step), 1.0)))))
         self.spacing = 2.0**self.doublings * time_step
-        self._each = int(np.ceil(period / self.spacing))
-        self._lag = lag_factor
-        self.count = self._each + LATER
+        self._lag, self._look = float(lag_factor), Bound(look_ahead)
+        self.count = int(np.ceil(period / self.spacing)) + LATER
         self.lag_factor = lag_factor**2**self.doublings if lag_factor else 0.0
 
-    def motion(self, before: Array, step: StepSensitivity) -> Motion:
-        """Return the motion from strains and rates before a step, shape (2 n,), and that step."""
-        a, b = step.a, step.b
-        size, m = len(a), b.shape[1]
+    def motion(self, before: Array, step: StepSensitivity, points: Array, bends: Array) -> tuple[Array, Array, bool]:
+        """Return moves of points, shape (k, P, 1 + m), changes of bends, (k, b, 1 + m), and whether both are finite.
+
+        The first column is the motion without a change of the command, the others are derivatives by the command [1/N].
+
+        Args:
+            before: strains and rates before a step, shape (2 n,). step: from there, with its derivatives.
+            points, bends: their derivatives by the strains, shapes (P, n) and (b, n).
+        """
+        columns = 1 + step.b.shape[1]
+        moves, turns = np.empty((self.count, len(points), columns)), np.empty((self.count, len(bends), columns))
         coming = np.concatenate((step.state.strain, step.state.rate)) - before
-        whole = size + (m if self._lag else 0)
-        power, offset = np.zeros((whole, whole)), np.zeros((whole, 1 + m))
-        power[:size, :size] = a
-        offset[:size, 0], offset[:size, 1:] = coming, b
-        start = np.zeros((whole, 1 + m))
-        if self._lag:
-            power[:size, size:] = -b
-            np.fill_diagonal(power[size:, size:], self._lag)
-            start[size:, 1:] = self._lag * np.eye(m)
-        for _ in range(self.doublings):
-            offset = power @ offset + offset
-            power = power @ power
-        n, now = size // 2, start
-        found = np.empty((self.count, n, 1 + m))
-        for k in range(self._each):
-            now = power @ now + offset
-            found[k] = now[:n]
-        for _ in range(max(0, int(np.log2(self._each)))):
-            offset = power @ offset + offset
-            power = power @ power
-        for k in range(self._each, self.count):
-            now = power @ now + offset
-            found[k] = now[:n]
-            if k + 1 < self.count:
-                offset = power @ offset + offset
-                power = power @ power
-        return Motion(found[:, :, 0], found[:, :, 1:])
+        each, later = self.count - LATER, LATER
+        finite = self._look.call(
+            step.a, step.b, coming, self._lag, self.doublings, each, later, points, bends, moves, turns
+        )  # fmt: skip
+        return moves, turns, finite

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, minimize
 
-from tendond.daemon.control.safety.program import WEIGHT, smallest_change
+from tendond.model.numerics.nearest import WEIGHT, smallest_change
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -1,5 +1,6 @@
 """Checks of a configuration beyond its keys and values: laws, the rod, the simulator, files that it names."""
 
+import math
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -17,6 +18,9 @@ from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.errors.explain import Objection, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
+
+CHECKED_BEND = 60.0
+"""Bend at which the loop of a law that may swing the arm is looked at [degrees], as `tendond study stability` does."""
 
 
 def located(lines: Iterable[str], file: Path | None) -> list[Objection]:
@@ -167,6 +171,20 @@ def _swinging(config: RigConfig) -> Iterator[str]:
     law, why = LAWS.get(config.control.law), swings(config.rod, config.loop.period)
     if law is not None and law.task_space is BENDING_PLANE and why:
         yield (
-            f"control.law: {law.name} may swing this arm at {1.0 / config.loop.period:g} Hz: {why}; "
+            f"control.law: {law.name} may swing this arm at {1.0 / config.loop.period:g} Hz: {why}{_radius(config)}; "
             'control.law = "sensitivity" moves it along its rests'
         )
+
+
+def _radius(config: RigConfig) -> str:
+    """Say how fast motions about a rest grow in the configuration's loop; empty where that is not known."""
+    from tendond.offline.stability.margins import own_loop
+
+    with suppress(TendondError, TypeError):
+        found = own_loop(config, CHECKED_BEND)
+        if not found.stable and math.isfinite(found.radius):
+            return (
+                f"; bent by {CHECKED_BEND:g} degrees the loop is unstable: motions grow by a factor of "
+                f"{found.radius:.3g} in each cycle (`tendond study stability -c` has its margins)"
+            )
+    return ""

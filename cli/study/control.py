@@ -13,9 +13,14 @@ def control(
     law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
     task: Annotated[list[str] | None, typer.Option("--task", help="Task; may be repeated.")] = None,
     plant: Annotated[
-        list[str] | None, typer.Option("--plant", help="matched, unlike or friction; may be repeated.")
+        list[str] | None, typer.Option("--plant", help="matched, unlike, friction or wired; may be repeated.")
     ] = None,
-    robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset of [rod]; may be repeated.")] = None,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot", help="Preset of [rod], or all: of one, two and three sections; may be repeated. Default: paper."
+        ),
+    ] = None,
     observer: Annotated[str, typer.Option("--observer", help="Kind of observer: force or kalman.")] = "force",
     rate: Annotated[int, typer.Option("--rate", min=10, max=1000, help="Rate of the loop [Hz].")] = 100,
     seconds: Annotated[
@@ -26,25 +31,27 @@ def control(
 ) -> None:
     """Compare the laws on the same tasks.
 
-    Circles, a figure-eight, a helix, a step and the paper's task, on a plant that is the model, one unlike it and one
-    with tendon friction, with the same seed and estimator: error of the true tip, settling, ripple, limits that were
-    met, and processor time of a cycle. Exit status 1: a goal is missed.
+    Circles, a figure-eight, a helix, a step and the paper's task, with --robot all also paths of robots of two and
+    three sections; on a plant that is the model, one unlike it, one with tendon friction, and behind emulated servos;
+    with the same seed and estimator: error of the true tip, settling, ripple, limits that were met, and processor time
+    of a cycle. Exit status 1: a goal is missed.
 
     Example: tendond study control --law mpc --law sensitivity --task "circle 250 mm"
     """
     exit_on_signals(130)
     from tendond.daemon.control.laws import LAWS
-    from tendond.offline.control.cases import PLANTS, TASKS, Case
+    from tendond.offline.control.cases import PLANTS, ROBOTS, TASKS, Case
     from tendond.offline.control.report import HEADING, misses, row
     from tendond.offline.control.run import run
 
+    robots = [one for name in robot or ["paper"] for one in (ROBOTS if name == "all" else [name])]
     for asked, known, hint in ((law, LAWS, "--law"), (task, TASKS, "--task"), (plant, PLANTS, "--plant")):
         for name in asked or ():
             if name not in known:
                 raise typer.BadParameter(f"'{name}': choose one of {', '.join(known)}", param_hint=hint)
     cases = [
         Case(a, b, c, observer, d, 1.0 / rate, seed)
-        for d in robot or ["paper"]
+        for d in robots
         for b in task or TASKS
         for c in plant or PLANTS
         for a in law or LAWS

@@ -3,6 +3,7 @@
 import json as encoder
 from dataclasses import asdict
 from math import inf
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -21,18 +22,32 @@ def stability(
     track: Annotated[
         bool, typer.Option("--track", help="Run each robot to a target at 50, 100, 250, 500 Hz instead.")
     ] = False,
+    config: Annotated[
+        Path | None, typer.Option("--config", "-c", help="A rig's own loop, and how far it is from its edge.")
+    ] = None,
+    bend: Annotated[
+        float, typer.Option("--bend", min=1.0, max=170.0, help="Bend of the model at the target, with --config [deg].")
+    ] = 60.0,
     json: Json = False,
 ) -> None:
     """Compute the eigenvalues of the discrete loop.
 
     Of the real cycle with its plant, both general rods, differenced about resting targets: each robot at 50 to 500 Hz
     and three bends, then with delays, less damping and another E. Minutes for each robot. With --track no eigenvalues:
-    each robot runs for 6 s to a target at which its agonist bends it by 60 degrees, and is to rest there. Exit
-    status 1: a loop is unstable, or a robot does not rest at its target.
+    each robot runs for 6 s to a target at which its agonist bends it by 60 degrees, and is to rest there. With --config
+    the loop of that rig, with its law, and with later poses, another E, less damping and other gains, each until it is
+    unstable. Exit status 1: a loop is unstable, with --config that of the rig as it is; or a robot does not rest at
+    its target.
 
     Example: tendond study stability --robot nitinol --short
     """
     exit_on_signals(130)
+    if config is not None:
+        if robot or short or track:
+            raise typer.BadParameter("names a robot: not with --robot, --short or --track", param_hint="--config")
+        if not run_margins(config, law, bend, as_json=json):
+            raise typer.Exit(1)
+        return
     from tendond.daemon.control.laws import LAWS, StatefulLaw
     from tendond.schemas.config.rod.presets import PRESETS
 
@@ -49,6 +64,46 @@ def stability(
         good = run_stability(robots, law, short=short, as_json=json)
     if not good:
         raise typer.Exit(1)
+
+
+def run_margins(path: Path, law: str | None, bend: float, *, as_json: bool) -> bool:
+    """Print the margins of a rig's loop; return whether it is stable as configured.
+
+    Args:
+        path: of its configuration. law: in the place of its own. bend: at the target [degrees]. as_json: print JSON.
+    """
+    from tendond.cli.common import load_config, say
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.stability.margins import margins, summary
+    from tendond.schemas.config.rig import check_config
+
+    announce_compilation(say)
+    config = load_config(path)
+    if law is not None:
+        values = config.model_dump(mode="json")
+        values["control"]["law"] = law
+        config = check_config(values, str(path))
+    found = []
+    if not as_json:
+        print(f"{config.control.law} at {1.0 / config.loop.period:g} Hz, bent by {bend:g} degrees\n")
+        print("| | value | radius | decay 1/s | frequency Hz | |\n| --- | --- | --- | --- | --- | --- |", flush=True)
+    for one in margins(config, path.stem, bend):
+        found.append(one)
+        if not as_json:
+            end = one.result
+            print(
+                f"| {one.name} | {one.value:g} | {end.radius:.5f} | {end.decay:.3g} | {end.frequency:.3g} "
+                f"| {'' if end.stable else 'UNSTABLE'} |",
+                flush=True,
+            )
+    if as_json:
+        rows = [
+            {"name": one.name, "value": one.value, "stable": one.result.stable, **asdict(one.result)} for one in found
+        ]
+        print(encoder.dumps(rows, indent=2))
+    else:
+        print("\n" + "\n".join(summary(found)))
+    return found[0].result.stable
 
 
 HEAD = (

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.cycle import respond
+from tendond.daemon.control.pose.pose import Pose, miss, rotation_to
+from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState
 from tendond.drivers.simulator.lockstep import Watched, watched_loop, without_probe
 from tendond.model.rods.general import GeneralRod, GeneralState
 from tendond.offline.control.cases import REST, Case
+from tendond.offline.trials.sections import BACKBONE_POINTS, end_direction
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode
 from tendond.schemas.requests import ControlAction
@@ -35,6 +38,7 @@ class Outcome:
 
     Attributes:
         rms_mm, worst_mm, end_mm: of the error [mm]; the last one at the end.
+        rms_degrees: of the angle between the directions of tip and reference; none: none is prescribed.
         settling_s: time from which on the tip is within 2 mm of the target, of tasks that end at one [s]; none: not.
         ripple_n: mean change of a tension from cycle to cycle in the last half second [N].
         violations: cycles in which the command met a limit but the smallest tension.
@@ -46,6 +50,7 @@ class Outcome:
     rms_mm: float
     worst_mm: float
     end_mm: float
+    rms_degrees: float | None
     settling_s: float | None
     ripple_n: float
     violations: int
@@ -61,18 +66,18 @@ def run(case: Case, seconds: float | None = None) -> Outcome:
     Raises:
         TendondError: the reference cannot be followed, or the plant has no solution.
     """
-    config = without_probe(case.config())
+    config, wires = case.wired(without_probe(case.config()))
     reference = CycleSetup.from_config(config).selection.reference
     begin = float(getattr(reference, "approach_time", 0.0))
     lasting = reference.arrival + (REST if begin == 0.0 else 0.0) if seconds is None else seconds
     cycles = ARMED + math.ceil((config.pretension.duration + lasting) / case.period) + 1
     states: list[CycleState] = []
-    trace = list(watched_loop(config, cycles, {ARMED: ControlAction.ARM}, see_state=states.append))
+    trace = list(watched_loop(config, cycles, {ARMED: ControlAction.ARM}, BACKBONE_POINTS, states.append, wires=wires))
     part = [one for one in trace if one.record.mode is Mode.TRACKING]
     last = trace[-1].record
     fault = "" if last.mode is Mode.TRACKING else last.reason
     if not part:
-        return Outcome(math.nan, math.nan, math.nan, None, math.nan, 0, math.nan, math.nan, math.nan, fault)
+        return Outcome(math.nan, math.nan, math.nan, None, None, math.nan, 0, math.nan, math.nan, math.nan, fault)
     error = 1e3 * np.linalg.norm(_tips(part) - np.array([one.record.reference.position for one in part]), axis=1)
     since: Array = case.period * np.arange(len(part), dtype=np.float64)
     kept = error[since >= begin] if (since >= begin).any() else error
@@ -83,6 +88,7 @@ def run(case: Case, seconds: float | None = None) -> Outcome:
         rms_mm=float(np.sqrt(np.mean(kept**2))),
         worst_mm=float(kept.max()),
         end_mm=float(error[-1]),
+        rms_degrees=_turned(part, reference, since, begin),
         settling_s=_settling(part, since) if begin == 0.0 else None,
         ripple_n=float(np.abs(np.diff(tension[-half:], axis=0)).mean()),
         violations=sum(any(name != "tension min" for name in one.record.limited) for one in part),
@@ -95,6 +101,18 @@ def run(case: Case, seconds: float | None = None) -> Outcome:
 
 def _tips(part: list[Watched]) -> Array:
     return np.array([one.truth.position for one in part])
+
+
+def _turned(part: list[Watched], reference: object, since: Array, begin: float) -> float | None:
+    """Return the root mean square angle from the reference's direction [degrees]; none where it has none."""
+    if not isinstance(reference, PoseReference) or reference.counts == "position":
+        return None
+    angles = []
+    for now, one in zip(since.tolist(), part, strict=True):
+        if now >= begin:
+            pose = Pose(np.array(one.truth.position), rotation_to(end_direction(one.shape)))
+            angles.append(math.degrees(miss(pose, reference.pose(now).pose, "direction").angle))
+    return float(np.sqrt(np.mean(np.square(angles)))) if angles else None
 
 
 def _settling(part: list[Watched], since: Array) -> float | None:

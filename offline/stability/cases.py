@@ -124,16 +124,25 @@ def solve(case: Case) -> Result:
     law = configured(case).control.law
     if isinstance(LAWS.get(law), StatefulLaw):
         raise TendondError(f"law '{law}': its own state is not among the loop's: choose a law without one")
+    return solve_loop(configured(case), case)
+
+
+def solve_loop(config: RigConfig, case: Case) -> Result:
+    """Compute the eigenvalues of a configuration at the bend of a case, with poses as late as there; see `solve`."""
     try:
-        loop, config = looped(case)
-        return _result(case, loop.linear(), config)
+        return _result(case, loop_of(config, case).linear(), config)
     except ConvergenceError:
-        return Result(case, law, math.nan, math.inf, -math.inf, 0.0, math.inf)
+        return Result(case, config.control.law, math.nan, math.inf, -math.inf, 0.0, math.inf)
 
 
 def looped(case: Case) -> tuple[Loop, RigConfig]:
     """Return the loop of a case at its resting target, and its configuration."""
     config = configured(case)
+    return loop_of(config, case), config
+
+
+def loop_of(config: RigConfig, case: Case) -> Loop:
+    """Return the loop of a configuration at a resting target, bent as in a case, with poses as late as there."""
     rod = model_rod(config)
     assert isinstance(rod, GeneralRod)
     tension, place = held(config, rod, math.radians(case.bend))
@@ -148,8 +157,8 @@ def looped(case: Case) -> tuple[Loop, RigConfig]:
         if not isinstance(task, PoseTask) or task.counts != "across":  # folded: the reference would go on moving
             loop = Loop(check_config(values, str(case)), tension, case.delay)
         loop.settle(SETTLE)
-        return loop, config
-    return Loop(check_config(values, str(case)), tension, case.delay), config
+        return loop
+    return Loop(check_config(values, str(case)), tension, case.delay)
 
 
 def _result(case: Case, found: Linear, config: RigConfig) -> Result:

@@ -138,6 +138,7 @@ class Loop:
         q, w, earlier, velocity, tension, force, past, mean, load, plant_q, plant_w, poses = np.split(
             x, np.cumsum(self._sizes)[:-1]
         )
+        tension = np.maximum(tension, 0.0)  # differences at an edge go beyond it
         rod = _bent(self.rod, q, w, velocity, tension, force, earlier)
         before = self._start.observer
         assert isinstance(before, ObserverState)
@@ -177,7 +178,7 @@ def _bent(
     rod: Any, q: Array, w: Array, velocity: Array, tension: Array, force: Array, earlier: Array | None = None
 ) -> GeneralState:
     strain = StrainState(q.copy(), w.copy(), earlier=None if earlier is None else (earlier.copy(), earlier.copy()))
-    return GeneralState(strain, np.maximum(tension, 0.0), force.copy(), rod.strain_rod.tip(strain)[0], velocity.copy())
+    return GeneralState(strain, tension.copy(), force.copy(), rod.strain_rod.tip(strain)[0], velocity.copy())
 
 
 def _tracking(state: CycleState, setup: CycleSetup, rod: GeneralState, tension: Array) -> CycleState:

@@ -83,7 +83,7 @@ class Trajectory:
             state: at the start. loads: on the rod but for its tensions. tensions: of each step [N], shape (k, m).
 
         Raises:
-            ConvergenceError: a state that is not finite.
+            ConvergenceError: a state, or tensions, that are not finite.
         """
         rod, work, count = self._rod, self._work, len(tensions)
         strains, points = np.empty((count, rod.modes)), np.empty((count, len(self._weights.places), 3))
@@ -97,7 +97,7 @@ class Trajectory:
             rod.layout, loads, tensions, q, w, before, rod.time_step, self._tolerance, work, self._other,
             self._weights, strains, points,
         )  # fmt: skip
-        if not done:
+        if not (done and np.isfinite(tensions).all()):
             raise ConvergenceError("dynamics: the step from a state, or under loads, that are not finite", 0.0, 0.0, 0)
         pulls = work.grip.start.copy() if len(work.grip.tendon) > 0 else None
         return strains, points, StrainState(q, w, pulls=pulls)

@@ -80,7 +80,8 @@ def run(case: Case, seconds: float | None = None) -> Outcome:
         return Outcome(math.nan, math.nan, math.nan, None, None, math.nan, 0, math.nan, math.nan, math.nan, fault)
     error = 1e3 * np.linalg.norm(_tips(part) - np.array([one.record.reference.position for one in part]), axis=1)
     since: Array = case.period * np.arange(len(part), dtype=np.float64)
-    kept = error[since >= begin] if (since >= begin).any() else error
+    counted = since >= begin if (since >= begin).any() else since >= 0.0
+    kept = error[counted]
     tension = np.array([one.record.command.tension for one in part])
     half = round(0.5 / case.period)
     times, step = _times(config, states[-TIMED - 1 : -1], trace[-TIMED:])
@@ -88,7 +89,7 @@ def run(case: Case, seconds: float | None = None) -> Outcome:
         rms_mm=float(np.sqrt(np.mean(kept**2))),
         worst_mm=float(kept.max()),
         end_mm=float(error[-1]),
-        rms_degrees=_turned(part, reference, since, begin),
+        rms_degrees=_turned(part, reference, since, counted),
         settling_s=_settling(part, since) if begin == 0.0 else None,
         ripple_n=float(np.abs(np.diff(tension[-half:], axis=0)).mean()),
         violations=sum(any(name != "tension min" for name in one.record.limited) for one in part),
@@ -103,16 +104,16 @@ def _tips(part: list[Watched]) -> Array:
     return np.array([one.truth.position for one in part])
 
 
-def _turned(part: list[Watched], reference: object, since: Array, begin: float) -> float | None:
+def _turned(part: list[Watched], reference: object, since: Array, counted: NDArray[np.bool_]) -> float | None:
     """Return the root mean square angle from the reference's direction [degrees]; none where it has none."""
     if not isinstance(reference, PoseReference) or reference.counts == "position":
         return None
     angles = []
-    for now, one in zip(since.tolist(), part, strict=True):
-        if now >= begin:
-            pose = Pose(np.array(one.truth.position), rotation_to(end_direction(one.shape)))
-            angles.append(math.degrees(miss(pose, reference.pose(now).pose, "direction").angle))
-    return float(np.sqrt(np.mean(np.square(angles)))) if angles else None
+    for index in np.flatnonzero(counted).tolist():
+        one = part[index]
+        pose = Pose(np.array(one.truth.position), rotation_to(end_direction(one.shape)))
+        angles.append(math.degrees(miss(pose, reference.pose(float(since[index])).pose, "direction").angle))
+    return float(np.sqrt(np.mean(np.square(angles))))
 
 
 def _settling(part: list[Watched], since: Array) -> float | None:

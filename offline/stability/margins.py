@@ -105,9 +105,9 @@ def has_gains(config: RigConfig) -> bool:
 
 def _gains_of(config: RigConfig) -> dict[str, float]:
     law, parameters = select_law(config.control.law, config.control.laws)
-    marks = set(Gain.__metadata__)  # type: ignore[attr-defined]  # mypy does not know what Annotated keeps
+    bounds = Gain.__metadata__[0].metadata  # type: ignore[attr-defined]  # mypy does not know what Annotated keeps
     fields = law.parameters.model_fields.items()
-    return {name: getattr(parameters, name) for name, field in fields if marks & set(field.metadata)}
+    return {name: getattr(parameters, name) for name, field in fields if field.metadata == bounds}
 
 
 def varied(

@@ -77,7 +77,9 @@ def margins(config: RigConfig, name: str, bend: float) -> Iterator[Margin]:
         if (change.key == "gains" and not gains) or not (own.stable or change.steadies):
             continue
         for value in change.values:
-            found = solve_loop(varied(config, **{change.key: value}), _case_of(case, change.key, value))
+            # Poses on their way are the loop's, not the configuration's.
+            changed = varied(config) if change.key == "delay" else varied(config, **{change.key: value})
+            found = solve_loop(changed, _case_of(case, change.key, value))
             yield Margin(change.name, value, found)
             if found.stable is not own.stable:
                 break
@@ -95,7 +97,9 @@ def _late(config: RigConfig) -> int:
 def _case_of(case: Case, key: str, value: float) -> Case:
     if key == "delay":
         return replace(case, delay=case.delay + int(value))
-    return replace(case, **{key: value}) if key in ("stiffness", "damping") else case
+    if key == "stiffness":
+        return replace(case, stiffness=value)
+    return replace(case, damping=value) if key == "damping" else case
 
 
 def has_gains(config: RigConfig) -> bool:
@@ -110,16 +114,13 @@ def _gains_of(config: RigConfig) -> dict[str, float]:
     return {name: getattr(parameters, name) for name, field in fields if field.metadata == bounds}
 
 
-def varied(
-    config: RigConfig, *, delay: float = 0.0, stiffness: float = 1.0, damping: float = 1.0, gains: float = 1.0
-) -> RigConfig:
+def varied(config: RigConfig, *, stiffness: float = 1.0, damping: float = 1.0, gains: float = 1.0) -> RigConfig:
     """Return a configuration with both rods general, without what belongs to a rig, and with another plant or gains.
 
     Args:
-        config: of the rig. delay: of the poses, which is not configured: see `Case`.
+        config: of the rig.
         stiffness, damping: factors on the plant's E and damping [-]. gains: factor on those of the law [-].
     """
-    del delay  # poses on their way are the loop's, not the configuration's
     period, plant = config.loop.period, unlike(config.rod, stiffness, damping)
     values = config.model_dump(mode="json")
     kept = {key: values[key] for key in ("rod", "loop", "control", "observer", "limits", "faults")}

@@ -62,6 +62,8 @@ def test_a_trajectory_is_step_after_step_of_the_rod(friction: float) -> None:
         np.testing.assert_allclose(points[index, -1], now.position, atol=1e-8)
     np.testing.assert_allclose(last.rate, now.strain.rate, atol=1e-4)
     if friction > 0.0:
+        assert last.pulls is not None
+        assert now.strain.pulls is not None
         np.testing.assert_allclose(last.pulls, now.strain.pulls, atol=1e-5)
 
 

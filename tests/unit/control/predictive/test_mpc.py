@@ -84,7 +84,7 @@ def test_a_cycle_from_a_snapshot_is_the_same_to_the_last_bit() -> None:
     config = rig()
     states: list[CycleState] = []
     tracked(config, 0.2, states.append)
-    fresh = CycleSetup.from_config(config.model_copy(update={"commissioning": config.commissioning}))
+    fresh = CycleSetup.from_config(config)
     run = list(watched_loop(config, 50, {10: ControlAction.ARM}))
     before, inputs = states[45], run[45].record.inputs
     again = decode_state(CycleState, encode_state(before), fresh)

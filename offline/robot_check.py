@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tendond.daemon.control.reference.strain import yield_strain
 from tendond.model.rods.selection import solver_of
 from tendond.model.strain import StrainRod
 from tendond.model.strain.analysis.summary import Summary, summarise
@@ -14,12 +15,6 @@ from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
-
-YIELD = ((150e9, 0.008, "spring steel"), (20e9, 0.06, "nitinol"))
-"""Lowest Young's modulus [Pa], largest strain without a permanent bend where rod.yield_strain is not given, material.
-
-Music wire of 1 mm: about 0.8 of a tensile strength of 2.1 GPa (EN 10270-1). Nitinol: the superelastic strain of ASTM
-F2516, 6 %. Softer backbones are not judged."""
 
 BEND_MAX = 2.0 * math.pi
 """Bend of the whole backbone beyond which tension_max is implausible [rad]: it would coil upon itself."""
@@ -59,26 +54,12 @@ def robot_report(config: RigConfig) -> RobotReport:
     robot = robot_from_section(config.rod)
     rod = StrainRod(robot, config.loop.period)
     found = summarise(rod, config.limits.tension_max)
-    limit, material = yield_strain(config, robot)
+    limit, material = yield_strain(config.rod)
     return RobotReport(
         tuple(_lines(robot, found, config, limit, material)),
         tuple(_notes(robot, found, config, limit, material)),
         _data(found),
     )
-
-
-def yield_strain(config: RigConfig, robot: Robot) -> tuple[float | None, str]:
-    """Return the strain that the backbone bears [-], and the material that was assumed; none for an unknown one."""
-    if config.rod.yield_strain is not None:
-        return config.rod.yield_strain, ""
-    modulus = min(_modulus(section) for section in robot.sections)
-    return next(((strain, material) for modulus_min, strain, material in YIELD if modulus >= modulus_min), (None, ""))
-
-
-def _modulus(section: Any) -> float:
-    """Young's modulus of a round wire or tube [Pa]."""
-    EI, EA, radius = max(section.bending_stiffness), section.axial_stiffness, section.fibre(0.5 * section.length)
-    return float(EA / (2.0 * math.pi * max(radius**2 - 2.0 * EI / EA, 1e-6 * radius**2)))
 
 
 def _lines(robot: Robot, found: Summary, config: RigConfig, limit: float | None, material: str) -> Iterator[str]:

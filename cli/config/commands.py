@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, Json, Profile
+from tendond.cli.options import Config, ConfigFile, Json, Profile, chosen_file, presets
 
 config = typer.Typer(
     name="config",
@@ -13,26 +13,11 @@ config = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-File = Annotated[
-    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
-]
-
-
-def _presets() -> list[str]:
-    from tendond.schemas.config.rod.presets import PRESETS
-
-    return list(PRESETS)
-
-
-def _chosen(file: Path | None, option: Path | None) -> Path | None:
-    if file is not None and option is not None:
-        raise typer.BadParameter("give the file once", param_hint="--config")
-    return file or option
 
 
 @config.command("check")
 def config_check(
-    file: File = None,
+    file: ConfigFile = None,
     config: Config = None,
     profile: Profile = None,
     model: Annotated[
@@ -49,7 +34,7 @@ def config_check(
     """
     from tendond.cli.config.check import run_check
 
-    run_check(_chosen(file, config), profile, as_json=json, model=model)
+    run_check(chosen_file(file, config), profile, as_json=json, model=model)
 
 
 @config.command("has")
@@ -75,11 +60,11 @@ def config_has(
 
 @config.command("show")
 def config_show(
-    file: File = None,
+    file: ConfigFile = None,
     config: Config = None,
     profile: Profile = None,
     preset: Annotated[
-        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=_presets)
+        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=presets)
     ] = None,
     changed: Annotated[bool, typer.Option("--changed", help="Print only what differs from the defaults.")] = False,
     comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Print unit, range and meaning.")] = True,
@@ -97,7 +82,7 @@ def config_show(
     if preset is not None:
         run_preset(preset, comments=comments, as_json=json)
         return
-    run_show(_chosen(file, config), profile, changed=changed, comments=comments, as_json=json)
+    run_show(chosen_file(file, config), profile, changed=changed, comments=comments, as_json=json)
 
 
 @config.command("schema")

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.control.reference.equilibria import folded_note, plane_objection, selected
+from tendond.daemon.control.reference.equilibria import folded_note, plane_objection, rest_at, selected
 from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.load_offset import LoadOffset, offset_gain
+from tendond.daemon.control.reference.strain import strain_note
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
@@ -119,10 +120,13 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
         return PlanarReference(in_world(target, axes), None, curve, None, trajectory, arrival, notes)
     tolerance, new = REACHED * rod.parameters.length, config.control.rules > 1
     point, arc, folded = _resolve(config, curve, tolerance)
-    if new and arc is not None and section.unreachable == "refuse":
-        objection = plane_objection(config, rod, curve, arc, tolerance)
-        if objection:
+    strained: tuple[str, ...] = ()
+    if new and arc is not None:
+        state = rest_at(config, rod, curve, arc)
+        objection = plane_objection(config, rod, state, axes, tolerance)
+        if objection and section.unreachable == "refuse":
             raise TargetError(objection)
+        strained = strain_note(config, rod, [state], "at the target")
     across, along = point.tolist()
     progress, arrival = progress_of(section)
     if section.path == "direct" or arc is None:
@@ -134,7 +138,7 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
     if section.target_name == "across":
         gain = offset_gain(curve, arc, config.loop.period) if new and arc is not None else None
         load_offset = LoadOffset(axes, arrival, rod.parameters.length, gain)
-    notes = folded + feasibility(curve, trajectory, arrival, (across, along), config.limits)
+    notes = folded + strained + feasibility(curve, trajectory, arrival, (across, along), config.limits)
     return PlanarReference(in_world((across, along), axes), arc, curve, load_offset, trajectory, arrival, notes)
 
 
@@ -167,7 +171,7 @@ def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolve
     if found.size:
         index = selected(config, section, found, asked)
         arc = float(found[index])
-        papers = config.control.rules == 1 or section.branch is None  # the paper's branch, of its robot
+        papers = config.control.rules == 1 or (name == "across" and section.across is None)  # its own experiment
         return curve.at(arc)[0], arc, () if papers else folded_note(section, curve, found, index, asked)
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])

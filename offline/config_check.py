@@ -14,6 +14,7 @@ from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.schemas.config.control import ControlSection
 from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.rod.compare import difference_remark, figures
 from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.errors.explain import Objection, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
@@ -125,6 +126,8 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
             rod = model_rod(config).parameters
             yield from filter(None, (lowered(config, rod), mass_remark(config, rod)))
     yield from _swinging(config)
+    if difference := difference_remark(figures(config.simulator.rod), figures(config.rod)):
+        yield difference
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
         yield (

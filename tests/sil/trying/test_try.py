@@ -14,7 +14,7 @@ from tests.unit.trying.test_task import LAB
 
 pytestmark = pytest.mark.sil
 
-QUICK = f"{LAB}{PATIENT}\n[commissioning]\nprobe = false\n"
+QUICK = f"{LAB}{PATIENT}\n[commissioning]\nprobe = false\n[simulator.rod]\nyoungs_modulus = 195e9\n"
 
 
 def begin(folder: Path, *more: str) -> "subprocess.Popen[str]":
@@ -36,6 +36,8 @@ def test_a_trial_prints_each_process_and_ends_with_the_outcome(tmp_path: Path) -
         "trial", "simulator", "controller", "operator", "report", "outcome",
     }  # fmt: skip
     assert any("no device or port of the rig is opened" in line for line in lines)
+    unlike = [line for line in lines if "youngs_modulus = 1.95e+11, not 2e+11" in line]
+    assert [line.partition("|")[0].strip() for line in unlike] == ["controller"], "once, by the process that noticed"
     assert lines[-1].startswith("outcome    | the tip rests at x ")
     for name in ("try.mcap", "report.html"):
         assert str(tmp_path / "out" / name) in lines[-1]

@@ -13,8 +13,12 @@ from tendond.model.strain import StrainRod
 from tendond.model.strain.analysis.summary import Summary, summarise
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.rod.presets import PRESETS
+
+DAMPING = ("bending_damping", "damping_ratio")
 
 BEND_MAX = 2.0 * math.pi
 """Bend of the whole backbone beyond which tension_max is implausible [rad]: it would coil upon itself."""
@@ -69,7 +73,15 @@ def _lines(robot: Robot, found: Summary, config: RigConfig, limit: float | None,
         f"{found.mass * 1e3:.3g} g" + (f" ({found.bodies * 1e3:.3g} g of it bodies)" if found.bodies else "")
         + f", {tendons} tendon{'s' if tendons > 1 else ''}"
     )  # fmt: skip
-    yield f"at rest: the tip sags {found.sag * 1e3:.3g} mm, {100.0 * found.sag / found.length:.2g} % of the length"
+    if any(config.rod.base_gravity):
+        yield f"at rest: the tip sags {found.sag * 1e3:.3g} mm, {100.0 * found.sag / found.length:.2g} % of the length"
+    else:
+        preset = config.rod.preset
+        source = f", by preset '{preset}'" if preset and not any(PRESETS[preset].get("gravity", (1.0,))) else ""
+        yield (
+            f"at rest: without gravity (rod.gravity is zero{source}), so that the tip does not sag: "
+            "write rod.gravity for a robot on a bench"
+        )
     modes = ", ".join(
         f"{frequency:.3g} Hz ({ratio:.2g})" if ratio > 0.0 else f"{frequency:.3g} Hz (0)"
         for frequency, ratio in _distinct(found)
@@ -98,21 +110,24 @@ def _seconds(time: float) -> str:
 
 
 def _notes(robot: Robot, found: Summary, config: RigConfig, limit: float | None, material: str) -> Iterator[str]:
-    tension = f"limits.tension_max = {config.limits.tension_max:g} N"
+    tension = f"limits.tension_max = {config.limits.tension_max:g} N{by_default(config.limits, 'tension_max')}"
+    damping = "rod.bending_damping" + (
+        " (by default, the paper's robot's)" if by_default(config.rod, *DAMPING) and not config.rod.section else ""
+    )
     if limit is not None:
         strain = max((one.strain for one in found.pulls), default=found.rest_strain)
         if strain > limit:
             given = f"{100.0 * limit:.2g} % ({material}; rod.yield_strain is not given)" if material else "yield_strain"
             yield (
                 f"rod.yield_strain: at {tension} the backbone is strained by {100.0 * strain:.2g} %, more than {given}:"
-                " it may keep a bend; lower limits.tension_max"
+                " it may keep a bend; write a lower limits.tension_max"
             )
     for pull in found.pulls:
         if pull.tension < config.limits.tension_max:
             yield f"tendon {pull.tendon}: no equilibrium was found beyond {pull.tension:.3g} N, below {tension}"
     widest = max((one.bend for one in found.pulls), default=0.0)
     if widest > BEND_MAX:
-        yield f"{tension} bends the robot by {math.degrees(widest):.0f} degrees, more than a turn: lower it"
+        yield f"{tension} bends the robot by {math.degrees(widest):.0f} degrees, more than a turn: write a lower one"
     if found.sag > SAG_MAX * found.length:
         yield (
             f"rod: sags by {100.0 * found.sag / found.length:.0f} % of its length under its own weight: check radius,"
@@ -121,9 +136,10 @@ def _notes(robot: Robot, found: Summary, config: RigConfig, limit: float | None,
     if found.stability <= 0.0:
         yield "rod: its rest under gravity is not stable"
     if not np.all(found.damping_ratio[:1] > RATIO_MIN):
-        yield "rod.bending_damping: the first mode has next to no damping: it will ring; set rod.damping_ratio"
+        yield f"{damping}: the first mode has next to no damping: it will ring; write rod.damping_ratio"
     if found.damping_ratio[0] > 1.0:
-        yield f"rod.bending_damping: the first mode is overdamped ({found.damping_ratio[0]:.2g}): check its unit"
+        remedy = "write rod.damping_ratio" if by_default(config.rod, *DAMPING) else "check its unit"
+        yield f"{damping}: the first mode is overdamped ({found.damping_ratio[0]:.2g}): {remedy}"
     if found.frequency[0] * config.loop.period > 0.2:
         yield (
             f"rod: its first natural frequency, {found.frequency[0]:.3g} Hz, is too high for a loop of"

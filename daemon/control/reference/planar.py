@@ -17,8 +17,10 @@ from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
 from tendond.model.rods.interface import ModelRod
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.errors.units import unit_hint
 from tendond.schemas.paper_robot import TARGET_X
 from tendond.schemas.record import ReferencePoint
 
@@ -157,7 +159,7 @@ def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolve
         at = curve.at(arc)[0]
         if float(np.linalg.norm(at - wanted)) <= tolerance:
             return wanted, arc, ()
-        return _unreachable(section, f"position = {list(section.position)}", wanted, at)
+        return _unreachable(config, f"position = {list(section.position)}", wanted, at)
     if name == "across":
         value = TARGET_X if section.across is None else section.across
         found = curve.where_across(value)
@@ -176,16 +178,26 @@ def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolve
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])
     wanted = np.array([value, point[1]]) if name == "across" else point
-    return _unreachable(section, asked, wanted, point, f"{values[nearest]:.4f} {unit}")
+    far = name == "across" and abs(value) > config.rod.backbone_length
+    hint = unit_hint(value, unit, lambda one: float(values.min()) <= one <= float(values.max())) if far else ""
+    return _unreachable(config, asked, wanted, point, f"{values[nearest]:.4f} {unit}", hint)
 
 
-def _unreachable(section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = "") -> Resolved:
+def _unreachable(
+    config: RigConfig, asked: str, wanted: Array, nearest: Array, value: str = "", hint: str = ""
+) -> Resolved:
+    section = config.reference
     if section.unreachable == "track":
         return wanted, None, ()
+    limits, remedy = (
+        config.limits,
+        "" if section.target_name in section.model_fields_set else "; no target is given: write reference.across",
+    )
     at = f"(across, along) = ({nearest[0]:.4f}, {nearest[1]:.4f}) m"
     raise TargetError(
-        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max; "
-        f"the nearest is {value + ', ' if value else ''}the tip at {at}"
+        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max = "
+        f"{limits.tension_max:g} N{by_default(limits, 'tension_max')}; "
+        f"the nearest is {value + ', ' if value else ''}the tip at {at}{hint}{remedy}"
     )
 
 

@@ -135,7 +135,7 @@ def _simulated(config: RigConfig) -> tuple[dict[str, Any], list[str]]:
     tables: dict[str, Any] = {"vicon": None, "servo": None, "rig": RigSection(name=RIG).model_dump()}
     tables["bus"] = BusSection().model_dump()
     servo, observer = config.servo, config.observer
-    plain = config.simulator == SimulatorSection(rod=config.simulator.rod)
+    plain = config.simulator == SimulatorSection(rod=config.simulator.rod, period=config.simulator.period)
     if servo is None or not plain:
         return tables, []
     changed: dict[str, Any] = {"mocap": {"latency": observer.delay}}

@@ -23,6 +23,7 @@ from tendond.cli.study.commands import study
 from tendond.cli.study.control import control
 from tendond.cli.study.safety import safety
 from tendond.cli.study.stability import stability
+from tendond.cli.trying.commands import try_rig
 from tendond.cli.validate.commands import validate
 from tendond.cli.warm.commands import warm
 from tendond.schemas.config.renamed import RenamedKeyWarning
@@ -63,6 +64,7 @@ study.command("safety")(safety)
 study.command("stability")(stability)
 for group in (rig, log, servo, config, study, bench):
     app.add_typer(group)
+app.command("try")(try_rig)
 app.command()(demo)
 app.command()(validate)
 app.command()(warm)

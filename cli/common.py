@@ -56,7 +56,8 @@ def load_config(path: Path | None) -> RigConfig:
             **config.reference.model_dump(),
             **read_rows(path.parent / config.reference.file, config.reference.kind),
         }
-        config = check_config({**config.model_dump(), "reference": reference}, str(path))
+        # the rest stays as it was read: which keys the file gave counts in messages
+        config = config.model_copy(update={"reference": check_config({"reference": reference}, str(path)).reference})
     return config
 
 

@@ -12,6 +12,24 @@ def _profiles() -> list[str]:
     return list(PROFILES)
 
 
+def presets() -> list[str]:
+    """Return the names of the robots, for the shell's completion."""
+    from tendond.schemas.config.rod.presets import PRESETS
+
+    return list(PRESETS)
+
+
+def chosen_file(file: Path | None, option: Path | None) -> Path | None:
+    """Return the configuration given as argument or as option.
+
+    Raises:
+        BadParameter: it is given twice.
+    """
+    if file is not None and option is not None:
+        raise typer.BadParameter("give the file once", param_hint="--config")
+    return file or option
+
+
 def laws() -> list[str]:
     """Return the names of the control laws, for the shell's completion."""
     from tendond.daemon.control.laws import LAWS
@@ -35,6 +53,13 @@ def scenarios() -> list[str]:
 
 Config = Annotated[
     Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
+]
+ConfigFile = Annotated[
+    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
+]
+Preset = Annotated[
+    str | None,
+    typer.Option("--preset", help="Instead of --config: a robot by name, see config presets.", autocompletion=presets),
 ]
 Profile = Annotated[
     str | None,

@@ -14,7 +14,9 @@ from tendond.daemon.control.laws import LAWS, select_law
 from tendond.daemon.errors import DaemonError, LawError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.schemas.config.control import ControlSection
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.rod.compare import difference_remark, figures
 from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.errors.explain import Objection, objection_from
 from tendond.schemas.errors.toml_lines import key_lines, line_of
@@ -106,7 +108,8 @@ def resolution_remarks(config: RigConfig) -> Iterator[str]:
     error = float(np.linalg.norm(tips[0] - tips[1]))
     if error > RESOLVED * config.rod.length:
         yield (
-            f"rod.nodes: at limits.tension_max = {config.limits.tension_max:g} N the tip is {error * 1e3:.1f} mm"
+            f"rod.nodes{by_default(config.rod, 'nodes')}: at limits.tension_max = {config.limits.tension_max:g} N"
+            f"{by_default(config.limits, 'tension_max')} the tip is {error * 1e3:.1f} mm"
             f" from that of a rod with {FINE_NODES} nodes: set more rod.nodes, or a lower limits.tension_max"
         )
 
@@ -129,15 +132,18 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
             rod = model_rod(config).parameters
             yield from filter(None, (lowered(config, rod), mass_remark(config, rod)))
     yield from _swinging(config)
+    if difference := difference_remark(figures(config.simulator.rod), figures(config.rod)):
+        yield difference
     frame, allowed = config.simulator.mocap.period or config.simulator.period, config.faults.pose_timeout
     if allowed < 2.0 * frame:
+        timeout = f"faults.pose_timeout = {allowed * 1e3:g} ms{by_default(config.faults, 'pose_timeout')}"
         yield (
-            f"the simulated camera sends a pose each {frame * 1e3:g} ms, and faults.pose_timeout = "
-            f"{allowed * 1e3:g} ms covers less than one lost frame: raise it, or lower simulator.mocap.period"
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms{_frame_key(config)}, and {timeout} covers less "
+            "than one lost frame: write a longer one, or a shorter period of the camera"
         )
     elif frame > 3.0 * config.loop.period:
         yield (
-            f"the simulated camera sends a pose each {frame * 1e3:g} ms, the loop runs each "
+            f"the simulated camera sends a pose each {frame * 1e3:g} ms{_frame_key(config)}, the loop runs each "
             f"{config.loop.period * 1e3:g} ms: most cycles have no new pose and rely on the model"
         )
     if config.vicon is not None and config.vicon.source == "datastream" and not is_installed():
@@ -148,6 +154,22 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
             load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
         except TendondError as error:
             yield str(error)
+
+
+def _frame_key(config: RigConfig) -> str:
+    """Return the key that decides on the period of the simulated camera."""
+    if config.simulator.mocap.period:
+        return " (simulator.mocap.period)"
+    return f" (simulator.period{', by default' if by_default(config.simulator, 'period') else ''})"
+
+
+def reference_remarks(config: RigConfig) -> Iterator[str]:
+    """Yield what the controller says of its reference at the start: another shape than expected, strain, a late tip."""
+    from tendond.daemon.control.setup import CycleSetup
+    from tendond.model import ModelError
+
+    with suppress(DaemonError, ModelError):  # is an error of its own
+        yield from CycleSetup.from_config(config).selection.reference.notes
 
 
 def safety_remarks(config: RigConfig) -> Iterator[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tendond.daemon.control.actuation import share
 from tendond.daemon.control.reference.planar import PlanarReference
+from tendond.daemon.control.reference.strain import yield_strain
 from tendond.daemon.control.selection import Selection
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
@@ -16,7 +17,6 @@ from tendond.model.rods.selection import model_rod
 from tendond.model.strain import StrainRod
 from tendond.model.strain.analysis.frames import bend, strength
 from tendond.model.strain.describe.configured import robot_from_section
-from tendond.offline.robot_check import yield_strain
 from tendond.schemas.config.rig import RigConfig
 
 GROWTH = 8
@@ -100,7 +100,7 @@ def equilibrium_lines(config: RigConfig) -> Iterator[str]:
         found = equilibria(config)
     except (DaemonError, ModelError):
         return
-    limit, _ = yield_strain(config, robot_from_section(config.rod))
+    limit, _ = yield_strain(config.rod)
     for one in found:
         bears = (
             "" if limit is None or one.strain <= limit else f", beyond the {100.0 * limit:.2g} % that the wire bears"

@@ -7,19 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from tendond.daemon.control.reference.strain import yield_strain
 from tendond.model.rods.selection import solver_of
 from tendond.model.strain import StrainRod
 from tendond.model.strain.analysis.summary import Summary, summarise
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.robot import Robot
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.robot import RodSection
+from tendond.schemas.config.rod.presets import PRESETS
 
-YIELD = ((150e9, 0.008, "spring steel"), (20e9, 0.06, "nitinol"))
-"""Lowest Young's modulus [Pa], largest strain without a permanent bend where rod.yield_strain is not given, material.
-
-Music wire of 1 mm: about 0.8 of a tensile strength of 2.1 GPa (EN 10270-1). Nitinol: the superelastic strain of ASTM
-F2516, 6 %. Softer backbones are not judged."""
+DAMPING = ("bending_damping", "damping_ratio")
 
 BEND_MAX = 2.0 * math.pi
 """Bend of the whole backbone beyond which tension_max is implausible [rad]: it would coil upon itself."""
@@ -59,26 +58,12 @@ def robot_report(config: RigConfig) -> RobotReport:
     robot = robot_from_section(config.rod)
     rod = StrainRod(robot, config.loop.period)
     found = summarise(rod, config.limits.tension_max)
-    limit, material = yield_strain(config, robot)
+    limit, material = yield_strain(config.rod)
     return RobotReport(
         tuple(_lines(robot, found, config, limit, material)),
         tuple(_notes(robot, found, config, limit, material)),
         _data(found),
     )
-
-
-def yield_strain(config: RigConfig, robot: Robot) -> tuple[float | None, str]:
-    """Return the strain that the backbone bears [-], and the material that was assumed; none for an unknown one."""
-    if config.rod.yield_strain is not None:
-        return config.rod.yield_strain, ""
-    modulus = min(_modulus(section) for section in robot.sections)
-    return next(((strain, material) for modulus_min, strain, material in YIELD if modulus >= modulus_min), (None, ""))
-
-
-def _modulus(section: Any) -> float:
-    """Young's modulus of a round wire or tube [Pa]."""
-    EI, EA, radius = max(section.bending_stiffness), section.axial_stiffness, section.fibre(0.5 * section.length)
-    return float(EA / (2.0 * math.pi * max(radius**2 - 2.0 * EI / EA, 1e-6 * radius**2)))
 
 
 def _lines(robot: Robot, found: Summary, config: RigConfig, limit: float | None, material: str) -> Iterator[str]:
@@ -88,7 +73,15 @@ def _lines(robot: Robot, found: Summary, config: RigConfig, limit: float | None,
         f"{found.mass * 1e3:.3g} g" + (f" ({found.bodies * 1e3:.3g} g of it bodies)" if found.bodies else "")
         + f", {tendons} tendon{'s' if tendons > 1 else ''}"
     )  # fmt: skip
-    yield f"at rest: the tip sags {found.sag * 1e3:.3g} mm, {100.0 * found.sag / found.length:.2g} % of the length"
+    if any(config.rod.base_gravity):
+        yield f"at rest: the tip sags {found.sag * 1e3:.3g} mm, {100.0 * found.sag / found.length:.2g} % of the length"
+    else:
+        preset = config.rod.preset
+        source = f", by preset '{preset}'" if preset and not any(PRESETS[preset].get("gravity", (1.0,))) else ""
+        yield (
+            f"at rest: without gravity (rod.gravity is zero{source}), so that the tip does not sag: "
+            "write rod.gravity for a robot on a bench"
+        )
     modes = ", ".join(
         f"{frequency:.3g} Hz ({ratio:.2g})" if ratio > 0.0 else f"{frequency:.3g} Hz (0)"
         for frequency, ratio in _distinct(found)
@@ -117,21 +110,24 @@ def _seconds(time: float) -> str:
 
 
 def _notes(robot: Robot, found: Summary, config: RigConfig, limit: float | None, material: str) -> Iterator[str]:
-    tension = f"limits.tension_max = {config.limits.tension_max:g} N"
+    tension = f"limits.tension_max = {config.limits.tension_max:g} N{by_default(config.limits, 'tension_max')}"
+    damping = "rod.bending_damping" + (
+        " (by default, the paper's robot's)" if by_default(config.rod, *DAMPING) and not config.rod.section else ""
+    )
     if limit is not None:
         strain = max((one.strain for one in found.pulls), default=found.rest_strain)
         if strain > limit:
             given = f"{100.0 * limit:.2g} % ({material}; rod.yield_strain is not given)" if material else "yield_strain"
             yield (
                 f"rod.yield_strain: at {tension} the backbone is strained by {100.0 * strain:.2g} %, more than {given}:"
-                " it may keep a bend; lower limits.tension_max"
+                " it may keep a bend; write a lower limits.tension_max"
             )
     for pull in found.pulls:
         if pull.tension < config.limits.tension_max:
             yield f"tendon {pull.tendon}: no equilibrium was found beyond {pull.tension:.3g} N, below {tension}"
     widest = max((one.bend for one in found.pulls), default=0.0)
     if widest > BEND_MAX:
-        yield f"{tension} bends the robot by {math.degrees(widest):.0f} degrees, more than a turn: lower it"
+        yield f"{tension} bends the robot by {math.degrees(widest):.0f} degrees, more than a turn: write a lower one"
     if found.sag > SAG_MAX * found.length:
         yield (
             f"rod: sags by {100.0 * found.sag / found.length:.0f} % of its length under its own weight: check radius,"
@@ -140,9 +136,10 @@ def _notes(robot: Robot, found: Summary, config: RigConfig, limit: float | None,
     if found.stability <= 0.0:
         yield "rod: its rest under gravity is not stable"
     if not np.all(found.damping_ratio[:1] > RATIO_MIN):
-        yield "rod.bending_damping: the first mode has next to no damping: it will ring; set rod.damping_ratio"
+        yield f"{damping}: the first mode has next to no damping: it will ring; write rod.damping_ratio"
     if found.damping_ratio[0] > 1.0:
-        yield f"rod.bending_damping: the first mode is overdamped ({found.damping_ratio[0]:.2g}): check its unit"
+        remedy = "write rod.damping_ratio" if by_default(config.rod, *DAMPING) else "check its unit"
+        yield f"{damping}: the first mode is overdamped ({found.damping_ratio[0]:.2g}): {remedy}"
     if found.frequency[0] * config.loop.period > 0.2:
         yield (
             f"rod: its first natural frequency, {found.frequency[0]:.3g} Hz, is too high for a loop of"

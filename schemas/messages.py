@@ -4,7 +4,7 @@ import math
 from enum import StrEnum
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, JsonValue, field_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, PerTendon, PerTendonOrNone, Quaternion, Schema, Vector3, is_empty
 from tendond.schemas.health import FilterHealth, LoopHealth, SensorHealth
@@ -153,6 +153,7 @@ class SimulatorTruth(Message):
         displacement: displacement of each tendon [m].
         tension: tension in each tendon [N].
         tip_force: external, with the weight of what hangs on the tip but not its inertia, in the base's frame [N].
+        rod: keys of [simulator.rod] that describe the robot, once a second; left out of the others and of the log.
     """
 
     position: Vector3
@@ -160,6 +161,7 @@ class SimulatorTruth(Message):
     displacement: PerTendon
     tension: PerTendon
     tip_force: Vector3
+    rod: dict[str, JsonValue] = Field(default_factory=dict, exclude_if=is_empty)
 
 
 class Status(Message):

@@ -14,6 +14,7 @@ from tendond.offline.config_check import (
     control_of,
     law_objections,
     located,
+    reference_remarks,
     remarks,
     resolution_remarks,
     safety_remarks,
@@ -62,7 +63,7 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
         if model and not wrong:
-            notes += [*resolution_remarks(config), *safety_remarks(config)]
+            notes += [*reference_remarks(config), *resolution_remarks(config), *safety_remarks(config)]
             rests = list(equilibrium_lines(config))
             said, remark = _cycle(config)
             rests += filter(None, [said])

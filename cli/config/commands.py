@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, Json, Profile
+from tendond.cli.options import Config, ConfigFile, Json, Profile, chosen_file, presets
 
 config = typer.Typer(
     name="config",
@@ -13,26 +13,11 @@ config = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-File = Annotated[
-    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
-]
-
-
-def _presets() -> list[str]:
-    from tendond.schemas.config.rod.presets import PRESETS
-
-    return list(PRESETS)
-
-
-def _chosen(file: Path | None, option: Path | None) -> Path | None:
-    if file is not None and option is not None:
-        raise typer.BadParameter("give the file once", param_hint="--config")
-    return file or option
 
 
 @config.command("check")
 def config_check(
-    file: File = None,
+    file: ConfigFile = None,
     config: Config = None,
     profile: Profile = None,
     model: Annotated[
@@ -49,7 +34,7 @@ def config_check(
     """
     from tendond.cli.config.check import run_check
 
-    run_check(_chosen(file, config), profile, as_json=json, model=model)
+    run_check(chosen_file(file, config), profile, as_json=json, model=model)
 
 
 @config.command("has")
@@ -75,11 +60,11 @@ def config_has(
 
 @config.command("show")
 def config_show(
-    file: File = None,
+    file: ConfigFile = None,
     config: Config = None,
     profile: Profile = None,
     preset: Annotated[
-        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=_presets)
+        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=presets)
     ] = None,
     changed: Annotated[bool, typer.Option("--changed", help="Print only what differs from the defaults.")] = False,
     comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Print unit, range and meaning.")] = True,
@@ -97,7 +82,70 @@ def config_show(
     if preset is not None:
         run_preset(preset, comments=comments, as_json=json)
         return
-    run_show(_chosen(file, config), profile, changed=changed, comments=comments, as_json=json)
+    run_show(chosen_file(file, config), profile, changed=changed, comments=comments, as_json=json)
+
+
+@config.command("new")
+def config_new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write.")] = Path("rig.toml"),
+    like: Annotated[
+        str | None,
+        typer.Option("--like", help="Start from a robot by name, see config presets.", autocompletion=presets),
+    ] = None,
+    length: Annotated[str | None, typer.Option(help="Length of the backbone [m], or with a unit: 300mm.")] = None,
+    diameter: Annotated[str | None, typer.Option(help="Diameter of the backbone [m].")] = None,
+    material: Annotated[
+        str | None,
+        typer.Option(
+            help="spring-steel, stainless-steel, nitinol, glass-fibre, carbon-fibre; or E,DENSITY [Pa, kg/m^3]."
+        ),
+    ] = None,
+    mass: Annotated[str | None, typer.Option(help="Mass of backbone, disks, glue and markers [kg]; 0: bare.")] = None,
+    tip_mass: Annotated[str | None, typer.Option(help="Mass of a tool on the tip [kg].")] = None,
+    tendons: Annotated[str | None, typer.Option(help="Number of tendons, evenly about the axis from +x on.")] = None,
+    tendon_radius: Annotated[str | None, typer.Option(help="Distance of the tendons from the axis [m].")] = None,
+    tendon_stiffness: Annotated[
+        str | None, typer.Option(help="Stiffness of a whole tendon [N/m]. Default: inextensible.")
+    ] = None,
+    gravity: Annotated[str | None, typer.Option(help="Direction of gravity: -x, +x, -y, +y, -z, +z or none.")] = None,
+    damping_ratio: Annotated[str | None, typer.Option(help="Damping ratio of the first mode [-], or 2%.")] = None,
+    camera: Annotated[str | None, typer.Option(help="none or vicon.")] = None,
+    servos: Annotated[str | None, typer.Option(help="none or dynamixel.")] = None,
+    rate: Annotated[str | None, typer.Option(help="Rate of the loop [Hz].")] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the rig. Default: the file's.")] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Take the defaults of all that is not given, without asking.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
+) -> None:
+    """Write a configuration from a dozen answers.
+
+    Asks for what the options do not give, writes a commented file with a first target within the robot's reach, and
+    checks it.
+
+    Examples: tendond config new; tendond config new arm.toml --length 0.2 --diameter 1.4mm --material nitinol --yes;
+    tendond config new arm.toml --like rao-2021 --yes
+    """
+    from tendond.cli.config.asking import ask
+    from tendond.cli.config.new import run_new
+
+    given = {
+        "length": length, "diameter": diameter, "material": material, "mass": mass, "tip_mass": tip_mass,
+        "tendons": tendons, "tendon_radius": tendon_radius, "tendon_stiffness": tendon_stiffness, "gravity": gravity,
+        "damping_ratio": damping_ratio, "camera": camera, "servos": servos, "rate": rate,
+    }  # fmt: skip
+    run_new(file, given, like=like, name=name, yes=yes, force=force, ask=ask)
+
+
+@config.command("presets")
+def config_presets(json: Json = False) -> None:
+    """List robots by name, with source and assumptions.
+
+    Example: tendond config presets
+    """
+    from tendond.cli.config.presets import run_presets
+
+    run_presets(as_json=json)
 
 
 @config.command("schema")

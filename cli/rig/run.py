@@ -56,7 +56,7 @@ def run_controller(
     # The planner is forked, so it comes before there is a thread.
     with closing(Planner(setup)) as planner, Hub(config) as hub, written as run_log:
         supervisor = Supervisor()
-        loop = Loop(setup, hub, run_log, arm_at, supervisor, planner)
+        loop = Loop(setup, hub, run_log, arm_at, supervisor, planner, say)
         try:
             state = loop.warm()
         except ModelError as error:

@@ -21,6 +21,7 @@ from tendond.daemon.runtime.emergency import RELEASE_SECONDS, next_seq, release_
 from tendond.daemon.runtime.health import Health
 from tendond.daemon.runtime.pacing import Pacer
 from tendond.daemon.runtime.planner import Planner
+from tendond.daemon.runtime.plant_check import PlantCheck
 from tendond.daemon.runtime.request_queue import RequestQueue
 from tendond.daemon.runtime.status import status_of
 from tendond.daemon.runtime.warm_up import warm_up
@@ -45,6 +46,7 @@ class Loop:
         arm_at: tick at which the loop arms by itself; for lockstep simulation only, so that runs repeat exactly.
         planner: planner of references; without one they are planned in the cycle.
         supervisor: is notified of changes of mode, of the end, and by each cycle done in time that the loop is alive.
+        say: prints a line for people, from another thread than the loop's.
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class Loop:
         arm_at: int | None = None,
         supervisor: Supervisor | None = None,
         planner: Planner | None = None,
+        say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self._setup = setup
         self._hub = hub
@@ -63,6 +66,7 @@ class Loop:
         self._supervisor = supervisor or Supervisor({})
         self._request_queue = RequestQueue(setup, hub.requests, planner)
         self._health = Health()
+        self._plant_check = PlantCheck(setup.config.rod, run_log.warning, say)
         self._status_seq = 0
         self._malformed_said = False
         self._second_source = False  # two publishers of a key, or two controllers
@@ -165,7 +169,8 @@ class Loop:
                 pose_wait_us=None if wake.pose_wait is None else wake.pose_wait * 1e6,
                 phase_locked=wake.locked,
             )
-            self._run_log.cycle(record, timing, self._state.rod, wake.arrivals.decoded_truth())
+            truth = self._plant_check.without_rod(wake.arrivals.decoded_truth())
+            self._run_log.cycle(record, timing, self._state.rod, truth)
             self._run_log.state(self._state)
             if self._state.unreadable and not self._malformed_said:
                 self._malformed_said = True

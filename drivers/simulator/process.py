@@ -12,6 +12,7 @@ from tendond.bus.identity import new_source
 from tendond.bus.subscription import LOCKSTEP_POLL_SECONDS, Subscription
 from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
+from tendond.drivers.simulator.introduction import Introduction
 from tendond.drivers.simulator.plant import Plant
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.faults import Fault, FaultRequest
@@ -53,6 +54,7 @@ class Simulator:
         self._stopped = stopped
         self._source = new_source("simulator")
         self._followed = FollowedController()
+        self._introduction = Introduction(config)
         self.unreadable = 0
         self._misfits = 0
 
@@ -124,6 +126,7 @@ class Simulator:
         pose, state, truth = observation
         if two := self._followed.objection(time.monotonic()):
             state = state.model_copy(update={"fault": "; ".join(filter(None, (two, state.fault)))})
+        truth = self._introduction.added_to(truth)
         messages: dict[str, Message | None] = {SIMULATOR_TRUTH: truth, TENDON_STATE: state}
         messages |= {sensor_topic(name): reading for name, reading in self._plant.readings.items()}
         messages[TIP_POSE] = pose

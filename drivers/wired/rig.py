@@ -17,6 +17,7 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
 from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
+from tendond.drivers.simulator.introduction import Introduction
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, ObjectReading, build
@@ -112,6 +113,7 @@ class WiredRig:
         self._config = config
         self._vicon = vicon
         self._plant = plant
+        self._introduction = Introduction(config)
         self._source = new_source("simulator")
         self._stopped = stopped
         self._alignment = Alignment(vicon, config.rod.base_gravity)
@@ -165,7 +167,7 @@ class WiredRig:
             tendon.tension = tension
         if self._plant.faults.now(Fault.SILENCE) is not None:
             return
-        publishers[SIMULATOR_TRUTH].put(encode(truth.named(self._source)))
+        publishers[SIMULATOR_TRUTH].put(encode(self._introduction.added_to(truth).named(self._source)))
         for sensor, reading in self._plant.readings.items():
             publishers[sensor_topic(sensor)].put(encode(reading.named(self._source)))
         if pose is not None:

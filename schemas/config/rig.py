@@ -16,6 +16,7 @@ from tendond.schemas.config.control import (
     LimitsSection,
     LoopSection,
 )
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.observer import ObserverSection
 from tendond.schemas.config.rates import with_own_rates, with_servo_limits
@@ -123,21 +124,32 @@ class RigConfig(Schema):
             index = getattr(control, name)
             exist[name] = index is not None and index < count
             if index is not None and index >= count:
-                yield f"control.{name} = {index}, but the rod has tendons 0 to {count - 1}"
+                yield f"control.{name} = {index}{by_default(control, name)}, but the rod has tendons 0 to {count - 1}"
         across = 0 if control.plane == "xz" else 1
         arm = positions[control.agonist][across] if exist["agonist"] else None
         if arm == 0.0:
-            yield (f"control.agonist = {control.agonist}: that tendon does not bend the rod in plane '{control.plane}'")
+            yield (
+                f"control.agonist = {control.agonist}{by_default(control, 'agonist')}: that tendon does not bend the "
+                f"rod in plane '{control.plane}'{by_default(control, 'plane')}: write another agonist or plane"
+            )
         if control.agonist == control.antagonist:
             yield "control.agonist and control.antagonist are the same tendon"
         elif arm and exist["antagonist"] and positions[control.antagonist or 0][across] * arm >= 0.0:
             yield f"control.antagonist = {control.antagonist}: that tendon does not oppose the agonist"
         if self.pretension.antagonist > 0.0 and control.antagonist is None:
             yield "pretension.antagonist needs control.antagonist"
+        tight, tension_max = self.pretension, f"limits.tension_max = {self.limits.tension_max:g} N"
         if self.pretension.tension_min >= self.limits.tension_max:
-            yield "pretension.tension_min must be below limits.tension_max"
+            yield (
+                f"pretension.tension_min = {tight.tension_min:g} N{by_default(tight, 'tension_min')} must be below "
+                f"{tension_max}: write a lower pretension.tension_min"
+            )
         if self.pretension.tension + self.pretension.antagonist > self.limits.tension_max:
-            yield "pretension.tension and .antagonist together are above limits.tension_max"
+            together = tight.tension + tight.antagonist
+            yield (
+                f"pretension.tension and .antagonist together are above {tension_max}: they are {together:g} N"
+                f"{by_default(tight, 'tension', 'antagonist')}: write a lower pretension.tension"
+            )
         residual = self.observer.residual
         if residual is not None and len(residual.low) != count:
             yield f"observer.residual.low has {len(residual.low)} numbers, but the rod {count} tendons: train it again"

@@ -9,7 +9,7 @@ from tendond.schemas import paper_robot
 from tendond.schemas.base import Schema, Vector3
 from tendond.schemas.config.ranges import NotNegative, Positive
 from tendond.schemas.config.rod.bodies import RodBase, RodTip
-from tendond.schemas.config.rod.inherit import HEADINGS, SHORT_FORM, over
+from tendond.schemas.config.rod.inherit import HEADINGS, SHORT_FORM, damped_themselves, over
 from tendond.schemas.config.rod.mean_wire import mean_keys
 from tendond.schemas.config.rod.presets import PRESETS, PresetName
 from tendond.schemas.config.rod.scale import RodScale
@@ -138,6 +138,8 @@ class RodSection(Schema):
                 )
         if not self.section and {"damping_ratio", "bending_damping"} <= given:
             yield "damping_ratio: is described by bending_damping too: remove one of them"
+        if "damping_ratio" in given and damped_themselves(self.section):
+            yield "damping_ratio: has no effect: every [[rod.section]] has a damping of its own: remove one of them"
         if self.base is not None and self.base.down is not None and "gravity" in given:
             yield "gravity: its direction is described by base.down too: remove one of them"
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tendond.schemas.errors.keywords import Node, Path, in_words, node_at, resolved, schema_of, unit_of
+from tendond.schemas.errors.keywords import Node, Path, in_range, in_words, node_at, resolved, schema_of, unit_of
+from tendond.schemas.errors.units import unit_hint
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,12 @@ def objections(error: ValidationError, model: Any) -> list[Objection]:
                 _within(root, path, key, value, line) if path else objection_from(line) for line in message.splitlines()
             ]
         else:
-            found.append(Objection(key, _shown(item["input"]), _allowed(root, path) or message, path))
+            allowed = _allowed(root, path)
+            found.append(
+                Objection(
+                    key, _shown(item["input"]), allowed + _hint(root, path, item["input"]) if allowed else message, path
+                )
+            )
     return found
 
 
@@ -136,6 +142,19 @@ def _allowed(root: Node, path: Path) -> str:
         words = f"a table, [{dotted(path)}]" if path else words
     elif words.endswith("times a table"):
         words = f"tables, each [[{dotted(path)}]]"
-    above = node_at(root, path[:-1]) if path and isinstance(path[-1], int) else None
-    unit = unit_of(root, node) or (unit_of(root, above) if above else "")
+    unit = _unit(root, path, node)
     return f"must be {words}{f' [{unit}]' if unit and 'number' in words else ''}"
+
+
+def _unit(root: Node, path: Path, node: Node) -> str:
+    """Return the unit of a value, or that of the list it is in."""
+    above = node_at(root, path[:-1]) if path and isinstance(path[-1], int) else None
+    return unit_of(root, node) or (unit_of(root, above) if above else "")
+
+
+def _hint(root: Node, path: Path, value: Any) -> str:
+    """Return a hint at another unit, where the value would be in its range with that."""
+    node = node_at(root, path)
+    if node is None or resolved(root, node).get("type") != "number":
+        return ""
+    return unit_hint(value, _unit(root, path, node), lambda one: in_range(root, node, one))

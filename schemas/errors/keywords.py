@@ -167,6 +167,18 @@ def in_words(root: Node, node: Node) -> str:
     return "anything"
 
 
+def in_range(root: Node, node: Node, value: float) -> bool:
+    """Return whether a number is within the bounds of its node."""
+    holds = {
+        "exclusiveMinimum": float.__gt__,
+        "minimum": float.__ge__,
+        "exclusiveMaximum": float.__lt__,
+        "maximum": float.__le__,
+    }
+    node = resolved(root, node)
+    return all(check(float(value), float(node[name])) for name, check in holds.items() if name in node)
+
+
 def _bounds(node: Node) -> str:
     return " and ".join(f"{sign} {node[name]:g}" for name, sign in _BOUNDS if name in node)
 

@@ -11,6 +11,7 @@ from tendond.daemon.control.pose.reference import PoseReference
 from tendond.daemon.control.pose.rests import RELAX, PoseRest, PoseRests
 from tendond.daemon.control.pose.timing import PathLimits, time_optimal, within
 from tendond.daemon.control.pose.wanted import wanted_poses
+from tendond.daemon.control.reference.strain import strain_note
 from tendond.daemon.control.reference.time_scaling import SLOWDOWN_MAX, minimum_jerk
 from tendond.daemon.control.servos import configured_servo, pulling_rates
 from tendond.daemon.errors import TargetError
@@ -79,6 +80,7 @@ def plan_poses(config: RigConfig, rod: ModelRod) -> PoseReference:
     notes = []
     if moved.distance > GOOD * rests.rod.robot.length or moved.angle > math.radians(0.1):
         notes.append(f"the trajectory was moved by up to {moved}, to where the tip can rest")
+    notes += strain_note(config, rests.rod, [one.state for one in (*approach, *found)], "on the way")
     stretches = []
     for (path, given), name in zip(asked, ("the approach", "the trajectory"), strict=False):
         timing = time_optimal(path, limits) if section.timing == "optimal" else given

@@ -6,6 +6,7 @@ several times. Each crossing is an equilibrium, numbered by the tension, and so 
 
 import math
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,25 +62,26 @@ def folded_note(section: ReferenceSection, curve: StaticCurve, found: Array, ind
     if index == 0:
         return ()
     first, here = (math.degrees(abs(tip_angle(curve, float(found[k])))) for k in (0, index))
+    default = ", by the default of reference.branch" if section.branch is None else ""
     return (
-        f"reference.{asked}: of {len(found)} resting shapes the one bent by {here:.0f} degrees is the target; "
-        f"branch = 1 is bent by {first:.0f} degrees",
+        f"reference.{asked}: of {len(found)} resting shapes the folded one, bent by {here:.0f} degrees, is the target"
+        f"{default}; branch = 1 is bent by {first:.0f} degrees",
     )
 
 
-def plane_objection(config: RigConfig, rod: ModelRod, curve: StaticCurve, arc: float, tolerance: float) -> str:
+def plane_objection(config: RigConfig, rod: ModelRod, state: Any, axes: tuple[int, int], tolerance: float) -> str:
     """Say by how much the tip at rest is beside the bending plane, which the law cannot change; empty if it is not.
 
     Args:
         config: configuration of the rig.
-        rod: the controller's model. curve: its resting tips.
-        arc: of the target [m].
+        rod: the controller's model. state: its rest at the target.
+        axes: of the bending plane.
         tolerance: distance from the plane that is none [m].
     """
-    beside = _off_plane(config, rod, curve, arc)
+    beside = float(rod.tip(state).position[3 - sum(axes)])  # the coordinate out of the plane
     if abs(beside) <= tolerance:
         return ""
-    control, axis = config.control, "xyz"[3 - sum(curve.axes)]
+    control, axis = config.control, "xyz"[3 - sum(axes)]
     pulled = f"tendon {control.agonist}" if control.antagonist is None else (
         f"the tendons {control.agonist} and {control.antagonist}"
     )  # fmt: skip
@@ -95,8 +97,8 @@ def tip_angle(curve: StaticCurve, arc: float) -> float:
     return float(np.interp(arc, curve.arc, curve.angle))
 
 
-def _off_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve, arc: float) -> float:
-    """Return the coordinate out of the plane of the tip at rest at the target [m]."""
+def rest_at(config: RigConfig, rod: ModelRod, curve: StaticCurve, arc: float) -> Any:
+    """Return the state of the rod at rest at an arc length of its curve [m], the antagonist pretensioned."""
     control, count = config.control, rod.parameters.tendon_count
     pair_tension = 0.0 if control.antagonist is None else config.pretension.antagonist
     pulled = share(count, control.agonist, control.antagonist, curve.tension_at(arc), pair_tension)
@@ -104,4 +106,4 @@ def _off_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve, arc: float)
     with suppress(ConvergenceError):  # what it has no further equilibrium for is the last one's
         for part in np.linspace(0.0, 1.0, GROWTH + 1)[1:]:
             state = rod.solve_static(part * pulled, start=state)
-    return float(rod.tip(state).position[3 - sum(curve.axes)])
+    return state

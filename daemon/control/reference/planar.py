@@ -7,17 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from tendond.daemon.control.reference.equilibria import folded_note, plane_objection, selected
+from tendond.daemon.control.reference.equilibria import folded_note, plane_objection, rest_at, selected
 from tendond.daemon.control.reference.feasibility import feasibility
 from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.load_offset import LoadOffset, offset_gain
+from tendond.daemon.control.reference.strain import strain_note
 from tendond.daemon.control.reference.trajectories import CurvePath, DirectPath, SampledPath, Trajectory, progress_of
 from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
 from tendond.model.rods.interface import ModelRod
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.given import by_default
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.errors.units import unit_hint
 from tendond.schemas.paper_robot import TARGET_X
 from tendond.schemas.record import ReferencePoint
 
@@ -119,10 +122,13 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
         return PlanarReference(in_world(target, axes), None, curve, None, trajectory, arrival, notes)
     tolerance, new = REACHED * rod.parameters.length, config.control.rules > 1
     point, arc, folded = _resolve(config, curve, tolerance)
-    if new and arc is not None and section.unreachable == "refuse":
-        objection = plane_objection(config, rod, curve, arc, tolerance)
-        if objection:
+    strained: tuple[str, ...] = ()
+    if new and arc is not None:
+        state = rest_at(config, rod, curve, arc)
+        objection = plane_objection(config, rod, state, axes, tolerance)
+        if objection and section.unreachable == "refuse":
             raise TargetError(objection)
+        strained = strain_note(config, rod, [state], "at the target")
     across, along = point.tolist()
     progress, arrival = progress_of(section)
     if section.path == "direct" or arc is None:
@@ -134,7 +140,7 @@ def plan_in_plane(config: RigConfig, rod: ModelRod, curve: StaticCurve | None = 
     if section.target_name == "across":
         gain = offset_gain(curve, arc, config.loop.period) if new and arc is not None else None
         load_offset = LoadOffset(axes, arrival, rod.parameters.length, gain)
-    notes = folded + feasibility(curve, trajectory, arrival, (across, along), config.limits)
+    notes = folded + strained + feasibility(curve, trajectory, arrival, (across, along), config.limits)
     return PlanarReference(in_world((across, along), axes), arc, curve, load_offset, trajectory, arrival, notes)
 
 
@@ -153,7 +159,7 @@ def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolve
         at = curve.at(arc)[0]
         if float(np.linalg.norm(at - wanted)) <= tolerance:
             return wanted, arc, ()
-        return _unreachable(section, f"position = {list(section.position)}", wanted, at)
+        return _unreachable(config, f"position = {list(section.position)}", wanted, at)
     if name == "across":
         value = TARGET_X if section.across is None else section.across
         found = curve.where_across(value)
@@ -167,21 +173,31 @@ def _resolve(config: RigConfig, curve: StaticCurve, tolerance: float) -> Resolve
     if found.size:
         index = selected(config, section, found, asked)
         arc = float(found[index])
-        papers = config.control.rules == 1 or section.branch is None  # the paper's branch, of its robot
+        papers = config.control.rules == 1 or (name == "across" and section.across is None)  # its own experiment
         return curve.at(arc)[0], arc, () if papers else folded_note(section, curve, found, index, asked)
     nearest = int(np.argmin(np.abs(values - value)))
     point = curve.spline(curve.arc[nearest])
     wanted = np.array([value, point[1]]) if name == "across" else point
-    return _unreachable(section, asked, wanted, point, f"{values[nearest]:.4f} {unit}")
+    far = name == "across" and abs(value) > config.rod.backbone_length
+    hint = unit_hint(value, unit, lambda one: float(values.min()) <= one <= float(values.max())) if far else ""
+    return _unreachable(config, asked, wanted, point, f"{values[nearest]:.4f} {unit}", hint)
 
 
-def _unreachable(section: ReferenceSection, asked: str, wanted: Array, nearest: Array, value: str = "") -> Resolved:
+def _unreachable(
+    config: RigConfig, asked: str, wanted: Array, nearest: Array, value: str = "", hint: str = ""
+) -> Resolved:
+    section = config.reference
     if section.unreachable == "track":
         return wanted, None, ()
+    limits, remedy = (
+        config.limits,
+        "" if section.target_name in section.model_fields_set else "; no target is given: write reference.across",
+    )
     at = f"(across, along) = ({nearest[0]:.4f}, {nearest[1]:.4f}) m"
     raise TargetError(
-        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max; "
-        f"the nearest is {value + ', ' if value else ''}the tip at {at}"
+        f"reference.{asked} is beyond what the rod can reach with the agonist up to limits.tension_max = "
+        f"{limits.tension_max:g} N{by_default(limits, 'tension_max')}; "
+        f"the nearest is {value + ', ' if value else ''}the tip at {at}{hint}{remedy}"
     )
 
 

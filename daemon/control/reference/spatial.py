@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.reference.goal import Goal
 from tendond.daemon.control.reference.path import RestPath
 from tendond.daemon.control.reference.shapes import sampled, shape_of
+from tendond.daemon.control.reference.strain import strain_note
 from tendond.daemon.control.reference.stretches import Stretches
 from tendond.daemon.control.reference.time_scaling import (
     SLOWDOWN_MAX,
@@ -112,6 +113,7 @@ def plan_in_space(config: RigConfig, rod: ModelRod, allocation: Allocation) -> S
     notes = []
     if moved > MOVED_MIN[unit] * (rod.parameters.length if unit == "m" else 1.0):
         notes.append(f"the trajectory was moved by up to {moved:.4f} {unit}, to where the tip can rest")
+    notes += strain_note(config, surface.rod, [one.state for one in (*approach, *rests)], "on the way")
     relaxation = rod.parameters.bending_damping[0] / rod.parameters.bending_stiffness
     stretches = []
     for (path, given), name in zip(asked, ("the approach", "the trajectory"), strict=False):

@@ -32,7 +32,20 @@ def over(base: Mapping[str, Any], own: Mapping[str, Any]) -> Tables:
         for one, other in (pair, pair[::-1]):
             if own.get(one) is not None and other not in own:
                 kept.pop(other, None)
+    if "damping_ratio" not in own and damped_themselves(own.get("section")):
+        kept.pop("damping_ratio", None)
     mount = own.get("base")
     if isinstance(mount, Mapping) and mount.get("down") is not None:
         kept.pop("gravity", None)
     return kept | dict(own)
+
+
+def damped_themselves(sections: Any) -> bool:
+    """Return whether there are sections, and each has a damping of its own: rod.damping_ratio has no effect then."""
+    if not isinstance(sections, list | tuple) or not sections:
+        return False
+    return all(any(_value(one, key) is not None for key in ALTERNATIVES[0]) for one in sections)
+
+
+def _value(table: Any, key: str) -> Any:
+    return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)

@@ -1,6 +1,7 @@
 """Robots by name, for `rod.preset`: parameters as their sources give them, and what those leave open."""
 
 import math
+from dataclasses import dataclass
 from typing import Any, Literal
 
 Tables = dict[str, Any]
@@ -111,3 +112,37 @@ PRESETS: dict[str, Tables] = {
     "franka-tdcr-v4": FRANKA_TDCR_V4,
 }
 """Tables of [rod] by name."""
+
+
+@dataclass(frozen=True)
+class PresetAbout:
+    """A robot by name, for people: what it is, its source, and what is assumed or left out."""
+
+    robot: str
+    source: str
+    assumed: str
+
+
+ABOUT: dict[str, PresetAbout] = {
+    "paper": PresetAbout(
+        "steel wire of 0.5 m, four tendons at 20 mm; the default", "Danesh & Janabi-Sharifi 2025", "Poisson's ratio"
+    ),
+    "nitinol": PresetAbout(
+        "one section of 0.2 m, three tendons at 10 mm", "Rao et al. 2021, its proximal section",
+        "damping; disks spread along it",
+    ),
+    "rucker-webster-2011": PresetAbout(
+        "spring steel, 0.242 m, four tendons at 8 mm", "Rucker & Webster 2011", "damping; density of bare steel"
+    ),
+    "till-2019": PresetAbout(
+        "steel wire of 0.714 m, one elastic tendon", "Till, Aloi & Rucker 2019, their published program", "nothing"
+    ),
+    "rao-2021": PresetAbout(
+        "two sections of 0.2 m with ten disks each, six tendons", "Rao et al. 2021", "damping; no gravity"
+    ),
+    "franka-tdcr-v4": PresetAbout(
+        "three sections, nine tendons at 4.5 mm", "opencr-mujoco 2026",
+        "damping; angles between the sections' tendons; no gravity",
+    ),
+}  # fmt: skip
+"""What `tendond config presets` lists; the full references stand beside each preset above."""

@@ -67,6 +67,8 @@ def test_a_log_that_cannot_be_read_is_named(
         ("plot", str(NORMAL), "--out", "/proc/no/such"),
         ("log", "what-if", str(NORMAL), "--law", "sliding_mode", "--out", "/proc/no/such.mcap"),
         ("demo", "--out", "/proc/no"),
+        ("try", "--out", "/proc/no"),
+        ("config", "new", "/proc/no/rig.toml", "--yes"),
         ("run", "--log", "/proc/no/such.mcap", "--lockstep", "--cycles", "1"),
     ],
     ids=lambda command: " ".join(command[:2]),

@@ -1,0 +1,1 @@
+"""`tendond try`: a rig's configuration on the simulator, in one command."""

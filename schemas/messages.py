@@ -153,6 +153,8 @@ class SimulatorTruth(Message):
         displacement: displacement of each tendon [m].
         tension: tension in each tendon [N].
         tip_force: external, with the weight of what hangs on the tip but not its inertia, in the base's frame [N].
+        injected: names of the loads and faults that act beside the robot's own weight, such as "impact"; left out
+            where there are none.
     """
 
     position: Vector3
@@ -160,6 +162,7 @@ class SimulatorTruth(Message):
     displacement: PerTendon
     tension: PerTendon
     tip_force: Vector3
+    injected: Annotated[tuple[str, ...], Field(max_length=32, exclude_if=is_empty)] = ()
 
 
 class Status(Message):

@@ -75,9 +75,10 @@ def run_export(file: Path, out: Path | None) -> None:
         LogError: the log cannot be used. UsageError: the table cannot be written.
     """
     from tendond.offline.logs.arrays import load
-    from tendond.offline.logs.export import export
+    from tendond.offline.logs.export import check_export, export
 
     out = out or file.with_suffix(".csv")
+    check_export(out)
     run = load(file)
     columns = export(run, out)
     print(f"{out}: {len(run)} cycles, {columns} columns")

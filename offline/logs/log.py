@@ -103,7 +103,7 @@ def load(path: Path) -> LogFile:
             cycles = messages[CYCLE.topic]
             truth_ticks.append(cycles[-1].tick if cycles else 0)
     if not messages[CYCLE.topic]:
-        raise no_cycles(path)
+        raise no_cycles(path, complete=run.complete)
     scenes = [_scene(path, update) for update in messages[ROD_SHAPE.topic]]
     return LogFile(
         path=path,

@@ -1,7 +1,7 @@
 """The paper's numbers: both tables, and the figures in its text."""
 
 from tendond.offline.logs.log import LogFile
-from tendond.offline.logs.metrics import tracking
+from tendond.offline.logs.metrics import runs
 from tendond.offline.logs.published import Published
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.robot import RodSection
@@ -42,10 +42,13 @@ def published_for(log: LogFile) -> Published | None:
     """Return the paper's figures of its simulation where a log's first run is of its robot and its task; else none.
 
     The task: its target, along its exponential reference, without loads and injected faults.
+
+    Raises:
+        LogError: nothing tracks.
     """
-    series = tracking(log)
-    apart = abs(1000.0 * float(series.target[series.axis]) - FINAL_TIP_X_MM)
-    if apart >= 0.5 or series.axis != 0 or series.injections or not _is_papers(log):
+    run = runs(log)[0]
+    apart = abs(1000.0 * float(run.target[run.axis]) - FINAL_TIP_X_MM)
+    if apart >= 0.5 or run.axis != 0 or run.injections or not _is_papers(log):
         return None
     return SIMULATION.get(log.config.control.law)
 

@@ -18,6 +18,9 @@ MM = 1.0 / 25.4
 WIDE = 9.0
 """Width from which on a figure of the default style takes both columns of a page [inch]."""
 
+MIN_LINES = 18.0
+"""Smallest height of a figure, in sizes of its font: labels and a legend of six lines take ten."""
+
 SERIF = ("Times New Roman", "Times", "Nimbus Roman", "Liberation Serif", "STIXGeneral")
 SANS = ("Arial", "Helvetica", "Nimbus Sans", "Liberation Sans", "DejaVu Sans")
 
@@ -83,7 +86,7 @@ class Appearance:
         if wanted is None:
             return width, height
         room = self.sizes.height if wanted < width else 1.0
-        return wanted, height * wanted / width * room
+        return wanted, max(height * wanted / width * room, MIN_LINES * self.sizes.font_size / 72.0)
 
     def points(self, size: float) -> float:
         """Scale a size of the default style to this one [points]."""

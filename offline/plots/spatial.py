@@ -38,7 +38,7 @@ def space_figure(log: LogFile, run: Tracking | None = None) -> Figure:
         log: the log. run: one of its runs; default: all that is in it.
     """
     path = TipPath.of(log, None if run is None else (int(run.ticks[0]), int(run.ticks[-1])))
-    low, high = _limits(path)
+    low, high = box_limits(path)
     size = high - low
     gravity = np.array(log.config.rod.base_gravity)
     narrow = appearance().sizes.column is not None or appearance().width_mm is not None
@@ -59,7 +59,7 @@ def space_figure(log: LogFile, run: Tracking | None = None) -> Figure:
         space.set_box_aspect(size.copy(), zoom=0.8 if narrow else 0.93)
         elevation, azimuth = path.view
         space.view_init(elev=elevation, azim=azimuth)
-        _gravity_in_space(space, gravity, low, size)
+        gravity_in_space(space, gravity, low, size)
         for index, letter in ((0, "x"), (1, "y")):
             axes = figure.add_subplot(grid[2 + index])
             _draw(axes, path, [index, 2])
@@ -91,7 +91,7 @@ def draw_space(log: LogFile, output: Output | Path) -> list[Path]:
     return paths
 
 
-def _gravity_in_space(space: Any, gravity: Array, low: Array, size: Array) -> None:
+def gravity_in_space(space: Any, gravity: Array, low: Array, size: Array) -> None:
     """Draw an arrow 'g' along gravity, in the upper corner of the box that is farthest from the eye."""
     if (strength := float(np.linalg.norm(gravity))) == 0.0:
         return
@@ -136,7 +136,7 @@ def _smooth(path: Array) -> Array:
     return np.asarray(CubicSpline(at, path)(np.linspace(0.0, at[-1], 5 * len(path))))
 
 
-def _limits(run: TipPath) -> tuple[Array, Array]:
+def box_limits(run: TipPath) -> tuple[Array, Array]:
     """Return lower and upper corner of all that is drawn, with a margin [mm], shapes (3,)."""
     points = 1e3 * run.points
     low, high = points.min(axis=0), points.max(axis=0)

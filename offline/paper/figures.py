@@ -13,7 +13,8 @@ from tendond.offline.paper.lyapunov import CAUSES, find_rises, rate_of
 from tendond.offline.paper.run import PaperRun, Runs
 from tendond.offline.paper.scenarios import DISTURBED_AT, start_of
 from tendond.offline.plots.appearance import STYLES, appearance
-from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, headline, new_figure, save, style, title
+from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, headline, new_figure, save, style
+from tendond.offline.plots.style import title as panel_title
 
 Array = NDArray[np.float64]
 
@@ -77,8 +78,9 @@ def four_panels(lines: Sequence[Line], title: str, path: Path, shown: int, mark:
     unit = unit_of(lines[0].run)
     with style():
         figure = new_figure(*FOUR)
-        for axes, draw in zip(figure.subplots(2, 2).flat, (_x, _z, _displacement, _error), strict=True):
-            draw(axes, lines)
+        panels = zip("abcd", figure.subplots(2, 2).flat, (_x, _z, _displacement, _error), strict=True)
+        for letter, axes, draw in panels:
+            panel_title(axes, f"({letter}) {draw(axes, lines)}", letter=letter)
             axes.set(xlabel=appearance().time_label, xlim=(0, shown * unit))
             if mark is not None:
                 axes.axvline(mark * unit, color=DARK, lw=0.8, ls=":")
@@ -185,7 +187,7 @@ def _lyapunov(axes: Axes, run: PaperRun) -> None:
     axes.set(ylabel="V [m²/s²]", xlim=(0, time[-1]), ylim=(np.nanmin(value) / 10.0, 3.0 * value[top]))
 
 
-def _x(axes: Axes, lines: Sequence[Line]) -> None:
+def _x(axes: Axes, lines: Sequence[Line]) -> str:
     run = lines[-1].run
     target = 1e3 * run.target[0]
     _curves(axes, lines, lambda one: 1e3 * one.tip[:, 0])
@@ -193,28 +195,28 @@ def _x(axes: Axes, lines: Sequence[Line]) -> None:
     axes.plot(time, 1e3 * run.reference[:, 0], color=DARK, lw=1.0, ls=":", label="reference of x")
     axes.axhspan((1 - SETTLED) * target, (1 + SETTLED) * target, color=REFERENCE, alpha=0.15, lw=0, label="target ±5 %")
     axes.set_ylabel("tip x [mm]")
-    title(axes, f"(a) x of the tip, target {target:.0f} mm", letter="a")
+    return f"x of the tip, target {target:.0f} mm"
 
 
-def _z(axes: Axes, lines: Sequence[Line]) -> None:
+def _z(axes: Axes, lines: Sequence[Line]) -> str:
     target = 1e3 * lines[-1].run.target[2]
     axes.axhline(target, color=REFERENCE, lw=0.8)
     _curves(axes, lines, lambda run: 1e3 * run.tip[:, 2])
     axes.set_ylabel("tip z [mm]")
-    title(axes, f"(b) z of the tip, target {target:.1f} mm", letter="b")
+    return f"z of the tip, target {target:.1f} mm"
 
 
-def _displacement(axes: Axes, lines: Sequence[Line]) -> None:
+def _displacement(axes: Axes, lines: Sequence[Line]) -> str:
     _curves(axes, lines, lambda run: 1e3 * run.displacement)
     axes.set_ylabel("displacement [mm]")
-    title(axes, "(c) tendon displacement", letter="c")
+    return "tendon displacement"
 
 
-def _error(axes: Axes, lines: Sequence[Line]) -> None:
+def _error(axes: Axes, lines: Sequence[Line]) -> str:
     _curves(axes, lines, lambda run: 1e3 * np.linalg.norm((run.reference - run.tip)[:, [0, 2]], axis=1))
     axes.set_ylabel("|reference - tip| [mm]")
-    title(axes, "(d) position error", letter="d")
     axes.set_ylim(bottom=0.0)
+    return "position error"
 
 
 def _curves(axes: Axes, lines: Sequence[Line], values: Callable[[PaperRun], Array]) -> None:

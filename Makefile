@@ -34,13 +34,14 @@ demo-wired: .venv/.packages ## run the robot behind its real drivers, results in
 	@$(BIN)/tendond demo --scenario wired --out out/demo-wired
 
 # Only runs in which no pose was lost and the tip settled are shown: otherwise this fails and copies nothing.
-figures: demo paper ## renew the pictures of the README and the documentation
-	@$(BIN)/tendond animate out/demo/demo.mcap --to 1 --speed 0.25 --fps 12 --width 720 --force --out out/demo/demo.gif
-	@$(BIN)/python -m tendond.cli.manual.checked out/demo/demo.mcap -- \
-		out/demo/shapes.png docs/images/shapes.png out/demo/overview.png docs/images/overview.png \
-		out/demo/demo.gif docs/images/demo.gif \
+figures: paper ## renew the pictures of the README and the documentation
+	@$(BIN)/tendond demo --lockstep --out out/figures
+	@$(BIN)/tendond animate out/figures/demo.mcap --to 1 --speed 0.25 --fps 12 --width 720 --force --out out/figures/demo.gif
+	@$(BIN)/python -m tendond.cli.manual.pictures out/figures/demo.mcap out/figures/watch.svg
+	@$(BIN)/python -m tendond.cli.manual.checked out/figures/demo.mcap out/paper/results.json -- \
+		out/figures/shapes.png docs/images/shapes.png out/figures/overview.png docs/images/overview.png \
+		out/figures/demo.gif docs/images/demo.gif out/figures/watch.svg docs/images/watch.svg \
 		out/paper/normal.png docs/images/paper_normal.png out/paper/normal_edge.png docs/images/paper_normal_edge.png
-	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap docs/images/watch.svg
 
 # A missed target is part of the evidence: the page says so. Missing data stop it.
 evidence: .venv/.runtime ## validate the general rod on others' measured robots, and renew docs/evidence.md

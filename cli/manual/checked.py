@@ -4,6 +4,7 @@ A picture in the documents shows a run in which no pose was lost, nothing failed
 fails, with a line for each thing that is wrong, and copies nothing.
 """
 
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -33,16 +34,23 @@ def faults_of(log: LogFile) -> list[str]:
     return found
 
 
+def of_results(path: Path) -> list[str]:
+    """List the runs in the paper's results under normal conditions that did not settle."""
+    table = json.loads(path.read_text(encoding="utf-8"))["table_simulation_normal"]
+    return [f"{path}: {law} did not settle" for law, row in table.items() if row["settling_iterations_5pct"] is None]
+
+
 def main(arguments: list[str]) -> int:
-    """Check the logs before `--`, then copy each file to the one behind it; return the exit status."""
+    """Check logs, and results of `tendond study paper`, before `--`; copy each file to the next; return the status."""
     split = arguments.index("--")
-    wrong = [line for name in arguments[:split] for line in faults_of(load(Path(name)))]
+    files = [Path(name) for name in arguments[:split]]
+    wrong = [line for one in files for line in (of_results(one) if one.suffix == ".json" else faults_of(load(one)))]
     for line in wrong:
         print(f"not a run to show: {line}", file=sys.stderr)
     if wrong:
         return 1
-    files = arguments[split + 1 :]
-    for source, target in zip(files[::2], files[1::2], strict=True):
+    pairs = arguments[split + 1 :]
+    for source, target in zip(pairs[::2], pairs[1::2], strict=True):
         Path(target).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
         print(target)

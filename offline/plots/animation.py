@@ -22,9 +22,8 @@ ESTIMATE, TRUTH, FAINT = "#b2182b", "#6d2c7f", "#d4d8dd"
 COLOURS = (*(colour for colour, _, _ in LINES), OURS, REFERENCE, PAPERS, DARK, ESTIMATE, TRUTH, FAINT, "#000000")
 """Colours of all that is drawn, for files that can have only a few."""
 
-DPI = 100
-SHAPE = 0.56
-"""Height of a picture, as a fraction of its width."""
+SIZE = (9.0, 5.04)
+"""Size of the figure [inch]; a picture has more or fewer pixels by its resolution."""
 
 FORCE_LENGTH = 0.22
 """Length of the arrow of the largest force, as a fraction of the rod's length."""
@@ -89,7 +88,7 @@ class Scene:
 
     def _draw_still(self, width: int) -> None:
         """Draw all that does not move, and make what does."""
-        self._figure = Figure((width / DPI, SHAPE * width / DPI), dpi=DPI)
+        self._figure = Figure(SIZE, dpi=width / SIZE[0])
         self._canvas = FigureCanvasAgg(self._figure)
         flat = len(self._kept) == 2
         place = FLAT_PLACE if flat else SPACE_PLACE

@@ -67,7 +67,7 @@ class Panels:
             band = sorted(((1 - SETTLED) * target, (1 + SETTLED) * target))
             axes.axhspan(*band, color=REFERENCE, alpha=0.15, lw=0)
         if self.goes_to_target:
-            whose = "the paper's target" if self._paper and bends else "target"
+            whose = "paper's target" if self._paper and bends else "target"
             axes.axhline(target, color=REFERENCE, lw=0.8, label=f"{whose} {target:.0f} mm{' ± 5 %' * bends}")
         self._curve(axes, 1e3 * self.run.reference[:, index], color=DARK, ls=(0, (4, 2)), lw=0.7, label="reference")
         self._curve(axes, tip, color=OURS, label="tip")
@@ -109,9 +109,7 @@ class Panels:
         if self._paper is not None and self._paper.final_displacement_mm is not None:
             value = self._paper.final_displacement_mm
             axes.axhline(value, color=PAPERS, lw=1.0, ls=":", label=f"paper, {value:.0f} mm")
-        final = values[-1, self.run.agonist]
-        what = f"Tendon displacements, tendon {self.run.agonist} {final:.1f} mm at the end"
-        self._finish(axes, "displacement [mm]", what)
+        self._finish(axes, "displacement [mm]", "Commanded displacements")
 
     def tip_speed(self, axes: Axes) -> None:
         """Draw the speed of the measured tip."""
@@ -122,7 +120,7 @@ class Panels:
     def tendon_speeds(self, axes: Axes) -> None:
         """Draw the rate of each commanded displacement."""
         self._tendons(axes, 1e3 * self._rate(self.run.displacement))
-        self._finish(axes, "speed [mm/s]", "Rates of the commanded displacements")
+        self._finish(axes, "speed [mm/s]", "Speeds of the tendons")
 
     def _rate(self, values: Array) -> Array:
         """Return the rate of change, shape of `values`; zero of a single sample."""

@@ -98,7 +98,7 @@ def legend_above(axes: Axes) -> None:
     if not handles:
         return
     size = appearance().points(9)
-    room = 72.0 * axes.figure.get_size_inches()[0] / _columns_of_panels(axes) - 4.5 * size  # less what the axis takes
+    room = 72.0 * _figure_width(axes) / _columns_of_panels(axes) - 8.0 * size  # less what the axis takes
     columns = next((n for n in range(len(labels), 1, -1) if _width(labels, n, size) <= room), 1)
     rows = -(-len(labels) // columns)
     axes.legend(
@@ -123,12 +123,18 @@ def _width(labels: list[str], columns: int, size: float) -> float:
     """Return the width of a legend with so many columns, filled one after the other [points]."""
     rows = -(-len(labels) // columns)
     parts = [labels[i : i + rows] for i in range(0, len(labels), rows)]
-    return sum(max(_text_width(label, size) for label in part) + 4.2 * size for part in parts)
+    return sum(1.06 * max(_text_width(label, size) for label in part) + 4.4 * size for part in parts)
 
 
 def _text_width(text: str, size: float) -> float:
     """Return the width of a text in the font in use [points]."""
     return float(TextPath((0.0, 0.0), text, size=size).get_extents().width)
+
+
+def _figure_width(axes: Axes) -> float:
+    """Return the width of the figure of these axes [inch]."""
+    figure = axes.get_figure(root=True)
+    return 0.0 if figure is None else float(figure.get_size_inches()[0])
 
 
 def _columns_of_panels(axes: Axes) -> int:
@@ -148,7 +154,7 @@ def gravity_arrow(axes: Axes, gravity: NDArray[np.float64], drawn: NDArray[np.fl
     if size == 0.0:
         return
     centre = _emptiest(drawn)
-    room = axes.figure.get_size_inches()[0] / max(1, _columns_of_panels(axes) - 1)  # a column is a colour bar or a gap
+    room = _figure_width(axes) / max(1, _columns_of_panels(axes) - 1)  # a column is a colour bar or a gap
     along = ARROW_POINTS * gravity / size * min(1.0, room / 6.4)
     axes.annotate(
         "",

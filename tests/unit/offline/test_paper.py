@@ -220,7 +220,7 @@ def test_the_page_shows_every_figure_and_its_tables_are_whole(runs: Runs) -> Non
 
 
 def test_the_page_shows_figures_of_the_format_that_was_drawn(runs: Runs) -> None:
-    stand_ins = {key: runs["normal", "backstepping"] for key in SCENARIOS}
+    stand_ins = {key: replace(runs["normal", key[1]], scenario=one) for key, one in SCENARIOS.items()}
     text = page({**stand_ins, **runs}, "svg")
     assert "(normal.svg)" in text
     assert ".png)" not in text

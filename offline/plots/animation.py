@@ -89,7 +89,7 @@ class Scene:
     def _draw_still(self, width: int) -> None:
         """Draw all that does not move, and make what does."""
         self._figure = Figure(SIZE, dpi=width / SIZE[0])
-        self._canvas = FigureCanvasAgg(self._figure)
+        self._canvas: Any = FigureCanvasAgg(self._figure)
         flat = len(self._kept) == 2
         place = FLAT_PLACE if flat else SPACE_PLACE
         self._space: Any = self._figure.add_axes(place, projection=None if flat else "3d")
@@ -102,7 +102,7 @@ class Scene:
         self._lines = self._still_traces()
         self._cursors = [self._add(axes, axes.axvline(0.0, color=DARK, lw=0.8)) for axes in self._traces]
         self._canvas.draw()
-        self._background = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[attr-defined]
+        self._background = self._canvas.copy_from_bbox(self._figure.bbox)
 
     def _add(self, axes: Any, artist: Any) -> Any:
         artist.set_animated(True)
@@ -187,7 +187,7 @@ class Scene:
     def picture(self, time: float) -> NDArray[np.uint8]:
         """Draw the run at a time since its start [s]: red, green, blue, shape (height, width, 3)."""
         at = max(0, int(np.searchsorted(self._run.time, time + 1e-9, side="right")) - 1)
-        self._canvas.restore_region(self._background)  # type: ignore[attr-defined]
+        self._canvas.restore_region(self._background)
         self._move_rod(time)
         self._put(self._tip, 1e3 * self._run.tip[: at + 1])
         tip = 1e3 * self._run.tip[at]

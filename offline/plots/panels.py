@@ -134,7 +134,7 @@ class Panels:
 
     @property
     def _time(self) -> Array:
-        return self._scale * (self.run.ticks - self.run.ticks[0]).astype(float)
+        return np.asarray(self._scale * (self.run.ticks - self.run.ticks[0]), dtype=float)
 
     def _curve(self, axes: Axes, values: Array, **look: object) -> None:
         """Draw a curve, with a gap wherever cycles are not in the log."""

@@ -137,9 +137,10 @@ def _figure_width(axes: Axes) -> float:
     return 0.0 if figure is None else float(figure.get_size_inches()[0])
 
 
-def _columns_of_panels(axes: Axes) -> int:
+def _columns_of_panels(axes: Axes) -> float:
+    """Return how many such axes are beside each other."""
     place = axes.get_subplotspec()
-    return 1 if place is None else int(place.get_gridspec().ncols)
+    return 1.0 if place is None else place.get_gridspec().ncols / len(place.colspan)
 
 
 def gravity_arrow(axes: Axes, gravity: NDArray[np.float64], drawn: NDArray[np.float64] | None = None) -> None:
@@ -154,7 +155,7 @@ def gravity_arrow(axes: Axes, gravity: NDArray[np.float64], drawn: NDArray[np.fl
     if size == 0.0:
         return
     centre = _emptiest(drawn)
-    room = _figure_width(axes) / max(1, _columns_of_panels(axes) - 1)  # a column is a colour bar or a gap
+    room = _figure_width(axes) / max(1.0, _columns_of_panels(axes) - 1.0)  # a column is a colour bar or a gap
     along = ARROW_POINTS * gravity / size * min(1.0, room / 6.4)
     axes.annotate(
         "",

@@ -26,7 +26,7 @@ def test_a_movie_has_a_picture_for_each_moment(tmp_path: Path, form: str, kind: 
     result = run_command("animate", str(NORMAL), "--out", str(out), *SHORT)
     assert result.returncode == 0, result.stderr
     with Image.open(out) as movie:
-        assert (movie.format, movie.n_frames, movie.size) == (kind, 6, (300, 168))
+        assert (movie.format, getattr(movie, "n_frames", 1), movie.size) == (kind, 6, (300, 168))
         assert movie.info["duration"] == pytest.approx(100)
     assert f"{out}: 6 pictures" in result.stdout
 

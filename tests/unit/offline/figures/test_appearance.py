@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
 from tendond.daemon.errors import UsageError
 from tendond.offline.logs.log import load
@@ -112,7 +113,8 @@ def test_labels_of_a_panel_are_within_its_figure_and_do_not_meet(name: str) -> N
         legend = axes.get_legend()
         assert legend is not None
         boxes = [legend.get_window_extent(), axes.get_window_extent(), axes.xaxis.label.get_window_extent()]
-        if axes.get_title(loc="left"):
-            boxes.append(axes._left_title.get_window_extent())
+        heading = next((one for one in axes.findobj(Text) if one.get_text() == "x of the tip"), None)
+        if heading is not None:
+            boxes.append(heading.get_window_extent())
         assert all(not one.overlaps(other) for i, one in enumerate(boxes) for other in boxes[i + 1 :])
         assert all(figure.bbox.padded(1.0).contains(*corner) for box in boxes for corner in box.corners())

@@ -22,6 +22,7 @@ EVERYDAY = {
     "doctor": "rig",
     "replay": "log",
     "plot": "log",
+    "animate": "log",
     "identify": "study",
 }
 """Commands that are at the top level as well, and the group that each belongs to."""

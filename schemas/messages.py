@@ -154,6 +154,8 @@ class SimulatorTruth(Message):
         tension: tension in each tendon [N].
         tip_force: external, with the weight of what hangs on the tip but not its inertia, in the base's frame [N].
         rod: keys of [simulator.rod] that describe the robot, once a second; left out of the others and of the log.
+        injected: names of the loads and faults that act beside the robot's own weight, such as "impact"; left out
+            where there are none.
     """
 
     position: Vector3
@@ -162,6 +164,7 @@ class SimulatorTruth(Message):
     tension: PerTendon
     tip_force: Vector3
     rod: dict[str, JsonValue] = Field(default_factory=dict, exclude_if=is_empty)
+    injected: Annotated[tuple[str, ...], Field(max_length=32, exclude_if=is_empty)] = ()
 
 
 class Status(Message):

@@ -22,6 +22,9 @@ def demo(
         str | None,
         typer.Option("--profile", help="For scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
     ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="For scenario plane: no clock, so that a busy computer loses no pose.")
+    ] = False,
 ) -> None:
     """Run the controller on a simulated robot, with log and figures.
 
@@ -44,10 +47,12 @@ def demo(
     folder = out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}")
     if profile is not None and scenario != "plane":
         raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")
+    if lockstep and scenario != "plane":
+        raise typer.BadParameter(f"the scenario '{scenario}' runs in real time", param_hint="--lockstep")
     if profile is not None:
         profile_text(profile)
     compile_with_progress([[SHOOTING]])
-    if profile is not None:
-        run_plane(folder, profile)
+    if profile is not None or lockstep:
+        run_plane(folder, profile or "paper", lockstep=lockstep)
     else:
         SCENARIOS[scenario](folder)

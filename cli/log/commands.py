@@ -5,12 +5,11 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.log.figure_commands import LogFile, animate, compare, plot
 from tendond.cli.options import Jobs, Json, laws
 from tendond.cli.program import say_renamed
 from tendond.cli.rig.teach_commands import PathColumns, Smoothing
 
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; any part of a split log.")]
-LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.")]
 Law = Annotated[
     str | None, typer.Option("--law", help="Another control law than the recorded one.", autocompletion=laws)
 ]
@@ -20,7 +19,10 @@ ClosedLoop = Annotated[
 ]
 
 log = typer.Typer(
-    name="log", help="Inspect, replay, compare, plot and repair logs.", no_args_is_help=True, rich_markup_mode=None
+    name="log",
+    help="Inspect, replay, compare, plot, animate and repair logs.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
 )
 
 
@@ -97,40 +99,9 @@ def what_if(
     run_variant(file, law, change or [], out, closed_loop=closed_loop, as_json=json)
 
 
-@log.command("compare")
-def compare(
-    files: LogFiles,
-    out: Annotated[Path, typer.Option("--out", help="Folder for table and figure.")] = Path("out/compare"),
-    json: Json = False,
-) -> None:
-    """Compare runs.
-
-    A table of all metrics, and the curves in one figure.
-
-    Example: tendond log compare backstepping.mcap sliding_mode.mcap
-    """
-    from tendond.cli.log.logs import run_compare
-
-    run_compare(files, out, as_json=json)
-
-
-@log.command("plot")
-def plot(
-    file: LogFile,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for the figures. Default: LOG-plots.")] = None,
-    format: Annotated[str, typer.Option("--format", help="png, svg, or html for one interactive page.")] = "png",
-) -> None:
-    """Plot a run.
-
-    The paper's panels, rod shapes, loop timing, modes and faults on a timeline.
-
-    Example: tendond plot run.mcap --format html
-    """
-    from tendond.cli.log.logs import run_plot
-
-    if format not in ("png", "svg", "html"):
-        raise typer.BadParameter(f"'{format}': choose png, svg or html", param_hint="--format")
-    run_plot(file, out, format)
+log.command("compare")(compare)
+log.command("plot")(plot)
+log.command("animate")(animate)
 
 
 @log.command("report")

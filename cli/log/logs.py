@@ -1,10 +1,7 @@
-"""`tendond log info`, `recover`, `export`, `compare`, `plot`, `report`."""
+"""`tendond log info`, `recover`, `export`, `report`."""
 
 import json
 from pathlib import Path
-
-from tendond.cli.common import say
-from tendond.daemon.errors import DaemonError
 
 
 def run_info(file: Path, *, as_json: bool) -> None:
@@ -78,79 +75,13 @@ def run_export(file: Path, out: Path | None) -> None:
         LogError: the log cannot be used. UsageError: the table cannot be written.
     """
     from tendond.offline.logs.arrays import load
-    from tendond.offline.logs.export import export
+    from tendond.offline.logs.export import check_export, export
 
     out = out or file.with_suffix(".csv")
+    check_export(out)
     run = load(file)
     columns = export(run, out)
     print(f"{out}: {len(run)} cycles, {columns} columns")
-
-
-def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
-    """Print the table and draw the curves.
-
-    Raises:
-        LogError: a log cannot be used. DaemonError: the folder cannot be written.
-    """
-    from rich.console import Console
-    from rich.table import Table
-
-    from tendond.offline.logs.log import load
-    from tendond.offline.plots.compare import compared, overlay, write_table
-
-    runs = compared([load(file) for file in files])
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        write_table(runs, out / "metrics.csv")
-        overlay(runs).savefig(out / "compare.png", dpi=150)
-    except OSError as error:
-        raise _not_writable(out, error) from error
-    if as_json:
-        print(json.dumps({run.name: run.metrics for run in runs}, indent=2))
-        return
-    table = Table()
-    table.add_column("")
-    for run in runs:
-        table.add_column(run.name, justify="right")
-    for name in runs[0].metrics:
-        table.add_row(name, *("never" if run.metrics[name] is None else f"{run.metrics[name]:.4g}" for run in runs))
-    Console().print(table)
-    print(f"table    {out / 'metrics.csv'}\nfigure   {out / 'compare.png'}")
-
-
-def run_plot(file: Path, out: Path | None, form: str) -> None:
-    """Plot a run.
-
-    Raises:
-        LogError: the log cannot be used. DaemonError: the folder cannot be written.
-    """
-    from tendond.offline.logs.container import LogError
-    from tendond.offline.logs.log import load
-
-    log = load(file)
-    out = out or file.with_name(f"{file.stem}-plots")
-    try:
-        if form == "html":
-            from tendond.offline.plots.interactive import write_page
-
-            out.mkdir(parents=True, exist_ok=True)
-            print(write_page(log, out / f"{file.stem}.html"))
-            return
-        from tendond.offline.paper.published import published_for
-        from tendond.offline.plots.figures import draw
-        from tendond.offline.plots.filter import draw_filter
-        from tendond.offline.plots.spatial import draw_space
-        from tendond.offline.plots.timeline import draw_timeline
-
-        paths = draw_space(log, out, form) + draw_filter(log, out, form) + draw_timeline(log, out, form)
-        try:
-            paths = draw(log, out, form, published_for(log)) + paths
-        except LogError as error:
-            say(f"the tracking panels are omitted: {error}")
-    except OSError as error:
-        raise _not_writable(out, error) from error
-    for path in paths:
-        print(path)
 
 
 def run_report(file: Path, out: Path | None) -> None:
@@ -159,6 +90,7 @@ def run_report(file: Path, out: Path | None) -> None:
     Raises:
         LogError: the log cannot be used. DaemonError: the page cannot be written.
     """
+    from tendond.cli.log.figures import not_writable
     from tendond.offline.paper.published import published_for
     from tendond.offline.plots.report import write_report
 
@@ -166,8 +98,4 @@ def run_report(file: Path, out: Path | None) -> None:
     try:
         print(write_report(file, out, published_for))
     except OSError as error:
-        raise _not_writable(out, error) from error
-
-
-def _not_writable(out: Path, error: OSError) -> DaemonError:
-    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another path with --out")
+        raise not_writable(out, error) from error

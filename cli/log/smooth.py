@@ -22,6 +22,7 @@ def run_smooth(file: Path, out: Path | None, changes: list[str], *, as_json: boo
         LogError: the log cannot be used. UsageError: the table's name has another ending, or a change is invalid.
         DaemonError: a file cannot be written.
     """
+    from tendond.offline.logs.export import check_export
     from tendond.offline.logs.log import load
     from tendond.offline.replay.changes import with_changes
     from tendond.offline.smoothing.figure import draw
@@ -31,6 +32,8 @@ def run_smooth(file: Path, out: Path | None, changes: list[str], *, as_json: boo
     out = out or file.with_name(f"{file.stem}-smoothed.csv")
     if out.suffix not in FORMATS:
         raise UsageError(f"{out}: the name of the file says how it is written: end it in {', '.join(FORMATS)}")
+    if out.suffix == ".parquet":
+        check_export(out)
     log = load(file)
     log = replace(log, config=with_changes(log.config, None, changes))
     announce_compilation(say)

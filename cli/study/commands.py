@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.figure_options import FigureStyle, Font, Formats, Iterations, Width, appearance_of
 from tendond.cli.options import Config, Jobs, Json, Processes
 from tendond.cli.signals import exit_on_signals
 from tendond.cli.study.estimator_command import estimator
@@ -29,17 +30,23 @@ def processor_count() -> int:
 def paper(
     out: Annotated[Path, typer.Option("--out", help="Folder for page, tables and figures.")] = Path("out/paper"),
     processes: Processes = None,
+    format: Formats = "png",
+    style: FigureStyle = "default",
+    width: Width = None,
+    font: Font = None,
+    iterations: Iterations = False,
 ) -> None:
     """Reproduce the paper's simulations.
 
-    Every table and figure, next to the published numbers. In lockstep; takes about a minute.
+    Every table and figure, next to the published numbers. In lockstep; a minute. Replaces earlier results.
 
     Example: tendond study paper --out out/paper
     """
     exit_on_signals(130)
     from tendond.cli.study.paper import run_paper
+    from tendond.offline.plots.appearance import parse_formats
 
-    run_paper(out, processes)
+    run_paper(out, processes, appearance_of(parse_formats(format), style, width, font, iterations=iterations))
 
 
 @study.command("robustness")

@@ -17,12 +17,17 @@ from tendond.offline.paper.published import LAWS, SIMULATION
 from tendond.offline.paper.run import Runs, process_pool, run_all
 from tendond.offline.paper.scenarios import paper_scenarios
 from tendond.offline.paper.tables import comparison, write_tables
+from tendond.offline.plots.appearance import Appearance, appearing
 
 SCENARIOS = ("normal", "normal_edge")
 
 
-def run_paper(out: Path, processes: int | None = None) -> None:
+def run_paper(out: Path, processes: int | None = None, look: Appearance | None = None) -> None:
     """Run the scenarios, draw the figures, write tables and page into `out`.
+
+    Args:
+        out: folder of the results. processes: of the pool.
+        look: appearance of the figures; the page shows a PNG, or else an SVG.
 
     Raises:
         DaemonError: the folder cannot be written, or matplotlib is not installed.
@@ -31,6 +36,8 @@ def run_paper(out: Path, processes: int | None = None) -> None:
         from tendond.offline.paper.draw import draw_all, figures
     except ModuleNotFoundError as error:
         raise DaemonError(f"the figures need {error.name}: pip install 'tendond[plot]'") from error
+    look = look or Appearance(iterations=True)
+    shown = next((form for form in ("png", "svg") if form in look.formats), look.formats[0])
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -54,9 +61,10 @@ def run_paper(out: Path, processes: int | None = None) -> None:
             running = progress.add_task("simulations", total=len(scenarios), newest="")
             drawing = progress.add_task("figures", total=len(figures()), newest="")
             runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, newest=name))
-            draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
+            with appearing(look):
+                draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
         write_tables(runs, out, *SCENARIOS, "rig_normal")
-        (out / "README.md").write_text(page(runs), encoding="utf-8")
+        (out / "README.md").write_text(page(runs, shown), encoding="utf-8")
     except BrokenProcessPool as error:
         raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
     except OSError as error:

@@ -88,6 +88,11 @@ class Faults:
         )
 
     @property
+    def active(self) -> set[str]:
+        """Names of the faults that are active now."""
+        return {fault.value for (fault, _), (_, until) in self._caused.items() if self.time < until - ROUNDING}
+
+    @property
     def stuck(self) -> list[int]:
         """Indices of the tendons whose servos do not move."""
         return self._tendons_with(Fault.STUCK)

@@ -46,18 +46,19 @@ class HungWeight:
         self._tip, self._tip_speed = tip.copy(), np.zeros(3)
         self._bob, self._speed = tip + (section.string + stretch) * self._down, np.zeros(3)
 
-    def _hangs(self, time: float) -> bool:
+    def hangs(self, time: float) -> bool:
+        """Return whether it hangs on the tip at `time` [s]."""
         return self._section.mass > 0.0 and time >= self._section.time - 1e-9
 
     def body(self, time: float) -> float:
         """Return the mass fixed to the tip at `time` [kg], which is accelerated with it."""
         section = self._section
-        return section.mass if self._hangs(time) and section.string == 0.0 and not section.force_only else 0.0
+        return section.mass if self.hangs(time) and section.string == 0.0 and not section.force_only else 0.0
 
     def force(self, time: float, period: float) -> Array:
         """Return the force on the tip beyond that of `body`, over the `period` [s] from `time` [s]: [N], shape (3,)."""
         section = self._section
-        if not self._hangs(time) or self.body(time) > 0.0:
+        if not self.hangs(time) or self.body(time) > 0.0:
             return np.zeros(3)
         if section.string == 0.0:
             return section.mass * self._gravity

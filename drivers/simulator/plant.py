@@ -62,6 +62,7 @@ class Plant:
         self._before = self._state
         self._weight = HungWeight(section.weight, section.rod.base_gravity, rod.tip(self._state).position)
         self._pull = slack
+        self._injected: tuple[str, ...] = ()  # loads and faults that acted during the last step
         self.seq = 0
 
     @property
@@ -109,6 +110,7 @@ class Plant:
         impacts = impacts_at(self._section.impacts, self.time)
         if (impact := self.faults.now(Fault.IMPACT)) is not None:
             impacts.append((1.0 if impact.place is None else impact.place, np.array(impact.vector)))
+        self._injected = self._acting(hung=self._weight.hangs(self.time), pushed=bool(impacts))
         for place, force in impacts:
             if place == 1.0:
                 self._force = self._force + force
@@ -130,6 +132,11 @@ class Plant:
         self._weight.swing(self.time, self._rod.tip(self._state).position, self._rod.time_step)
         self.seq += 1
         self.faults.time = self.time
+
+    def _acting(self, *, hung: bool, pushed: bool) -> tuple[str, ...]:
+        """Name the loads and faults that act now, each once."""
+        loads = {Fault.WEIGHT.value: hung, Fault.IMPACT.value: pushed}
+        return tuple(sorted(self.faults.active | {name for name, acts in loads.items() if acts}))
 
     def _hang(self, mass: float) -> None:
         """Fix a mass to the tip [kg], as a body that moves with it."""
@@ -166,6 +173,7 @@ class Plant:
             displacement=displacement,
             tension=tuple(tensions.tolist()),
             tip_force=(fx, fy, fz),
+            injected=self._injected,
         )
         seen = Truth(self._rod, self._before, self._state, self._pull, self._section.rod.base_gravity)
         self.readings = self._sensors.read(seen, self.time, stamp_ns)

@@ -20,7 +20,7 @@ RIG = "demo"
 Report = Callable[[Path, Path, Console], None]
 
 
-def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
+def run_chain(out: Path, text: str, hold: float, report: Report, *, lockstep: bool = False) -> None:
     """Run controller and simulator as two processes.
 
     Args:
@@ -28,22 +28,25 @@ def run_chain(out: Path, text: str, hold: float, report: Report) -> None:
         text: configuration, TOML, without [rig] and [bus].
         hold: time of tracking [s].
         report: called with the folder, the log and a console.
+        lockstep: without a clock, a cycle for each pose: a busy computer loses none.
 
     Raises:
         TendondError: a process could not be started, or failed.
     """
     endpoint = f"tcp/127.0.0.1:{free_port()}"
+    pace = ("--lockstep",) if lockstep else ()
     config_file, log_file = out / "rig.toml", out / "demo.mcap"
     try:
         out.mkdir(parents=True, exist_ok=True)
         log_file.unlink(missing_ok=True)
         config_file.write_text(f'{text}\n[rig]\nname = "{RIG}"\n\n[bus]\nendpoint = "{endpoint}"\n', encoding="utf-8")
         commands = {
-            "controller": ("run", "--config", str(config_file), "--log", str(log_file)),
-            "simulator": ("simulate", "--config", str(config_file)),
+            "controller": ("run", "--config", str(config_file), "--log", str(log_file), *pace),
+            "simulator": ("simulate", "--config", str(config_file), *pace),
         }
         demo = Operated(endpoint, RIG, commands, hold)
-        demo.console.print("Simulator and controller: two processes on Zenoh, in real time at 100 Hz")
+        how = "in lockstep" if lockstep else "in real time at 100 Hz"
+        demo.console.print(f"Simulator and controller: two processes on Zenoh, {how}")
         demo.run()
         report(out, log_file, demo.console)
     except OSError as error:

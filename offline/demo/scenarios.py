@@ -14,13 +14,13 @@ HOLD_SECONDS = {"paper": 3.0, "rig": 5.0, "nasty": 9.0}
 WIRED_HOLD_SECONDS = 6.0
 
 
-def run_plane(out: Path, profile: str = "paper") -> None:
-    """Run the paper's experiment; log, figures and summary are in `out` afterwards.
+def run_plane(out: Path, profile: str = "paper", *, lockstep: bool = False) -> None:
+    """Run the paper's experiment; log, figures and summary are in `out` afterwards. `lockstep`: see `run_chain`.
 
     Raises:
         TendondError: a process could not be started, or failed.
     """
-    run_chain(out, PROFILES[profile], HOLD_SECONDS[profile], report)
+    run_chain(out, PROFILES[profile], HOLD_SECONDS[profile], report, lockstep=lockstep)
 
 
 def run_wired(out: Path) -> None:

@@ -82,7 +82,7 @@ def load(path: str | Path) -> Arrays:
     run = open_run(Path(path))
     rows = list(_rows(run))
     if not rows:
-        raise no_cycles(Path(path))
+        raise no_cycles(Path(path), complete=run.complete)
     names = list(dict.fromkeys(name for row in rows for name in row))
     arrays = {name: _array([row.get(name) for row in rows]) for name in names}
     kinds = {sensor.name: sensor.kind for sensor in run.config.sensors}

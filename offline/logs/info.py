@@ -63,7 +63,7 @@ def info(path: Path) -> dict[str, Any]:
                     elif topic == TIMING.topic:
                         missed += run.decode(topic, LoopTiming, record.data).missed_ticks
     if not ticks:
-        raise no_cycles(path)
+        raise no_cycles(path, complete=complete)
     return {
         "files": [str(file) for file in run.paths],
         "bytes": sum(file.stat().st_size for file in run.paths),

@@ -1,6 +1,6 @@
 """A whole log in memory."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,9 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 Array = NDArray[np.float64]
 
 
+SAME_INPUTS = "same inputs"
+"""Metadata 'replay' of a log that was computed from the inputs of another one, 'replay_of'."""
+
 READ: tuple[Channel[Any], ...] = (CYCLE, TIMING, ROD_SHAPE, TRUTH, LOG)
 
 
@@ -40,6 +43,7 @@ class LogFile:
         tendons: points of each tendon, for each shape [m], shapes (k, 3).
         truth: the simulator's truth; empty on a rig.
         log_lines: the log lines for people.
+        truth_ticks: the cycle beside which each of `truth` was written.
     """
 
     path: Path
@@ -53,11 +57,33 @@ class LogFile:
     tendons: list[list[Array]]
     truth: list[SimulatorTruth]
     log_lines: list[foxglove.Log]
+    truth_ticks: list[int] = field(default_factory=list)
 
     @property
     def name(self) -> str:
         """Name of the file, as text that can be printed in any locale."""
         return as_text(self.path.name)
+
+    @property
+    def stem(self) -> str:
+        """Name of the file without its ending, as text that can be printed in any locale."""
+        return as_text(self.path.stem)
+
+    @property
+    def cut(self) -> str:
+        """What could be read of an unfinished log, in a sentence; empty of a finished one."""
+        if self.complete:
+            return ""
+        last = self.records[-1]
+        return (
+            f"{self.name}: its end is missing (writer killed, disk full, or still running); "
+            f"read {len(self.records)} cycles, up to {last.time:.2f} s"
+        )
+
+    @property
+    def same_inputs_as(self) -> str:
+        """Name of the log whose inputs this one was computed from; empty where the plant followed its commands."""
+        return self.metadata.get("replay_of", "") if self.metadata.get("replay") == SAME_INPUTS else ""
 
 
 def load(path: Path) -> LogFile:
@@ -69,11 +95,15 @@ def load(path: Path) -> LogFile:
     """
     models = {channel.topic: channel.model for channel in READ}
     messages: dict[str, list[Any]] = {channel.topic: [] for channel in READ}
+    truth_ticks: list[int] = []
     run = open_run(path)
     for topic, message in run.messages(tuple(models)):
         messages[topic].append(decode(path, topic, models[topic], message.data))
+        if topic == TRUTH.topic:
+            cycles = messages[CYCLE.topic]
+            truth_ticks.append(cycles[-1].tick if cycles else 0)
     if not messages[CYCLE.topic]:
-        raise no_cycles(path)
+        raise no_cycles(path, complete=run.complete)
     scenes = [_scene(path, update) for update in messages[ROD_SHAPE.topic]]
     return LogFile(
         path=path,
@@ -87,6 +117,7 @@ def load(path: Path) -> LogFile:
         tendons=[lines[1:] for _, lines in scenes],
         truth=messages[TRUTH.topic],
         log_lines=messages[LOG.topic],
+        truth_ticks=truth_ticks,
     )
 
 

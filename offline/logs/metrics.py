@@ -5,7 +5,7 @@ Definitions for readers are in docs/metrics.md; demo, paper, robustness, plots a
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.model.rod.static_curve import StaticCurve
 from tendond.offline.logs.container import LogError
+from tendond.offline.logs.injections import Injection, injections, within
 from tendond.offline.logs.log import LogFile
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.rig import RigConfig
@@ -36,7 +37,7 @@ RIPPLE_SAMPLES = 40
 
 @dataclass(frozen=True)
 class Tracking:
-    """The first stretch of a run that tracks, one sample per cycle; sample 0 is the tip when tracking began.
+    """A stretch of a log that tracks, a run, one sample per cycle; sample 0 is the tip when tracking began.
 
     Attributes:
         ticks: the cycles' ticks, shape (k,).
@@ -48,6 +49,7 @@ class Tracking:
         target: end of the reference [m].
         axes: axes of the bending plane: index of the component that bends (0 for x, 1 for y), and 2.
         agonist: index of its tendon.
+        injections: what the simulator did meanwhile; their cycles are iterations.
     """
 
     ticks: NDArray[np.int64]
@@ -59,6 +61,17 @@ class Tracking:
     target: Vector3
     axes: tuple[int, int]
     agonist: int
+    injections: tuple[Injection, ...] = ()
+
+    @property
+    def calm(self) -> int:
+        """Samples before the first injection."""
+        return self.injections[0].start if self.injections else len(self.tip)
+
+    @property
+    def has_metrics(self) -> bool:
+        """Whether the target, to which the metrics are relative, is not at zero."""
+        return self.target[self.axes[0]] != 0.0
 
     @property
     def axis(self) -> int:
@@ -69,6 +82,8 @@ class Tracking:
 @dataclass(frozen=True)
 class Metrics:
     """Metrics of k samples; an iteration is a sample's index. The first seven concern the tip's component x (or y).
+
+    Settling, rise and both overshoots are of the samples before the first injection; all others are of the whole run.
 
     Attributes:
         tpl_mm: total path length, the sum of |x[i+1] - x[i]| [mm].
@@ -108,8 +123,26 @@ class Metrics:
 
 
 def tracking(log: LogFile) -> Tracking:
-    """Select the first tracking stretch of a log's cycles; raises LogError, see `tracking_of`."""
-    return tracking_of(log.records, log.config, str(log.path))
+    """Select the first run of a log, the first stretch of cycles that track; raises LogError, see `tracking_of`."""
+    run = tracking_of(log.records, log.config, str(log.path))
+    return replace(run, injections=_injected(log, _stretches(log)[0]))
+
+
+def runs(log: LogFile) -> list[Tracking]:
+    """Select all runs of a log: each stretch of cycles that track, and have a measured tip.
+
+    Raises:
+        LogError: there is none.
+    """
+    found = [
+        replace(_tracking(log.records[part], log.config), injections=_injected(log, part))
+        for part in _stretches(log)
+        if all(record.measured is not None for record in log.records[part])
+    ]
+    if not found:
+        tracking(log)  # says why
+        raise LogError(f"{log.path}: contains no run; use another log")
+    return found
 
 
 def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) -> Tracking:
@@ -128,26 +161,43 @@ def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) 
         raise LogError(f"{source}: contains no cycle in mode 'tracking'; arm the controller while it records")
     end = next((i for i, record in enumerate(records[start:], start) if record.mode is not Mode.TRACKING), None)
     part = records[start:end]
-    axes = PLANES[config.control.plane]
-    target = part[0].reference.target
-    if target[axes[0]] == 0.0:
+    axis = PLANES[config.control.plane][0]
+    if part[0].reference.target[axis] == 0.0:
         raise LogError(
-            f"{source}: the reference ends at 0 in {'xy'[axes[0]]}, which the metrics are relative to; use another log"
+            f"{source}: the reference ends at 0 in {'xy'[axis]}, which the metrics are relative to; use another log"
         )
-    tip = [record.measured for record in part]
-    if None in tip:
+    if any(record.measured is None for record in part):
         raise LogError(f"{source}: holds tracking cycles without a measured tip; use another log")
+    return _tracking(part, config)
+
+
+def _tracking(part: Sequence[CycleRecord], config: RigConfig) -> Tracking:
     return Tracking(
         ticks=np.array([record.tick for record in part]),
         time=np.array([record.time - part[0].time for record in part]),
-        tip=np.array(tip),
+        tip=np.array([record.measured for record in part]),
         reference=np.array([record.reference.position for record in part]),
         displacement=np.array([record.command.displacement for record in part]),
         tension=np.array([record.command.tension for record in part]),
-        target=target,
-        axes=axes,
+        target=part[0].reference.target,
+        axes=PLANES[config.control.plane],
         agonist=config.control.agonist,
     )
+
+
+def _stretches(log: LogFile) -> list[slice]:
+    """Find the records of each run: consecutive ones that track."""
+    found: list[slice] = []
+    for i, record in enumerate(log.records):
+        if record.mode is Mode.TRACKING:
+            start = found.pop().start if found and found[-1].stop == i else i
+            found.append(slice(start, i + 1))
+    return found
+
+
+def _injected(log: LogFile, part: slice) -> tuple[Injection, ...]:
+    first, last = log.records[part.start].tick, log.records[part.stop - 1].tick
+    return within(injections(log.truth_ticks, log.truth), first, last)
 
 
 def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None = None) -> Metrics:
@@ -162,10 +212,11 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
     axis, axes, target = run.axis, list(run.axes), run.target
     # As a part of the target: a target on the negative side is no different.
     progress = tip[:, axis] / target[axis]
-    outside = np.flatnonzero(np.abs(progress - 1.0) > SETTLED)
-    risen = np.flatnonzero(progress >= RISEN)
+    calm = progress[: run.calm]
+    outside = np.flatnonzero(np.abs(calm - 1.0) > SETTLED)
+    risen = np.flatnonzero(calm >= RISEN)
     settling = int(outside[-1]) + 1 if outside.size else 0
-    settled = settling < len(tip)
+    settled = settling < len(calm)
     scale_mm = 1000.0 * math.fabs(target[axis])
     x, y, z = (float(value) for value in tip[-1])
     period = float(run.time[1] - run.time[0]) if len(tip) > 1 else 0.0
@@ -174,14 +225,16 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
     return Metrics(
         tpl_mm=1000.0 * float(np.abs(np.diff(tip[:, axis])).sum()),
         settling_iterations=settling if settled else None,
-        overshoot_percent=100.0 * max(0.0, float(progress.max()) - 1.0),
+        overshoot_percent=100.0 * max(0.0, float(calm.max()) - 1.0),
         rise_iterations=int(risen[0]) if risen.size else None,
         steady_state_error_mm=scale_mm * math.fabs(1.0 - float(progress[-STEADY_SAMPLES:].mean())),
         final_tip_m=(x, y, z),
         final_displacement_m=float(run.displacement[-1, run.agonist]),
         settling_s=float(run.time[settling]) if settled else None,
         path_mm=1000.0 * float(np.linalg.norm(np.diff(plane, axis=0), axis=1).sum()),
-        path_overshoot_percent=None if curve is None else _path_overshoot(plane, np.array(target)[axes], curve),
+        path_overshoot_percent=None
+        if curve is None
+        else _path_overshoot(plane[: run.calm], np.array(target)[axes], curve),
         iae_mm_s=1000.0 * period * float(np.linalg.norm(plane - run.reference[:, axes], axis=1).sum()),
         ripple_mm=1000.0 * float(np.linalg.norm(plane[-RIPPLE_SAMPLES:].std(axis=0))),
         tendon_rate_mm_s=1000.0 * float(np.sqrt(np.mean(rates**2))),

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from tendond.schemas.base import Vector3
 from tendond.schemas.messages import Mode
 
 Array = NDArray[np.float64]
+
+RUNNING = (Mode.PRETENSION, Mode.TRACKING)
+"""Modes of a run."""
 
 FLAT = 0.02
 """Fraction of a path's size up to which its thickness counts as flat."""
@@ -41,9 +45,12 @@ class RodShape:
 class TipPath:
     """Path of the tip from the first cycle that pulls to the last that tracks; over all cycles, where none tracks.
 
+    Between two runs, and in a gap of the log, there is no path.
+
     Attributes:
         time: times of the cycles [s], shape (k,).
-        tip: measured [m], NaN before the first pose, shape (k, 3).
+        tip: measured [m], NaN before the first pose, in the last cycle before a gap, and while nothing pulls, where
+            something tracks; shape (k, 3).
         reference: reference of the tip while it tracks, else NaN [m], shape (k, 3).
         target: end of the reference; none where nothing tracks [m].
         shapes: shapes of the rod in that time, and the one at its beginning.
@@ -56,11 +63,25 @@ class TipPath:
     shapes: Sequence[RodShape]
 
     @staticmethod
-    def of(log: LogFile) -> "TipPath":
-        """Extract the path of a run."""
-        tracks = [i for i, record in enumerate(log.records) if record.mode is Mode.TRACKING]
-        first = next((i for i, record in enumerate(log.records) if record.mode in ACTIVE), 0) if tracks else 0
+    def of(log: LogFile, ticks: tuple[int, int] | None = None) -> "TipPath":
+        """Extract the path of a log, or of one run of it.
+
+        Args:
+            log: the log.
+            ticks: first and last tick of the run; its path begins with the pretension. The probe before that pulls at
+                each tendon, which would be spikes of the path.
+        """
+        low, high = ticks or (0, log.records[-1].tick)
+        tracks = [i for i, one in enumerate(log.records) if one.mode is Mode.TRACKING and low <= one.tick <= high]
+        if tracks and ticks:
+            pulls = range(tracks[0], -1, -1)
+            first = next((i + 1 for i in pulls if log.records[i].mode not in RUNNING), 0)
+        else:
+            first = next((i for i, record in enumerate(log.records) if record.mode in ACTIVE), 0) if tracks else 0
         part = log.records[first : tracks[-1] + 1] if tracks else log.records
+        drawn = [record.mode in ACTIVE or not tracks for record in part]
+        for i, (record, after) in enumerate(pairwise(part)):
+            drawn[i] = drawn[i] and after.tick == record.tick + 1
         nowhere = (np.nan,) * 3
         period = log.config.loop.period
         shapes = [
@@ -71,7 +92,9 @@ class TipPath:
         before = sum(shape.tick <= part[0].tick for shape in shapes)
         return TipPath(
             time=np.array([record.time for record in part]),
-            tip=np.array([record.measured or nowhere for record in part]),
+            tip=np.array(
+                [record.measured or nowhere if kept else nowhere for record, kept in zip(part, drawn, strict=True)]
+            ),
             reference=np.array(
                 [record.reference.position if record.mode is Mode.TRACKING else nowhere for record in part]
             ),

@@ -27,8 +27,11 @@ from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.errors.explain import explain
 
 
-def no_cycles(path: Path) -> LogError:
-    """Return the error of a log without cycles."""
+def no_cycles(path: Path, *, complete: bool = True) -> LogError:
+    """Return the error of a log without cycles; `complete`: it was finished."""
+    if not complete:
+        size = path.stat().st_size
+        return LogError(f"{path}: was cut off after {size} bytes, before its first cycles were whole; use another log")
     return LogError(f"{path}: contains no cycles, the run ended within half a second; record another one")
 
 
@@ -100,8 +103,11 @@ def _head(path: Path) -> tuple[dict[str, str], dict[str, bytes]]:
     end."""
     metadata: dict[str, str] | None = None
     attachments: dict[str, bytes] = {}
+    cut = False
     for record in records(path):
         match record:
+            case Damage(cut=True):
+                cut = True
             case Metadata(name=name) if name == METADATA:
                 metadata = record.metadata
             case Attachment():
@@ -115,6 +121,10 @@ def _head(path: Path) -> tuple[dict[str, str], dict[str, bytes]]:
             reader = make_reader(stream)
             metadata = metadata or next((one.metadata for one in reader.iter_metadata() if one.name == METADATA), None)
             attachments = attachments or {one.name: one.data for one in reader.iter_attachments()}
+    if cut and (metadata is None or CONFIG not in attachments):
+        raise LogError(
+            f"{path}: was cut off after {path.stat().st_size} bytes, before its first record; it holds no run"
+        )
     if metadata is None:
         raise LogError(f"{path}: is an MCAP file, but not a log of tendond; give a file that 'tendond run' has written")
     return metadata, attachments

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from tendond.offline.logs.injections import recoveries
 from tendond.offline.logs.log import LogFile
-from tendond.offline.logs.metrics import metrics, tracking
+from tendond.offline.logs.metrics import SETTLED, metrics, tracking
 from tendond.offline.logs.published import Published
 
 LABELS = {
@@ -37,7 +38,7 @@ LABELS = {
 
 
 def summary(log: LogFile) -> dict[str, Any]:
-    """Metrics of the first stretch that tracks, and how the loop did over the whole log.
+    """Metrics of the first run, its recovery from each injection, and how the loop did over the whole log.
 
     `cycle_ms_*` are from wake-up to command [ms], None without timings (a run in lockstep has none).
 
@@ -50,6 +51,7 @@ def summary(log: LogFile) -> dict[str, Any]:
     return {
         **asdict(ours),
         "final_tip_m": list(ours.final_tip_m),
+        "recoveries": [asdict(one) for one in recoveries(run, SETTLED, ours.settling_iterations)],
         "cycles": len(log.records),
         "missed_ticks": sum(timing.missed_ticks for timing in log.timings),
         "cycle_ms_median": float(np.median(work_ms)) if work_ms.size else None,
@@ -84,6 +86,9 @@ def table(summary: dict[str, Any], law: str, paper: Published | None = None) -> 
     for name, unit, value, form, key in rows:
         theirs = [_cell(getattr(paper, key), form)] if paper else []
         result.add_row(name, unit, _cell(value, form, missing="never"), *theirs)
+    for number, one in enumerate(summary["recoveries"], 1):
+        theirs = [""] if paper else []
+        result.add_row(f"recovery {number} ({one['what']})", "s", _cell(one["recovery_s"], ".2f", "never"), *theirs)
     result.add_section()
     for name, unit, value, form in (
         ("missed deadlines", f"of {summary['cycles']}", summary["missed_ticks"], "d"),

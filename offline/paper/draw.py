@@ -10,6 +10,7 @@ from tendond.offline.paper.published import LAWS
 from tendond.offline.paper.run import Runs
 from tendond.offline.paper.scenarios import HUNG_AT, STRING, WEIGHTS_G
 from tendond.offline.paper.shapes import configurations, snapshots
+from tendond.offline.plots.appearance import Appearance, appearance, appearing
 
 Draw = Callable[[Runs, Path], Path]
 
@@ -66,12 +67,22 @@ def figures() -> dict[str, tuple[Draw, tuple[str, ...]]]:
 
 
 def draw_all(runs: Runs, folder: Path, pool: Executor, done: Callable[[str], None]) -> list[Path]:
-    """Draw the figures into the existing `folder`, in `pool`; `done` is called with the name of each finished one."""
+    """Draw the figures into the existing `folder`, in `pool`; `done` is called with the name of each.
+
+    They have the appearance in use, and a file in each of its formats; the first ones are returned.
+    """
+    look = appearance()
     futures = {}
     for name, (draw, scenarios) in figures().items():
         needed = {key: run for key, run in runs.items() if key[0] in scenarios}
-        futures[pool.submit(draw, needed, folder / f"{name}.png")] = name
+        futures[pool.submit(_drawn, look, draw, needed, folder / f"{name}.png")] = name
     for future in as_completed(futures):
         future.result()
         done(futures[future])
     return [future.result() for future in futures]
+
+
+def _drawn(look: Appearance, draw: Draw, runs: Runs, path: Path) -> Path:
+    """Draw a figure in a process of the pool, in an appearance."""
+    with appearing(look):
+        return draw(runs, path)

@@ -1,5 +1,7 @@
 """The page of a reproduction: every number in it is computed from the runs, the configuration or the paper's tables."""
 
+import re
+
 from tendond import __version__
 from tendond.offline.paper.account import account
 from tendond.offline.paper.lyapunov import CAUSES, find_rises, measured_rate, rate_of
@@ -18,8 +20,13 @@ LOADS = (
 RIG_LOADS = (*(f"rig_weight_{grams}g" for grams in WEIGHTS_G), "rig_impacts")
 
 
-def page(runs: Runs) -> str:
-    """Write the page in Markdown, for the folder of the figures."""
+def page(runs: Runs, form: str = "png") -> str:
+    """Write the page in Markdown, for the folder of the figures, which are files with the ending `form`."""
+    text = _page(runs)
+    return text if form == "png" else re.sub(r"(!\[[^\]]*\]\(\w+)\.png\)", rf"\1.{form})", text)
+
+
+def _page(runs: Runs) -> str:
     parts = [
         "# The paper reproduced",
         f"{SOURCE}: its simulations and the scenarios of its experiment, run by tendond {__version__} (`tendond study "

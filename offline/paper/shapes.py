@@ -9,12 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
-from tendond.offline.paper.figures import COLOURS, DARK, Named, name_of, pushes_of
+from tendond.offline.paper.figures import COLOURS, DARK, Named, name_of, pushes_of, unit_of
 from tendond.offline.paper.run import PaperRun, Runs
 from tendond.offline.paper.scenarios import start_of
-from tendond.offline.plots.style import REFERENCE, note, save, style
+from tendond.offline.plots.appearance import appearance
+from tendond.offline.plots.shapes import COLOURS as SHADES
+from tendond.offline.plots.style import REFERENCE, gravity_arrow, headline, new_figure, note, save, style
 
 EVERY = 5
 """Iterations between two configurations, as in the paper."""
@@ -36,9 +37,10 @@ ARROW = 15.0
 def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:
     """Draw the rod every five iterations, a panel per law."""
     with style():
-        figure = Figure((10.0, 4.1), layout="constrained")
+        figure = new_figure(10.0, 4.1)
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        colours = ScalarMappable(Normalize(0, SHOWN), "viridis")
+        unit = unit_of(runs[scenario, next(iter(COLOURS))])
+        colours = ScalarMappable(Normalize(0.0, unit * SHOWN), SHADES)
         for axes, law in zip(panels, COLOURS, strict=True):
             run = runs[scenario, law]
             for i in range(0, min(SHOWN + 1, len(run.shapes)), EVERY):
@@ -49,11 +51,10 @@ def configurations(scenario: str, title: str, runs: Runs, path: Path) -> Path:
             axes.plot(target[2], target[0], "x", color="#b2182b", ms=9, mew=2)
             note(axes, (target[2], target[0]), "target", "#b2182b", (-16, -16))
             axes.set(xlabel="z [mm]", title=name_of(law), aspect="equal")
+            gravity_arrow(axes, np.array(run.scenario.config.rod.base_gravity)[[2, 0]])
         panels[0].set_ylabel("x [mm]")
-        figure.colorbar(colours, ax=list(panels), label="iteration", shrink=0.8)
-        figure.suptitle(
-            f"{title}: the rod every {EVERY} iterations; dotted: path of the tip", x=0.01, ha="left", fontsize=12
-        )
+        figure.colorbar(colours, ax=list(panels), label=appearance().time_label, shrink=0.8)
+        headline(figure, f"{title}: the rod every {EVERY} iterations; dotted: path of the tip")
         return save(figure, path)
 
 
@@ -61,7 +62,7 @@ def snapshots(scenarios: Named, law: str, runs: Runs, path: Path) -> Path:
     """Draw the rod at some iterations, a row per scenario, with hanging weights and impacts."""
     with style():
         columns = len(SNAPSHOTS)
-        figure = Figure((1.75 * columns, 2.15 * len(scenarios) + 0.5), layout="constrained")
+        figure = new_figure(1.75 * columns, 2.15 * len(scenarios) + 0.5)
         rows = figure.subplots(len(scenarios), columns, sharex=True, sharey=True)
         for row, (scenario, title) in zip(rows, scenarios, strict=True):
             run = runs[scenario, law]
@@ -69,13 +70,17 @@ def snapshots(scenarios: Named, law: str, runs: Runs, path: Path) -> Path:
             moments = _moments(run)[:columns] if pushes else list(SNAPSHOTS)
             for axes, i in zip(row, moments, strict=True):
                 _snapshot(axes, run, i)
-                axes.set_title(f"iteration {i}", fontsize=8)
-            row[0].set_ylabel(f"{title}\nx [mm]", fontsize=9)
+                axes.set_title(_moment(i, unit_of(run)), fontsize=appearance().points(8))
+            row[0].set_ylabel(f"{title}\nx [mm]", fontsize=appearance().points(9))
         for axes in rows[-1]:
-            axes.set_xlabel("z [mm]", fontsize=9)
+            axes.set_xlabel("z [mm]", fontsize=appearance().points(9))
         rows[0][0].set(xlim=FRAME[0], ylim=FRAME[1])
-        figure.suptitle(f"{name_of(law)} on a rig-like plant", x=0.01, ha="left", fontsize=12)
+        headline(figure, f"{name_of(law)} on a rig-like plant")
         return save(figure, path)
+
+
+def _moment(iteration: int, unit: float) -> str:
+    return f"iteration {iteration}" if appearance().iterations else f"{unit * iteration:.2f} s"
 
 
 def _moments(run: PaperRun) -> list[int]:
@@ -111,4 +116,4 @@ def _snapshot(axes: Axes, run: PaperRun, i: int) -> None:
                 annotation_clip=False,
             )
     axes.set_aspect("equal")
-    axes.tick_params(labelsize=7)
+    axes.tick_params(labelsize=appearance().points(7))

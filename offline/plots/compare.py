@@ -1,82 +1,52 @@
-"""Comparison of runs: all metrics, and their curves in one figure. Import this module only to draw."""
+"""The curves of several runs in one figure. Import this module only to draw."""
 
-import csv
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendond.model.rod.static_curve import static_curve
-from tendond.model.rods.selection import model_rod
-from tendond.offline.files import as_text
-from tendond.offline.logs.log import LogFile
-from tendond.offline.logs.metrics import Tracking, metrics, tracking
-from tendond.offline.plots.style import REFERENCE, style
+from tendond.offline.comparison.runs import Compared
+from tendond.offline.plots.appearance import WIDE, appearance
+from tendond.offline.plots.style import DARK, line_look, new_figure, style, title
 
-COLOURS = ("#1f4e79", "#c55a11", "#4b8b3b", "#7b3f98", "#b8860b", "#8c1c13", "#2f8f8f", "#555555")
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One run: what to call it, its tracking part, its metrics by name."""
-
-    name: str
-    run: Tracking
-    metrics: dict[str, Any]
-
-
-def compared(logs: Sequence[LogFile]) -> list[Compared]:
-    """Select each log's first tracking stretch.
-
-    Raises:
-        LogError: see `tracking`.
-    """
-    found = []
-    for name, log in zip(_names(logs), logs, strict=True):
-        run = tracking(log)
-        rod = model_rod(log.config)
-        curve = static_curve(rod, log.config.control.agonist, log.config.limits.tension_max, run.axes)
-        values = asdict(metrics(run, curve))
-        x, y, z = values.pop("final_tip_m")
-        found.append(Compared(name, run, {**values, "final_tip_x_m": x, "final_tip_y_m": y, "final_tip_z_m": z}))
-    return found
-
-
-def _names(logs: Sequence[LogFile]) -> list[str]:
-    """Return the names of the files, with their folders where needed."""
-    stems = [as_text(log.path.stem) for log in logs]
-    return stems if len(set(stems)) == len(stems) else [as_text(str(log.path)) for log in logs]
-
-
-def write_table(runs: Sequence[Compared], path: Path) -> None:
-    """Write a CSV file: a line per metric, a column per run; the unit ends a metric's name."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["metric", *(run.name for run in runs)])
-        for name in runs[0].metrics:
-            writer.writerow([name, *("" if run.metrics[name] is None else run.metrics[name] for run in runs)])
+SIZE = (12.8, 12.0)  # [inch]
+NARROW_SIZE = (12.8, 30.0)
+LEGEND_COLUMNS = 4
 
 
 def overlay(runs: Sequence[Compared]) -> Figure:
-    """Draw the paper's four panels with a curve for each run, over time."""
+    """Draw tip, error, displacement and tension of the agonist, with a curve for each run."""
     with style():
-        figure = Figure((12.8, 8.0), layout="constrained")
-        bend, along, displacement, error = figure.subplots(2, 2).flat
-        for i, one in enumerate(runs):
-            run, colour = one.run, COLOURS[i % len(COLOURS)]
-            tip, reference = 1000.0 * run.tip, 1000.0 * run.reference
-            bend.plot(run.time, reference[:, run.axis], color=REFERENCE, lw=1.0, ls="--")
-            bend.plot(run.time, tip[:, run.axis], color=colour, label=one.name)
-            along.plot(run.time, tip[:, 2], color=colour)
-            displacement.plot(run.time, 1000.0 * run.displacement[:, run.agonist], color=colour)
-            error.plot(run.time, np.linalg.norm(reference - tip, axis=1), color=colour)
-        letters = "/".join(sorted({"xyz"[one.run.axis] for one in runs}))
-        bend.set(title=f"{letters} of the tip, and its reference", ylabel=f"tip {letters} [mm]")
-        along.set(title="z of the tip", ylabel="tip z [mm]")
-        displacement.set(title="Tendon displacement", ylabel="displacement [mm]", xlabel="time [s]")
-        error.set(title="Position error", ylabel="|reference - tip| [mm]", xlabel="time [s]")
-        bend.legend(fontsize=9)
+        width = appearance().size(SIZE[0], 1.0)[0]
+        columns = 2 if width > 0.5 * WIDE else 1
+        figure = new_figure(*(SIZE if columns == 2 else NARROW_SIZE))
+        rows = 6 // columns
+        grid = list(figure.subplots(rows, columns, sharex=True).flat)
+        x, y, z, error, displacement, tension = grid
+        for number, one in enumerate(runs):
+            run = one.run
+            period = float(run.time[1] - run.time[0]) if len(run.time) > 1 else 0.01
+            time = (run.ticks - run.ticks[0]) * appearance().unit_of_time(period)
+            gaps = np.flatnonzero(np.diff(run.ticks) > 1) + 1
+            look = line_look(number, length=len(time))
+            tip, reference = 1e3 * run.tip, 1e3 * run.reference
+            drawn = [*tip.T, np.linalg.norm(reference - tip, axis=1)]
+            drawn += [1e3 * run.displacement[:, run.agonist], run.tension[:, run.agonist]]
+            for axes, letter in zip((x, y, z), range(3), strict=True):
+                label = "reference" if number == 0 else None
+                axes.plot(time, reference[:, letter], color=DARK, lw=0.8, ls=":", label=label)
+            for axes, values in zip(grid, drawn, strict=True):
+                axes.plot(np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan), label=one.name, **look)
+        labels = {x: "tip x [mm]", y: "tip y [mm]", z: "tip z [mm]", error: "|reference - tip| [mm]",
+                  displacement: "displacement [mm]", tension: "tension [N]"}  # fmt: skip
+        titles = ("x of the tip", "y of the tip", "z of the tip", "Position error", "Displacement of the agonist",
+                  "Tension of the agonist")  # fmt: skip
+        for number, ((axes, label), text) in enumerate(zip(labels.items(), titles, strict=True)):
+            axes.set_ylabel(label)
+            title(axes, text, letter=chr(ord("a") + number))
+        for axes in grid[-columns:]:
+            axes.set_xlabel(appearance().time_label)
+        handles, names = x.get_legend_handles_labels()
+        shown = min(len(names), LEGEND_COLUMNS * columns // 2)
+        figure.legend(handles, names, loc="outside upper left", ncols=max(1, shown), frameon=False)
     return figure

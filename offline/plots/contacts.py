@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from tendond.offline.plots.appearance import appearance
 from tendond.offline.plots.style import OURS
 from tendond.schemas.record import ContactEstimate, CycleRecord
 
@@ -83,7 +84,7 @@ def draw_contacts(place: Axes, force: Axes, records: Sequence[CycleRecord], colo
         force.fill_between(time, forces[:, i] - half, forces[:, i] + half, color=colour, alpha=0.2)
         force.plot(time, forces[:, i], color=colour, label=f"{'xyz'[i]} ± 2σ")
     force.set(ylabel="[N]", title="Contact: force")
-    force.legend(loc="upper right", fontsize=9, ncols=3)
+    force.legend(loc="upper right", fontsize=appearance().points(9), ncols=3)
 
 
 def _columns(rows: Sequence[tuple[float, float, float] | None]) -> Array:

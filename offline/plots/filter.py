@@ -11,8 +11,10 @@ from tendond.daemon.control.estimation.spread import ellipsoid
 from tendond.offline.logs.arrays import Arrays
 from tendond.offline.logs.arrays import load as load_arrays
 from tendond.offline.logs.log import LogFile
+from tendond.offline.plots.appearance import appearance
 from tendond.offline.plots.contacts import draw_contacts, found_contacts
-from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, level, save, style
+from tendond.offline.plots.output import Output
+from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, level, new_figure, style
 from tendond.schemas.health import CONSISTENCY_MARKED
 
 Array = NDArray[np.float64]
@@ -39,7 +41,7 @@ def filter_figure(log: LogFile) -> Figure:
     run = load_arrays(log.path)
     touched = bool(found_contacts(log.records))
     with style():
-        figure = Figure(TOUCHED_SIZE if touched else SIZE, layout="constrained")
+        figure = new_figure(*(TOUCHED_SIZE if touched else SIZE))
         ratios = (2, 2, 1, 2, 2) if touched else (2, 2, 1)
         rows = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
         force, tip, consistency = rows[:3]
@@ -52,12 +54,10 @@ def filter_figure(log: LogFile) -> Figure:
     return figure
 
 
-def draw_filter(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
-    """Draw the figure into `folder`, which is made; nothing where the log has no filter."""
-    if not has_filter(log):
-        return []
-    folder.mkdir(parents=True, exist_ok=True)
-    return [save(filter_figure(log), folder / f"filter.{suffix}")]
+def draw_filter(log: LogFile, output: Output | Path) -> list[Path]:
+    """Draw the figure; nothing where the log has no filter."""
+    output = Output(output) if isinstance(output, Path) else output
+    return output.save(filter_figure(log), "filter") if has_filter(log) else []
 
 
 def tip_error(run: Arrays) -> Array:
@@ -92,7 +92,7 @@ def _force(axes: Axes, run: Arrays) -> None:
     low, high = float(np.nanmin(known)), float(np.nanmax(known))
     margin = 0.3 * max(high - low, float(np.nanmin(deviation)))
     axes.set(ylabel="[N]", title="Force on the tip", ylim=(low - margin, high + margin))
-    axes.legend(loc="upper right", fontsize=9, ncols=3)
+    axes.legend(loc="upper right", fontsize=appearance().points(9), ncols=3)
 
 
 def _tip(axes: Axes, run: Arrays) -> None:
@@ -101,7 +101,7 @@ def _tip(axes: Axes, run: Arrays) -> None:
     if np.isfinite(error).any():
         axes.plot(run["time"], error, color=OURS, label="error of the model's tip")
     axes.set(ylabel="[mm]", yscale="log", title="Tip", ylim=(0.01 * float(np.nanmin(bound)), None))
-    axes.legend(loc="lower right", fontsize=9)
+    axes.legend(loc="lower right", fontsize=appearance().points(9))
 
 
 def _consistency(axes: Axes, run: Arrays) -> None:

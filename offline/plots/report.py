@@ -26,6 +26,8 @@ from tendond.offline.plots.timeline import loop_timing, timeline
 from tendond.schemas.config.rig import RigConfig
 
 MAX_EVENTS = 200
+MAX_ROWS = 20
+"""Rows of a list in the configuration from which on only the first and the last are shown."""
 
 HEADLINES = ("settling_s", "overshoot_percent", "steady_state_error_mm", "path_mm", "peak_tension_n", "cycle_ms_p99")
 
@@ -140,6 +142,10 @@ def _numbers(numbers: dict[str, Any]) -> str:
         for name, (label, unit) in LABELS.items()
         if numbers[name] is not None or name.endswith("iterations")
     ]
+    for number, one in enumerate(numbers["recoveries"], 1):
+        label = f"recovery {number}, {one['what']} at {one['time_s']:.2f} s"
+        value = "never" if one["recovery_s"] is None else _number(one["recovery_s"], 3)
+        rows.append((label, value, "s", "recoveries"))
     return _table(("", "value", "unit", "in summary.json"), rows, numeric=(1,))
 
 
@@ -206,10 +212,14 @@ def _calibration(log: LogFile) -> list[str]:
 
 
 def _keys(path: str, value: Any) -> list[tuple[str, str]]:
+    """List a value by the names of its keys; tables in a list by their numbers, a long list by its ends."""
     if isinstance(value, dict) and value:
         return [item for key, inner in value.items() for item in _keys(f"{path}.{key}" if path else key, inner)]
-    text = str(value)
-    return [(path, text if len(text) <= 200 else text[:197] + "...")]
+    if isinstance(value, (list, tuple)) and any(isinstance(inner, dict) for inner in value):
+        return [item for number, inner in enumerate(value) for item in _keys(f"{path}[{number}]", inner)]
+    if isinstance(value, (list, tuple)) and len(value) > MAX_ROWS:
+        return [(path, f"{len(value)} rows, from {value[0]} to {value[-1]}")]
+    return [(path, str(value))]
 
 
 def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: Sequence[int] = ()) -> str:
@@ -241,7 +251,7 @@ def _untitled(figure: Figure) -> Figure:
 def _image(figure: Figure, name: str) -> str:
     """Embed the figure as SVG."""
     data = BytesIO()
-    with style():
+    with style(text_as_text=False):  # so that it looks the same where the fonts are others
         figure.savefig(data, format="svg", metadata={"Date": None})
     code = base64.b64encode(data.getvalue()).decode()
     return f'<figure><img alt="{escape(name)}" src="data:image/svg+xml;base64,{code}"></figure>'

@@ -6,8 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tendond.offline.logs.events import KINDS, events, mode_spans
+from tendond.offline.logs.injections import injections
 from tendond.offline.logs.log import LogFile
-from tendond.offline.plots.style import OURS, PAPERS, style
+from tendond.offline.plots.appearance import appearance
+from tendond.offline.plots.output import Output
+from tendond.offline.plots.style import OURS, PAPERS, new_figure, style, title
 from tendond.schemas.messages import Mode
 
 MODE_COLOURS = {
@@ -19,6 +22,9 @@ MODE_COLOURS = {
     Mode.RELEASING: "#d8dcf2",
     Mode.FAULT: "#f5c6c1",
 }
+INJECTED = "injected"
+"""Name of the row of a simulator's loads and faults."""
+
 NARROW = 0.08
 """Fraction of the whole time below which a stretch has no room for its name."""
 
@@ -26,33 +32,42 @@ SIZE = (10.0, 3.6)  # [inch]
 
 
 def timeline(log: LogFile) -> Figure:
-    """Modes as bands, events as marks, a row for each kind."""
+    """Modes as bands, events as marks, a row for each kind, what a simulator injected in a row of its own."""
+    injected = [(one.start, one.end) for one in injections(log.truth_ticks, log.truth)]
+    rows = [*([INJECTED] if injected else []), *reversed(KINDS)]
+    first, last = _span(log)
     with style():
-        figure = Figure(SIZE, layout="constrained")
+        figure = new_figure(*SIZE)
         axes = figure.subplots()
         for start, end, mode in mode_spans(log.records):
             axes.axvspan(start, end, color=MODE_COLOURS[mode], lw=0)
-            if end - start > NARROW * (_span(log)[1] - _span(log)[0]):
-                axes.text(start, len(KINDS) - 0.45, f" {mode.value}", fontsize=8, va="bottom", clip_on=True)
+            if end - start > NARROW * (last - first):
+                size = appearance().points(8)
+                axes.text(start, len(rows) - 0.45, f" {mode.value}", fontsize=size, va="bottom", clip_on=True)
         found = events(log.records)
-        for row, kind in enumerate(reversed(KINDS)):
+        mark = appearance().points(12)
+        for row, kind in enumerate(rows):
             at = [event.time for event in found if event.kind == kind]
-            axes.plot(at, [row] * len(at), "|", color=PAPERS if kind == "fault" else OURS, ms=12, mew=1.5)
+            axes.plot(at, [row] * len(at), "|", color=PAPERS if kind == "fault" else OURS, ms=mark, mew=1.5)
+        period = log.config.loop.period
+        for begun, ended in injected:
+            until = last if ended is None else ended * period
+            axes.plot([begun * period, until], [0, 0], color=PAPERS, lw=0.5 * mark, solid_capstyle="butt")
         axes.set(
             xlabel="time [s]",
-            yticks=range(len(KINDS)),
-            yticklabels=reversed(KINDS),
-            ylim=(-0.6, len(KINDS) - 0.1),
-            xlim=_span(log),
-            title="Modes and events",
+            yticks=range(len(rows)),
+            yticklabels=rows,
+            ylim=(-0.6, len(rows) - 0.1),
+            xlim=(first, last),
         )
+        title(axes, "Modes and events")
     return figure
 
 
 def loop_timing(log: LogFile) -> Figure:
     """Work and lateness of every cycle, and how they are distributed."""
     with style():
-        figure = Figure(SIZE, layout="constrained")
+        figure = new_figure(*SIZE)
         over_time, distribution = figure.subplots(1, 2, width_ratios=(2, 1))
         if not log.timings:
             over_time.text(0.5, 0.5, "no clock ran: lockstep or replay", ha="center", transform=over_time.transAxes)
@@ -68,21 +83,17 @@ def loop_timing(log: LogFile) -> Figure:
                 over_time.plot(at, values, color=colour, lw=0.8, label=f"{name}, p99 {p99:.2f} ms")
                 distribution.hist(values, bins=60, histtype="step", color=colour, log=True)
         if log.timings:
-            over_time.legend(loc="upper right", fontsize=9)
-        over_time.set(xlabel="time [s]", ylabel="[ms]", title="Loop timing", xlim=_span(log))
-        distribution.set(xlabel="[ms]", ylabel="cycles")
+            over_time.legend(loc="upper right", fontsize=appearance().points(9))
+        over_time.set(xlabel="time [s]", ylabel="work, lateness [ms]", xlim=_span(log))
+        title(over_time, "Loop timing")
+        distribution.set(xlabel="work, lateness [ms]", ylabel="cycles")
     return figure
 
 
-def draw_timeline(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]:
-    """Draw both into `folder`, which is made."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    with style():
-        for name, figure in (("timeline", timeline(log)), ("timing", loop_timing(log))):
-            paths.append(folder / f"{name}.{suffix}")
-            figure.savefig(paths[-1])
-    return paths
+def draw_timeline(log: LogFile, output: Output | Path) -> list[Path]:
+    """Draw both."""
+    output = Output(output) if isinstance(output, Path) else output
+    return output.save(timeline(log), "timeline") + output.save(loop_timing(log), "timing")
 
 
 def _span(log: LogFile) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model import ModelError
 from tendond.offline.files import as_text
 from tendond.offline.logs.container import LogError
-from tendond.offline.logs.log import LogFile, load
+from tendond.offline.logs.log import SAME_INPUTS, LogFile, load
 from tendond.offline.logs.run import Run, open_run
 from tendond.offline.replay.offline import OfflineRunLog, record_lockstep
 from tendond.schemas.config.rig import RigConfig
@@ -55,7 +55,7 @@ def same_inputs(path: Path, config: RigConfig, out: Path, changes: str) -> Comma
     state = initial_state(setup)
     start_ns, period_ns = first_time(open_run(path)), round(config.loop.period * 1e9)
     records = []
-    notes = _notes(path, "same inputs", changes)
+    notes = _notes(path, SAME_INPUTS, changes)
     with OfflineRunLog(out, setup, notes, recorded.calibration) as run_log:
         run_log.at = start_ns
         run_log.state(state)

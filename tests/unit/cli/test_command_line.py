@@ -116,6 +116,18 @@ def test_a_replay_with_a_change_runs_as_what_if(tmp_path: Path, capsys: pytest.C
         )
 
 
+def test_only_the_demo_in_the_plane_runs_without_a_clock(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    ran: list[tuple[object, ...]] = []
+    monkeypatch.setattr("tendond.offline.demo.scenarios.run_plane", lambda *given, **more: ran.append((*given, more)))
+    assert tendond(capsys, "demo", "--lockstep", "--out", str(tmp_path)).status == 0
+    assert ran == [(tmp_path, "paper", {"lockstep": True})]
+    refused = tendond(capsys, "demo", "--scenario", "wired", "--lockstep")
+    assert (refused.status, len(ran)) == (2, 1)
+    assert "runs in real time" in refused.said
+
+
 def test_the_top_level_help_lists_groups_first_and_is_short(capsys: pytest.CaptureFixture[str]) -> None:
     text = tendond(capsys, "--help").out
     assert text.index("Command groups:") < text.index("Everyday commands:")

@@ -22,8 +22,10 @@ REQUIRED = {
 }
 
 
-LOG_COMMANDS = [("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"),
-                ("plot",), ("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop")]  # fmt: skip
+LOG_COMMANDS = [
+    *(("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"), ("plot",), ("animate",)),
+    *(("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop")),
+]
 
 
 @pytest.mark.parametrize(
@@ -65,6 +67,8 @@ def test_a_log_that_cannot_be_read_is_named(
         ("log", "recover", str(NORMAL), "--out", "/proc/no/such.mcap"),
         ("log", "report", str(NORMAL), "--out", "/proc/no/such.html"),
         ("plot", str(NORMAL), "--out", "/proc/no/such"),
+        ("log", "compare", str(NORMAL), "--out", "/proc/no/such"),
+        ("animate", str(NORMAL), "--out", "/proc/no/such.gif"),
         ("log", "what-if", str(NORMAL), "--law", "sliding_mode", "--out", "/proc/no/such.mcap"),
         ("demo", "--out", "/proc/no"),
         ("try", "--out", "/proc/no"),

@@ -31,6 +31,7 @@ from tendond.offline.paper.scenarios import (
     random_impacts,
 )
 from tendond.offline.paper.tables import bounds, comparison, results, write_tables
+from tendond.offline.plots.appearance import Appearance, appearing
 
 SCENARIOS = {(one.name, one.law): one for one in paper_scenarios()}
 
@@ -216,6 +217,26 @@ def test_the_page_shows_every_figure_and_its_tables_are_whole(runs: Runs) -> Non
     assert "nan" not in text
     for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
         assert len({line.count("|") for line in table.splitlines()}) == 1, table
+
+
+def test_the_page_shows_figures_of_the_format_that_was_drawn(runs: Runs) -> None:
+    stand_ins = {key: replace(runs["normal", key[1]], scenario=one) for key, one in SCENARIOS.items()}
+    text = page({**stand_ins, **runs}, "svg")
+    assert "(normal.svg)" in text
+    assert ".png)" not in text
+
+
+@pytest.mark.parametrize(("iterations", "label"), [(False, "time [s]"), (True, "iteration")])
+def test_figures_have_the_axis_and_formats_that_are_asked_for(
+    runs: Runs, tmp_path: Path, iterations: bool, label: str
+) -> None:
+    draw, scenarios = figures()["normal_edge"]
+    with appearing(Appearance("ieee", ("svg", "pdf"), iterations=iterations)):
+        draw({key: run for key, run in runs.items() if key[0] in scenarios}, tmp_path / "normal.png")
+    svg = (tmp_path / "normal.svg").read_text()
+    assert f">{label}</text>" in svg
+    assert ">(a)</text>" in svg
+    assert (tmp_path / "normal.pdf").stat().st_size > 5000
 
 
 def test_figures_are_drawn(runs: Runs, tmp_path: Path) -> None:

@@ -1,0 +1,128 @@
+"""`tendond log plot` and `log compare`."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from tendond.cli.common import say
+from tendond.daemon.errors import DaemonError
+from tendond.offline.plots.appearance import Appearance, appearing
+
+PAGE = "html"
+"""Format of the interactive page."""
+
+
+def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, force: bool) -> None:
+    """Plot a log.
+
+    Args:
+        file: the log. out: folder for the figures.
+        look: their appearance; none is drawn where it has no format.
+        page: write the interactive page as well. force: replace files.
+
+    Raises:
+        LogError: the log cannot be used. DaemonError: a file exists, or cannot be written.
+    """
+    from tendond.offline.logs.log import load
+
+    log = load(file)
+    if log.cut:
+        say(log.cut)
+    out = out or file.with_name(f"{file.stem}-plots")
+    try:
+        if page:
+            print(_write_page(log, out / f"{file.stem}.html", force))
+        if look.formats:
+            with appearing(look):
+                paths = _draw(log, out, force)
+            for path in paths:
+                print(path)
+    except OSError as error:
+        raise not_writable(out, error) from error
+
+
+def _write_page(log: Any, path: Path, force: bool) -> Path:
+    from tendond.offline.plots.interactive import write_page
+
+    if not force and path.exists():
+        raise DaemonError(f"{path}: exists already; --force replaces it, --out takes another place")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write_page(log, path)
+
+
+def _draw(log: Any, out: Path, force: bool) -> list[Path]:
+    from tendond.offline.logs.container import LogError
+    from tendond.offline.logs.metrics import runs
+    from tendond.offline.paper.published import published_for
+    from tendond.offline.plots.figures import NAMES, draw, run_prefixes
+    from tendond.offline.plots.filter import draw_filter
+    from tendond.offline.plots.output import Output
+    from tendond.offline.plots.spatial import draw_space
+    from tendond.offline.plots.timeline import draw_timeline
+
+    output = Output(out, f"{log.stem}-", force)
+    paths: list[Path] = []
+    try:
+        prefixes = run_prefixes(len(runs(log)))
+        output.check([f"{prefix}{name}" for prefix in prefixes for name in NAMES])
+    except LogError as error:
+        say(f"the figures of runs are omitted: {error}")
+    else:
+        paths += draw(log, output, published_for(log))
+    return paths + draw_space(log, output) + draw_filter(log, output) + draw_timeline(log, output)
+
+
+def run_compare(
+    files: list[Path], out: Path, look: Appearance, form: str | None, *, repeats: bool, as_json: bool, force: bool
+) -> None:
+    """Print the table and draw the curves.
+
+    Args:
+        files: the logs. out: folder for table and figure. look: appearance of the figure.
+        form: of the table, see `FORMS`; none: for the terminal.
+        repeats: mean and confidence interval of runs with the same configuration.
+        as_json: print JSON. force: replace files.
+
+    Raises:
+        LogError: a log cannot be used. DaemonError: a file exists, or cannot be written.
+    """
+    from tendond.offline.comparison.repeats import as_groups
+    from tendond.offline.comparison.runs import compared, notes
+    from tendond.offline.comparison.table import FORMS, on_terminal, table_of
+    from tendond.offline.logs.log import load
+    from tendond.offline.plots.compare import overlay
+    from tendond.offline.plots.output import Output, check_new
+
+    logs = [load(file) for file in files]
+    for log in logs:
+        if log.cut:
+            say(log.cut)
+    found = compared(logs)
+    table = table_of(as_groups(found) if repeats else found)
+    written = out / f"metrics.{(FORMS[form or 'csv']).ending}"
+    with appearing(look):
+        output = Output(out, force=force)
+        check_new([written, *output.paths("compare")], force=force)
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            written.write_text(FORMS[form or "csv"].write(table, notes(found)), encoding="utf-8")
+            figures = output.save(overlay(found), "compare")
+        except OSError as error:
+            raise not_writable(out, error) from error
+    if as_json:
+        print(json.dumps({one.name: one.as_json() for one in found}, indent=2))
+        return
+    show: Callable[[str], None] = print if form is None else say
+    if form is None:
+        on_terminal(table, notes(found))
+    else:
+        print(FORMS[form].write(table, notes(found)), end="")
+    show(f"table    {written}")
+    for path in figures:
+        show(f"figure   {path}")
+
+
+def not_writable(out: Path, error: OSError) -> DaemonError:
+    """Return the error of a folder or a file that cannot be written."""
+    return DaemonError(f"{error.filename or out}: {error.strerror}; choose another path with --out")

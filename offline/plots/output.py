@@ -1,0 +1,62 @@
+"""Files of figures: names by log and run, one a format, none replaced unless asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from tendond.daemon.errors import DaemonError
+from tendond.offline.plots.appearance import appearance
+from tendond.offline.plots.style import style
+
+
+@dataclass(frozen=True)
+class Output:
+    """Folder into which the figures of a log go, and the names of their files.
+
+    Attributes:
+        folder: made when needed.
+        prefix: beginning of each name: the log's, with the number of the run.
+        force: replace files that exist.
+    """
+
+    folder: Path
+    prefix: str = ""
+    force: bool = True
+
+    def paths(self, name: str) -> list[Path]:
+        """Return the files of a figure, one a format."""
+        return [self.folder / f"{self.prefix}{name}.{form}" for form in appearance().formats]
+
+    def check(self, names: Sequence[str]) -> None:
+        """Check that no file of these figures exists.
+
+        Raises:
+            DaemonError: one does, and is not to be replaced.
+        """
+        check_new([path for name in names for path in self.paths(name)], force=self.force)
+
+    def save(self, figure: Figure, name: str) -> list[Path]:
+        """Save a figure in each format of the appearance in use.
+
+        Raises:
+            DaemonError: a file exists already. OSError: one cannot be written.
+        """
+        self.check([name])
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with style():
+            for path in self.paths(name):
+                figure.savefig(path)
+        return self.paths(name)
+
+
+def check_new(paths: Sequence[Path], *, force: bool) -> None:
+    """Check that no file exists.
+
+    Raises:
+        DaemonError: one does, and is not to be replaced.
+    """
+    for path in paths:
+        if not force and path.exists():
+            raise DaemonError(f"{path}: exists already; --force replaces it, --out takes another place")

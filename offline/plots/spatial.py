@@ -10,10 +10,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.paths import TipPath
+from tendond.offline.plots.spline import smooth
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, save, style
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
         line(run.shapes[i].points, color=_colour(run.arcs[i] / max(run.arcs[-1], 1e-12)), lw=0.9, alpha=0.8)
     if run.shapes:
         for path in run.shapes[-1].tendons:
-            line(_smooth(path), color=TENDON, lw=0.8)
+            line(smooth(path), color=TENDON, lw=0.8)
         line(run.shapes[-1].points, color="black", lw=2.4, label="rod at the end")
     line(run.tip, color=OURS, lw=1.6, label="tip")
     line(run.reference, color=REFERENCE, lw=1.2, ls="--", label="reference")
@@ -85,12 +85,6 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
 
 def _colour(part: float) -> Any:
     return ScalarMappable(Normalize(0.0, 1.0), "viridis").to_rgba(np.array([part]))[0]
-
-
-def _smooth(path: Array) -> Array:
-    """Interpolate a tendon's few points in a log."""
-    at = np.arange(len(path))
-    return np.asarray(CubicSpline(at, path)(np.linspace(0, at[-1], 5 * len(path)))) if len(path) > 3 else path
 
 
 def _limits(run: TipPath) -> tuple[Array, Array]:

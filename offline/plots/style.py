@@ -4,7 +4,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import OffsetFrom
@@ -78,5 +78,17 @@ def style() -> AbstractContextManager[None]:
 
 
 def save(figure: Figure, path: Path) -> Path:
+    """Write a figure in the format that the path ends in; return the path."""
+    place_parts(figure)
     figure.savefig(path)
     return path
+
+
+def place_parts(figure: Figure) -> None:
+    """Run a figure's layout, and end it: saving a figure that has one draws it twice, once only for its layout."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        if isinstance(resolution := rcParams["savefig.dpi"], float):  # or "figure": as it is
+            figure.set_dpi(resolution)
+        layout.execute(figure)
+        figure.set_layout_engine(None)

@@ -17,6 +17,7 @@ BOX = 1.9
 side the whole box is in view (`tests/unit/offline/test_interactive.py` looks)."""
 
 EYE = 1.9
+MAX_TICKS = 8
 HEIGHT = 700
 LEAST_MS = 20.0
 """Least time of a frame [ms]: a screen shows no more."""
@@ -89,9 +90,14 @@ def _scene(run: TipPath) -> dict[str, Any]:
     """Axes of one scale with everything in range, seen from the side that shows most."""
     low, high = box(run)
     size = high - low
-    axes = {f"{letter}axis": {"title": f"{letter} [mm]", "range": [low[i], high[i]]} for i, letter in enumerate("xyz")}
-    for i, letter in enumerate("xyz"):
-        axes[f"{letter}axis"]["nticks"] = max(2, round(8 * float(size[i] / size.max())))
+    axes = {
+        f"{letter}axis": {
+            "title": f"{letter} [mm]",
+            "range": [low[i], high[i]],
+            "nticks": max(2, round(MAX_TICKS * float(size[i] / size.max()))),
+        }
+        for i, letter in enumerate("xyz")
+    }
     ratio = BOX * size / np.linalg.norm(size)
     elevation, azimuth = np.radians(run.view)
     eye = EYE * np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])

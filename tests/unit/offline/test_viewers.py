@@ -108,6 +108,18 @@ def test_the_rerun_recipe_makes_curves_and_shapes(tmp_path: Path) -> None:
         assert f"{entity}:" in stats.stdout, entity
 
 
+def test_the_rerun_recipe_says_at_once_that_there_is_no_display() -> None:
+    pytest.importorskip("rerun")
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    recipe = [sys.executable, str(ROOT / "deploy" / "rerun" / "log_to_rerun.py"), str(NORMAL)]
+    result = subprocess.run(recipe, capture_output=True, text=True, timeout=60, env=environment)
+    assert result.returncode == 2
+    last = result.stderr.splitlines()[-1]
+    assert "no display" in last
+    assert "--save" in last
+    assert "--serve" in last
+
+
 def test_the_example_runs() -> None:
     example = [sys.executable, str(ROOT / "examples" / "analyse_log.py"), str(NORMAL)]
     result = subprocess.run(example, capture_output=True, text=True, timeout=60)

@@ -36,7 +36,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.save is None and not options.serve and not has_display():
         parser.error(
-            "there is no display to open the viewer on: add --save run.rrd, or --serve and open it in a browser"
+            "no display to open the viewer on: give --save run.rrd, or --serve for a browser"
         )
     run = load(options.log)
     rr.init("tendond", spawn=options.save is None and not options.serve)

@@ -7,7 +7,7 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures docs test checked check format bench example \
+.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures notebooks docs test checked check format bench example \
 	dist pythons lock golden clean
 
 help: ## list the targets
@@ -37,6 +37,9 @@ figures: demo paper ## renew the pictures of the README and the documentation
 	@mkdir -p docs/images && cp out/demo/shapes.png out/demo/overview.png docs/images/
 	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap docs/images/watch.svg
 	@cp out/paper/normal.png docs/images/paper_normal.png && cp out/paper/normal_edge.png docs/images/paper_normal_edge.png
+
+notebooks: .venv/.dev .venv/.runtime ## run the notebooks of the documentation, and renew their pages
+	@$(BIN)/python -m tendond.cli.manual.notebooks docs/notebooks docs/notebooks docs/images
 
 # A missed target is part of the evidence: the page says so. Missing data stop it.
 evidence: .venv/.runtime ## validate the general rod on others' measured robots, and renew docs/evidence.md

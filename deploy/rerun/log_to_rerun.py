@@ -35,9 +35,7 @@ def main() -> None:
     parser.add_argument("--serve", action="store_true", help="serve the viewer to a browser until Ctrl-C")
     options = parser.parse_args()
     if options.save is None and not options.serve and not has_display():
-        parser.error(
-            "no display to open the viewer on: give --save run.rrd, or --serve for a browser"
-        )
+        parser.error("no display to open the viewer on: give --save run.rrd, or --serve for a browser")
     run = load(options.log)
     rr.init("tendond", spawn=options.save is None and not options.serve)
     if options.save is not None:

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 END_SAMPLES = 20
 """Cycles at the end of a stretch whose mean is its error at the end, as for the steady-state error of the metrics."""
 
-SPARKLINE = (180, 32)
-"""Width and height of a curve in a table [px]."""
+SPARKLINE, POINTS = (180, 32), 90
+"""Width and height of a curve in a table [px], and its largest number of points."""
 
 HEAD = ("start [s]", "duration [s]", "law", "reference", "largest error [mm]", "at the end [mm]", "error, log. scale")
 
@@ -107,7 +107,7 @@ def sparkline(one: Stretch) -> str:
     if known.size < 2:
         return ""
     low, high = np.log10(known.min()), np.log10(known.max())
-    columns = np.array_split(one.error, min(width, len(one.error)))
+    columns = np.array_split(one.error, min(POINTS, len(one.error)))
     points = []
     for i, column in enumerate(columns):
         above = column[column > 0.0]  # not NaN either

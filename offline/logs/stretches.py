@@ -115,11 +115,10 @@ def sparkline(one: Stretch) -> str:
             x = 1 + (width - 2) * i / max(1, len(columns) - 1)
             y = 2 + (height - 4) * (high - np.log10(above.max())) / max(high - low, 1e-9)
             points.append(f"{x:.1f},{y:.1f}")
-    return (
-        f'<svg width="{width}" height="{height}" role="img"><title>error from {1e3 * one.largest:.4g} mm'
-        f" down to {1e3 * known.min():.2g} mm, over {one.duration:.2f} s</title>"
-        f'<polyline points="{" ".join(points)}" fill="none" stroke="#1f4e79" stroke-width="1.5"/></svg>'
-    )
+    told = f"error from {1e3 * one.largest:.4g} mm down to {1e3 * known.min():.2g} mm, over {one.duration:.2f} s"
+    line = f'<polyline points="{" ".join(points)}" fill="none" stroke="#1f4e79" stroke-width="1.5"/>'
+    box = f'width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
+    return f'<svg {box} role="img"><title>{told}</title>{line}</svg>'
 
 
 def _row(cells: tuple[str, ...]) -> str:

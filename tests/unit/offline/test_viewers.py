@@ -125,3 +125,21 @@ def test_the_example_runs() -> None:
     result = subprocess.run(example, capture_output=True, text=True, timeout=60)
     assert result.returncode == 0, result.stderr
     assert "command.displacement: shape (190, 4), unit m" in result.stdout
+
+
+EXAMPLES = sorted(path for path in (ROOT / "examples").glob("*.py") if path.name != "analyse_log.py")
+
+
+def test_the_gallery_has_each_example_with_its_picture() -> None:
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert re.findall(r"\]\(\.\./examples/(\w+)\.py\), run as", text) == re.findall(r"images/gallery-(\w+)\.png", text)
+    assert sorted(re.findall(r"images/gallery-(\w+)\.png", text)) == [path.stem for path in EXAMPLES]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_draws_its_picture(example: Path, tmp_path: Path) -> None:
+    command = [sys.executable, str(example), str(tmp_path / "picture.png")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert len(list(tmp_path.iterdir())) == 1

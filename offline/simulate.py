@@ -44,9 +44,10 @@ def simulate(config: Config, log: str | Path, seconds: float = 3.0) -> Arrays:
     rig, path = without_probe(_checked(config)), Path(log)
     period = rig.loop.period
     arm, stop = round(REST_SECONDS / period), round((REST_SECONDS + seconds) / period)
+    setup = CycleSetup.from_config(rig)
     path.unlink(missing_ok=True)
     requests = {arm: ControlAction.ARM, stop: ControlAction.STOP}
-    record_lockstep(CycleSetup.from_config(rig), stop + round(RELEASE_SECONDS / period), requests, path)
+    record_lockstep(setup, stop + round(RELEASE_SECONDS / period), requests, path)
     return load(path)
 
 
@@ -69,8 +70,9 @@ def simulate_excitation(
     if weight:
         simulator = {**rig.simulator.model_dump(), "weight": {"mass": weight}}
         rig = check_config({**rig.model_dump(), "simulator": simulator}, "weight")
+    plan = propose(rig, tuple(parts), reach)
     path.unlink(missing_ok=True)
-    dry_run(rig, propose(rig, tuple(parts), reach), path, {WEIGHT_NOTE: str(weight)})
+    dry_run(rig, plan, path, {WEIGHT_NOTE: str(weight)})
     return load(path)
 
 

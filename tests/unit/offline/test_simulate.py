@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.daemon.errors import UsageError
+from tendond.daemon.errors import TargetError, UsageError
 from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.logs.stretches import stretches
 from tendond.offline.simulate import simulate, simulate_excitation
@@ -38,6 +38,8 @@ def test_a_wrong_configuration_or_time_is_refused_before_a_log_is_replaced(tmp_p
     log.write_bytes(b"precious")
     with pytest.raises(ConfigError, match=r"control\.lav: unknown key; did you mean 'law'"):
         simulate({"control": {"lav": "x"}}, log)
+    with pytest.raises(TargetError):
+        simulate({"reference": {"across": 0.49}}, log)
     with pytest.raises(UsageError, match="must be > 0"):
         simulate({}, log, seconds=0.0)
     assert log.read_bytes() == b"precious"

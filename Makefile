@@ -7,7 +7,7 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures docs test checked check format bench example \
+.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures notebooks gallery docs test checked check format bench example \
 	dist pythons lock golden clean
 
 help: ## list the targets
@@ -44,6 +44,13 @@ figures: demo paper ## renew the pictures of the README and the documentation
 		out/paper/normal.png docs/images/paper_normal.png out/paper/normal_edge.png docs/images/paper_normal_edge.png
 	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap out/demo/watch.svg
 	@$(BIN)/python -m tendond.cli.manual.checked out/demo/demo.mcap -- out/demo/watch.svg docs/images/watch.svg
+
+notebooks: .venv/.dev .venv/.runtime ## run the notebooks of the documentation, and renew their pages
+	@$(BIN)/python -m tendond.cli.manual.notebooks docs/notebooks docs/notebooks docs/images
+
+gallery: .venv/.dev .venv/.runtime ## run the examples, and renew the pictures of the gallery
+	@for one in examples/*.py; do case $$one in */analyse_log.py) ;; *) \
+		$(BIN)/python $$one docs/images/gallery-$$(basename $$one .py).png || exit 1;; esac; done
 
 # A missed target is part of the evidence: the page says so. Missing data stop it.
 evidence: .venv/.runtime ## validate the general rod on others' measured robots, and renew docs/evidence.md

@@ -25,6 +25,6 @@ print(f"error while tracking: {1e3 * error.mean():.2f} mm on average, {1e3 * err
 z1 = run["terms.z1"] if "terms.z1" in run.names else run["terms.error"]
 print(f"the law ran in {np.isfinite(z1[:, 0]).sum()} cycles")
 
-# One-dimensional columns with units in their names, for pandas or polars: pandas.DataFrame(run.columns()).
+# One-dimensional columns with units in their names; run.to_pandas() is a DataFrame of them.
 columns = run.columns()
 print(f"{len(columns)} columns, for instance {', '.join(list(columns)[:6])}")

@@ -29,6 +29,10 @@ class Mode(StrEnum):
     FAULT = "fault"
 
 
+ACTIVE = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING)
+"""Modes in which the controller asks for tension."""
+
+
 class Message(Schema):
     """Fields common to all published messages.
 

@@ -201,7 +201,8 @@ def view(
 ) -> None:
     """Stream a log, or a live rig, to Foxglove.
 
-    Needs the extra 'view'. Open ws://localhost:8765 in Foxglove or Lichtblick, with the layout in deploy/foxglove.
+    Needs the extra 'view'. Open ws://localhost:8765 in Foxglove or Lichtblick, with the layout in deploy/foxglove. A
+    viewer that controls the playback can hold a log, jump in it and change its speed.
 
     Examples: tendond log view --config rig.toml; tendond log view run.mcap
     """

@@ -4,6 +4,12 @@ from enum import IntEnum
 
 from tendond.daemon.recording.foxglove import FRAME, Duration, Natural, Point3, Pose, Time, Vector3, WellKnown
 
+ROD = "rod"
+"""Identifier of the rod's scene entity."""
+
+TICK = "tick"
+"""Key of the cycle's index in the metadata of the rod's scene entity."""
+
 
 class Color(WellKnown):
     """Red, green, blue, alpha, 0 to 1."""

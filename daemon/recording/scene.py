@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from tendond.daemon.control.estimation.spread import deviation_along, ellipsoid
 from tendond.daemon.recording.entities import (
+    ROD,
+    TICK,
     ArrowPrimitive,
     Color,
     CylinderPrimitive,
@@ -26,9 +28,6 @@ from tendond.schemas.record import Covariance, ObserverEstimate
 
 Array = NDArray[np.float64]
 
-ROD = "rod"
-"""Identifier of the rod's scene entity."""
-
 TRAIL = "trail"
 """Identifier of the entity that shows where the tip has been."""
 
@@ -40,9 +39,6 @@ FORCE_SCALE = 0.1
 
 TRAIL_POINTS = 60
 """Points of the trail, one for each shape: three seconds with the default configuration."""
-
-TICK = "tick"
-"""Key of the cycle's index in the metadata of the rod's scene entity."""
 
 _ROD_THICKNESS = 0.004  # [m] drawn: twice the default backbone's diameter, to be visible
 _MARKER = 0.012  # [m] diameter of the spheres at tip and target

@@ -1,15 +1,18 @@
 """A log as numpy arrays with names and units, a row per cycle."""
 
+import difflib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.channels import CYCLE, TIMING, TRUTH
+from tendond.offline.logs import stretches
 from tendond.offline.logs.run import Run, no_cycles, open_run
 from tendond.offline.logs.units import column_name, components, unit_of
 from tendond.schemas.base import SCHEMA_VERSION
@@ -20,15 +23,24 @@ LOG_TIME = "log_time_ns"
 LEFT_OUT = ("inputs.reference",)
 """A request's own tables, which are no numbers of the cycle."""
 
+SUGGESTED = 3
+"""Names that are suggested for one that does not exist."""
 
-@dataclass(frozen=True)
+
+class NameNotFoundError(UsageError, KeyError):
+    """A name that is neither an array of a log nor a column of its table."""
+
+    __str__ = Exception.__str__  # KeyError's would put the whole message in quotation marks
+
+
+@dataclass(frozen=True, repr=False)
 class Arrays:
-    """A run, column by column.
+    """A run, column by column. A notebook shows its stretches that track in a table.
 
-    `run["command.displacement"]` has shape (cycles, tendons). The names are those of the record
-    (`tendond.schemas.record`) with dots between, with the place behind the rows of a sensor's reading; `timing.` and
-    `truth.` stand before what the loop and the simulator say. Numbers that a cycle does not have are NaN, texts are
-    empty; several texts of a cycle have '; ' between.
+    `run["command.displacement"]` has shape (cycles, tendons), `run["command_displacement_0_m"]` is a column of it. The
+    names are those of the record (`tendond.schemas.record`) with dots between, with the place behind the rows of a
+    sensor's reading; `timing.` and `truth.` stand before what the loop and the simulator say. Numbers that a cycle does
+    not have are NaN, texts are empty; several texts of a cycle have '; ' between.
 
     Attributes:
         path: the log.
@@ -45,11 +57,23 @@ class Arrays:
     units: dict[str, str]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return an array by its name."""
-        try:
+        """Return an array by its name, or one of `columns` by its name.
+
+        Raises:
+            NameNotFoundError: there is none; the message has the nearest names.
+        """
+        if name in self.arrays:
             return self.arrays[name]
-        except KeyError:
-            raise KeyError(f"'{name}' is not in {self.path}; it has {', '.join(self.arrays)}") from None
+        columns = self.columns()
+        if name in columns:
+            return columns[name]
+        raise NameNotFoundError(f"{self.path}: has no '{name}'; {_nearest(name, self.names, list(columns))}")
+
+    def __repr__(self) -> str:
+        return stretches.text(self)
+
+    def _repr_html_(self) -> str:
+        return stretches.html(self)
 
     def __len__(self) -> int:
         """Cycles."""
@@ -70,6 +94,33 @@ class Arrays:
                 for i, component in enumerate(components(name, array.shape[1])):
                     found[column_name(name, component, self.units[name])] = array[:, i]
         return found
+
+    def to_pandas(self, *names: str) -> Any:
+        """Return a pandas.DataFrame with a row per cycle and the columns of `columns`.
+
+        Args:
+            names: of arrays and columns to take; default: all.
+
+        Raises:
+            NameNotFoundError: a name is not in the log.
+            UsageError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise UsageError("a DataFrame needs pandas: pip install 'tendond[notebook]'; or use columns()") from error
+        columns = self.columns()
+        if names:
+            columns = {
+                column: values
+                for name in names
+                for column, values in ({name: self[name]} if name in columns else self._part(name).columns()).items()
+            }
+        return pandas.DataFrame(columns)
+
+    def _part(self, name: str) -> "Arrays":
+        """Return the run with one of its arrays."""
+        return replace(self, arrays={name: self[name]})
 
 
 def load(path: str | Path) -> Arrays:
@@ -132,6 +183,15 @@ def _flatten(path: str, value: Any, row: dict[str, Any]) -> None:
         row[path] = "; ".join(value)
     elif value is not None:
         row[path] = value
+
+
+def _nearest(wrong: str, names: list[str], columns: list[str]) -> str:
+    """Suggest the nearest names: those that end alike, and those that are spelt alike; columns for one without dots."""
+    names = names if "." in wrong else [*names, *columns]
+    found = sorted((name for name in names if name.endswith(f".{wrong}")), key=len)
+    found += [name for name in difflib.get_close_matches(wrong, names, SUGGESTED) if name not in found]
+    suggestion = " or ".join(f"'{name}'" for name in found[:SUGGESTED])
+    return f"did you mean {suggestion}?" if found else "run.names lists all names"
 
 
 def _array(values: list[Any]) -> NDArray[Any]:

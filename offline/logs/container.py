@@ -57,12 +57,13 @@ class Damage:
         return f"{self.what}: {self.size} bytes at {self.offset}"
 
 
-def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapRecord | Damage]:
+def records(path: Path, topics: Collection[str] | None = None, start_ns: int = 0) -> Iterator[McapRecord | Damage]:
     """Yield schemas, channels, messages, attachments, metadata and footer in the file's order, and damage between them.
 
     Args:
         path: the file.
         topics: whose messages are wanted; default: all.
+        start_ns: log time before which no message is wanted [ns]; chunks that end before it are passed over.
 
     Raises:
         LogError: the file cannot be read, or is not an MCAP file.
@@ -95,7 +96,7 @@ def records(path: Path, topics: Collection[str] | None = None) -> Iterator[McapR
                     continue
                 content = stream.read(length)
                 try:
-                    found = list(_parse(opcode, content, wanted))
+                    found = list(_parse(opcode, content, wanted, start_ns))
                 except UnsupportedCompressionError as error:
                     raise LogError(
                         f"{path}: is compressed with {error}, which is not installed here; pip install {error}"
@@ -126,9 +127,11 @@ class _Wanted:
         return channel not in self._passed_over
 
 
-def _parse(opcode: int, content: bytes, wanted: _Wanted) -> Iterator[McapRecord]:
+def _parse(opcode: int, content: bytes, wanted: _Wanted, start_ns: int) -> Iterator[McapRecord]:
     record = _READERS[opcode].read(ReadDataStream(BytesIO(content)))
     if isinstance(record, Chunk):
+        if 0 < record.message_end_time < start_ns:  # 0: it has only channels
+            return
         stream, size = get_chunk_data_stream(record, validate_crc=True)
         yield from _chunk(stream.read(size), wanted)
         return

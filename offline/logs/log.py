@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.recording import foxglove, scene
+from tendond.daemon.recording import foxglove
 from tendond.daemon.recording.channels import CYCLE, LOG, ROD_SHAPE, TIMING, TRUTH, Channel
-from tendond.daemon.recording.entities import SceneUpdate
+from tendond.daemon.recording.entities import ROD, TICK, SceneUpdate
 from tendond.offline.files import as_text
 from tendond.offline.logs.container import LogError as LogError
 from tendond.offline.logs.run import decode, no_cycles, open_run
@@ -124,8 +124,8 @@ def load(path: Path) -> LogFile:
 def _scene(path: Path, update: SceneUpdate) -> tuple[int, list[Array]]:
     """Return the tick of a scene, and the points of the rod and its tendons."""
     for entity in update.entities:
-        ticks = [pair.value for pair in entity.metadata if pair.key == scene.TICK]
-        if entity.id == scene.ROD and ticks and entity.lines:
+        ticks = [pair.value for pair in entity.metadata if pair.key == TICK]
+        if entity.id == ROD and ticks and entity.lines:
             lines = [np.array([(point.x, point.y, point.z) for point in line.points]) for line in entity.lines]
             return int(ticks[0]), lines
     raise LogError(f"{path}: a scene on '{ROD_SHAPE.topic}' has no rod; read it with the version that wrote it")

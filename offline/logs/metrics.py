@@ -6,19 +6,22 @@ Definitions for readers are in docs/metrics.md; demo, paper, robustness, plots a
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.reference.planar import PLANES
-from tendond.model.rod.static_curve import StaticCurve
 from tendond.offline.logs.container import LogError
 from tendond.offline.logs.injections import Injection, injections, within
 from tendond.offline.logs.log import LogFile
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.control import PLANES
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
+
+if TYPE_CHECKING:  # the model's kernels take half a second to import
+    from tendond.model.rod.static_curve import StaticCurve
 
 Array = NDArray[np.float64]
 
@@ -200,7 +203,7 @@ def _injected(log: LogFile, part: slice) -> tuple[Injection, ...]:
     return within(injections(log.truth_ticks, log.truth), first, last)
 
 
-def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None = None) -> Metrics:
+def metrics(run: Tracking, curve: "StaticCurve | None" = None, tip: Array | None = None) -> Metrics:
     """Compute the metrics of a run; see `Metrics` for their definitions.
 
     Args:
@@ -243,7 +246,7 @@ def metrics(run: Tracking, curve: StaticCurve | None = None, tip: Array | None =
     )
 
 
-def _path_overshoot(plane: Array, target: Array, curve: StaticCurve) -> float:
+def _path_overshoot(plane: Array, target: Array, curve: "StaticCurve") -> float:
     """Overshoot along the curve, relative to the path length from the first sample to the target [%]."""
     arcs = curve.nearest(np.vstack([plane, target]))
     length = arcs[-1] - arcs[0]

@@ -8,10 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.daemon.control.phases.modes import ACTIVE
 from tendond.offline.logs.log import LogFile
 from tendond.schemas.base import Vector3
-from tendond.schemas.messages import Mode
+from tendond.schemas.messages import ACTIVE, Mode
 
 Array = NDArray[np.float64]
 

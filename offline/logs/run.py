@@ -14,6 +14,7 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Attachment, Footer, Message, Metadata
 from mcap.records import Channel as ChannelRecord
+from mcap.summary import Summary
 from pydantic import ValidationError
 
 from tendond.daemon.recording.channels import M
@@ -63,8 +64,13 @@ class Run:
         """
         return decode(self.paths[0], topic, model, data)
 
-    def messages(self, topics: Collection[str]) -> Iterator[tuple[str, Message]]:
+    def messages(self, topics: Collection[str], start_ns: int = 0) -> Iterator[tuple[str, Message]]:
         """Yield the messages of these topics, file after file.
+
+        Args:
+            topics: whose messages are wanted.
+            start_ns: log time from which on they are wanted [ns]; only whole chunks before it are passed over,
+                so a few earlier ones may come.
 
         Raises:
             LogError: a part is damaged; a file that is cut off at its end is not an error.
@@ -72,16 +78,24 @@ class Run:
         for path in self.paths:
             self.complete = False
             names: dict[int, str] = {}
-            for record in records(path, topics):
+            if start_ns > 0 and (summary := _summary(path)) is not None:  # a chunk that is passed over may define some
+                names = {number: channel.topic for number, channel in summary.channels.items()}
+            for record in records(path, topics, start_ns):
                 match record:
                     case Message():
-                        yield names[record.channel_id], record
+                        if (topic := names[record.channel_id]) in topics:
+                            yield topic, record
                     case ChannelRecord():
                         names[record.id] = record.topic
                     case Footer():
                         self.complete = True
                     case Damage(cut=False):
                         raise LogError(f"{path}: {record}; 'tendond log recover {path}' recovers the intact part")
+
+    def last_time(self) -> int | None:
+        """Return the time of the last message [ns]; none where the last file is not finished."""
+        summary = _summary(self.paths[-1])
+        return None if summary is None or summary.statistics is None else summary.statistics.message_end_time
 
 
 def open_run(path: Path) -> Run:
@@ -96,6 +110,13 @@ def open_run(path: Path) -> Run:
     attached = attachments.get(CALIBRATION)
     calibration = None if attached is None else _calibration(path, attached)
     return Run(_parts(path, metadata), _config(path, attachments[CONFIG]), attachments[CONFIG], metadata, calibration)
+
+
+def _summary(path: Path) -> Summary | None:
+    """Return the summary at the end of a file; none where it is not finished."""
+    with suppress(McapError, OSError), path.open("rb") as stream:
+        return make_reader(stream).get_summary()
+    return None
 
 
 def _head(path: Path) -> tuple[dict[str, str], dict[str, bytes]]:

@@ -21,7 +21,7 @@ from tendond.offline.plots.contacts import COLUMNS, found_contacts
 from tendond.offline.plots.figures import overview, shapes_figure
 from tendond.offline.plots.filter import filter_figure, has_filter
 from tendond.offline.plots.spatial import space_figure
-from tendond.offline.plots.style import style
+from tendond.offline.plots.style import place_parts, style
 from tendond.offline.plots.timeline import loop_timing, timeline
 from tendond.schemas.config.rig import RigConfig
 
@@ -252,6 +252,7 @@ def _image(figure: Figure, name: str) -> str:
     """Embed the figure as SVG."""
     data = BytesIO()
     with style(text_as_text=False):  # so that it looks the same where the fonts are others
+        place_parts(figure)
         figure.savefig(data, format="svg", metadata={"Date": None})
     code = base64.b64encode(data.getvalue()).decode()
     return f'<figure><img alt="{escape(name)}" src="data:image/svg+xml;base64,{code}"></figure>'

@@ -10,7 +10,6 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tendond.offline.logs.log import LogError, LogFile
 from tendond.offline.logs.metrics import Tracking, runs
@@ -19,6 +18,7 @@ from tendond.offline.plots.appearance import STYLES, appearance
 from tendond.offline.plots.figures import run_prefixes
 from tendond.offline.plots.output import Output
 from tendond.offline.plots.shapes import COLOURS
+from tendond.offline.plots.spline import smooth
 from tendond.offline.plots.style import DARK, OURS, PAPERS, REFERENCE, gravity_arrow, new_figure, style, title
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
         line(run.shapes[i].points, color=_colour(run.arcs[i] / max(run.arcs[-1], 1e-12)), lw=0.9)
     if run.shapes:
         for path in run.shapes[-1].tendons:
-            line(_smooth(path), color=TENDON, lw=0.8)
+            line(smooth(path), color=TENDON, lw=0.8)
         line(run.shapes[-1].points, color="black", lw=2.4, label="rod at the end")
     line(run.reference, color=REFERENCE, lw=3.0, alpha=0.5, label="reference")
     line(run.tip, color=OURS, lw=1.2, label="tip")
@@ -126,14 +126,6 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
 
 def _colour(part: float) -> Any:
     return ScalarMappable(Normalize(0.0, 1.0), COLOURS).to_rgba(np.array([part]))[0]
-
-
-def _smooth(path: Array) -> Array:
-    """Interpolate a tendon's few points in a log, by the distance along them: they are not equally far apart."""
-    at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    if len(path) < 4 or np.diff(at).min() <= 0.0:
-        return path
-    return np.asarray(CubicSpline(at, path)(np.linspace(0.0, at[-1], 5 * len(path))))
 
 
 def box_limits(run: TipPath) -> tuple[Array, Array]:

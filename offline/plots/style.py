@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import font_manager, rc_context
+from matplotlib import font_manager, rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import OffsetFrom
@@ -232,6 +232,17 @@ def save(figure: Figure, path: Path) -> Path:
     """Save a figure in each format of the appearance in use, beside `path`; return the first file."""
     paths = [path.with_name(f"{path.stem}.{form}") for form in appearance().formats]
     with style():
+        place_parts(figure)
         for one in paths:
             figure.savefig(one)
     return paths[0]
+
+
+def place_parts(figure: Figure) -> None:
+    """Run a figure's layout, and end it: saving a figure that has one draws it twice, once only for its layout."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        if isinstance(resolution := rcParams["savefig.dpi"], float):  # or "figure": as it is
+            figure.set_dpi(resolution)
+        layout.execute(figure)
+        figure.set_layout_engine(None)

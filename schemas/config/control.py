@@ -29,6 +29,10 @@ class LoopSection(Schema):
     lock_memory: bool = Field(True, description="lock the process in memory, where permitted")
 
 
+PLANES = {"xz": (0, 2), "yz": (1, 2)}
+"""World axes of a bending plane: across the straight rod, and along it."""
+
+
 class ControlSection(Schema):
     """[control]: the control law, its inputs, and the parameters of each law."""
 

@@ -24,12 +24,10 @@ from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import BadCycles, CycleState, changed, started_observer
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
+from tendond.schemas.messages import ACTIVE as ACTIVE
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
-
-ACTIVE = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING)
-
 
 ARMED, PROBING = "armed by the operator", "probing the tendons"
 

@@ -17,6 +17,7 @@ from tendond.daemon.errors import TargetError
 from tendond.model.rod.static_curve import Pair, StaticCurve, static_curve
 from tendond.model.rods.interface import ModelRod
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.control import PLANES as PLANES
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -25,9 +26,6 @@ from tendond.schemas.paper_robot import TARGET_X
 from tendond.schemas.record import ReferencePoint
 
 Array = NDArray[np.float64]
-
-PLANES = {"xz": (0, 2), "yz": (1, 2)}
-"""World axes of a bending plane: across the straight rod, and along it."""
 
 REACHED = 0.002
 """Distance from the curve of resting tips within which a target is reachable, of the rod's length: about the observer's

@@ -1,6 +1,7 @@
 """A log as arrays and tables: units, names of columns, every digit."""
 
 import csv
+import sys
 from pathlib import Path
 from typing import Any, get_args
 
@@ -30,8 +31,45 @@ def test_arrays_are_the_records_with_units() -> None:
     assert np.isnan(run["terms.z1"][0]).all()
     np.testing.assert_array_equal(run["terms.z1"][30], records[30].terms["z1"])
     np.testing.assert_array_equal(run["truth.position"][:, 0], [truth.position[0] for truth in load_log(NORMAL).truth])
-    with pytest.raises(KeyError, match=r"'nothing' is not in .*normal.mcap; it has log_time_ns, tick"):
-        run["nothing"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "suggested"),
+    [
+        ("comand.displacement", "did you mean 'command.displacement'"),
+        ("displacement", "did you mean 'truth.displacement' or 'command.displacement'"),
+        ("command_displacment_0_m", "did you mean 'command_displacement_0_m'"),
+        ("nothing at all", "run.names lists all names"),
+    ],
+)
+def test_a_name_that_is_not_in_the_log_is_answered_with_the_nearest(wrong: str, suggested: str) -> None:
+    run = load(NORMAL)
+    for read in (run.__getitem__, run.to_pandas):
+        with pytest.raises(KeyError) as caught:
+            read(wrong)
+        assert str(caught.value).startswith(f"{NORMAL}: has no '{wrong}'; {suggested}")
+        assert isinstance(caught.value, UsageError)
+
+
+def test_a_column_is_read_by_its_name_too() -> None:
+    run = load(NORMAL)
+    np.testing.assert_array_equal(run["command_displacement_1_m"], run["command.displacement"][:, 1])
+
+
+def test_a_data_frame_has_the_columns_of_all_or_of_chosen_names() -> None:
+    run = load(NORMAL)
+    frame = run.to_pandas()
+    assert list(frame) == list(run.columns())
+    assert len(frame) == CYCLES
+    np.testing.assert_array_equal(frame["measured_x_m"], run["measured"][:, 0])
+    chosen = run.to_pandas("time", "command.displacement", "measured_x_m")
+    assert list(chosen) == ["time_s", *(f"command_displacement_{i}_m" for i in range(4)), "measured_x_m"]
+
+
+def test_a_missing_pandas_is_named_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(UsageError, match=r"needs pandas: pip install 'tendond\[notebook\]'"):
+        load(NORMAL).to_pandas()
 
 
 def number_fields(model: type[BaseModel], path: str = "") -> list[str]:

@@ -11,11 +11,12 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from mcap.reader import make_reader
 
+from tendond.offline.logs.run import open_run
 from tests.golden.scripts import FOLDER
 
 ROOT = Path(__file__).parents[3]
@@ -105,12 +106,39 @@ class FoxgloveClient:
             if opcode == 1 and (message := json.loads(payload))["op"] == "advertise":
                 return {channel["topic"]: channel for channel in message["channels"]}
 
+    def _send(self, opcode: int, payload: bytes) -> None:
+        """Send a frame of less than 126 bytes, masked as a client's must be."""
+        mask = os.urandom(4)
+        masked = bytes(byte ^ mask[i % 4] for i, byte in enumerate(payload))
+        self._socket.sendall(bytes([0x80 | opcode, 0x80 | len(payload)]) + mask + masked)
+
     def subscribe(self, channel: int) -> None:
         """Subscribe to a channel, as subscription 7."""
-        text = json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": channel}]}).encode()
-        mask = os.urandom(4)
-        masked = bytes(byte ^ mask[i % 4] for i, byte in enumerate(text))
-        self._socket.sendall(bytes([0x81, 0x80 | len(text)]) + mask + masked)
+        self._send(1, json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": channel}]}).encode())
+
+    def server_info(self) -> dict[str, Any]:
+        """What the server can do: the first message on a connection."""
+        while True:
+            opcode, payload = self.receive()
+            if opcode == 1 and (message := json.loads(payload))["op"] == "serverInfo":
+                return dict(message)
+
+    def control(self, play: bool, speed: float = 1.0, seek_ns: int | None = None) -> "PlaybackState":
+        """Send a request to control the playback; return the reply to it."""
+        name = os.urandom(4).hex().encode()
+        jump = struct.pack("<BQ", seek_ns is not None, seek_ns or 0)
+        self._send(2, struct.pack("<BBf", 3, not play, speed) + jump + struct.pack("<I", len(name)) + name)
+        while (state := self.playback_state()).request != name.decode():
+            pass
+        return state
+
+    def playback_state(self) -> "PlaybackState":
+        """The next state that the server tells."""
+        while True:
+            opcode, payload = self.receive()
+            if opcode == 2 and payload[0] == 5:
+                status, now_ns, speed, jumped, length = struct.unpack("<BQfBI", payload[1:19])
+                return PlaybackState(status, now_ns, speed, bool(jumped), payload[19 : 19 + length].decode())
 
     def message(self) -> dict[str, Any]:
         """The next message on it."""
@@ -121,6 +149,19 @@ class FoxgloveClient:
 
     def close(self) -> None:
         self._socket.close()
+
+
+PLAYING, PAUSED, ENDED = 0, 1, 3
+
+
+class PlaybackState(NamedTuple):
+    """State of the playback: status, time of the log [ns], speed, whether it jumped, name of the request replied to."""
+
+    status: int
+    now_ns: int
+    speed: float
+    jumped: bool
+    request: str
 
 
 @contextmanager
@@ -159,3 +200,50 @@ def test_view_plays_a_log_to_foxglove() -> None:
         client.subscribe(channels["cycle"]["id"])
         first, second = client.message(), client.message()
         assert second["tick"] == first["tick"] + 1
+
+
+def cycles(first: int, last: int) -> tuple[int, int]:
+    """Log times of two cycles of the log [ns]."""
+    with NORMAL.open("rb") as stream:
+        times = [message.log_time for _, _, message in make_reader(stream).iter_messages(["cycle"])]
+    return times[first], times[last]
+
+
+def test_a_viewer_holds_jumps_and_changes_the_speed_of_a_log() -> None:
+    pytest.importorskip("foxglove")
+    middle_ns, later_ns = cycles(60, 150)
+    with viewing(str(NORMAL)) as client:
+        info = client.server_info()
+        assert {"playbackControl", "time"} <= set(info["capabilities"])
+        channels = client.advertised()
+        client.subscribe(channels["cycle"]["id"])
+        held = client.control(play=False)
+        assert (held.status, held.jumped) == (PAUSED, False)
+        assert client.control(play=False).now_ns == held.now_ns
+
+        jumped = client.control(play=False, seek_ns=middle_ns)
+        assert jumped == (PAUSED, middle_ns, 1.0, True, jumped.request)
+        while client.message()["tick"] != 60:  # shown though it stands still; before it, what was sent before the jump
+            pass
+        assert client.control(play=False).now_ns == middle_ns
+
+        assert client.control(play=True, speed=4.0)[:3:2] == (PLAYING, 4.0)
+        assert [client.message()["tick"] for _ in range(5)] == [61, 62, 63, 64, 65]
+        assert client.control(play=True, speed=100.0, seek_ns=later_ns).now_ns == later_ns
+        assert [client.message()["tick"] for _ in range(3)][-1] > 149
+        assert client.playback_state()[:1] == (ENDED,)
+        assert client.control(play=True, speed=1.0).status == PLAYING  # from the start again
+        while client.message()["tick"] > 5:
+            pass
+
+
+def test_a_jump_passes_over_what_lies_before_it() -> None:
+    """Chunks that end before it are not unpacked, and the file's summary names the channels that they define."""
+    run = open_run(NORMAL)
+    whole = [(topic, message) for topic, message in run.messages(("cycle", "rod/shape"))]
+    start_ns = whole[len(whole) // 2][1].log_time
+    late = list(run.messages(("cycle", "rod/shape"), start_ns))
+    assert late == whole[-len(late) :]
+    assert {topic for topic, _ in late} == {"cycle", "rod/shape"}
+    assert len(late) < len(whole)
+    assert sum(message.log_time >= start_ns for _, message in whole) <= len(late)

@@ -108,8 +108,38 @@ def test_the_rerun_recipe_makes_curves_and_shapes(tmp_path: Path) -> None:
         assert f"{entity}:" in stats.stdout, entity
 
 
+def test_the_rerun_recipe_says_at_once_that_there_is_no_display() -> None:
+    pytest.importorskip("rerun")
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    recipe = [sys.executable, str(ROOT / "deploy" / "rerun" / "log_to_rerun.py"), str(NORMAL)]
+    result = subprocess.run(recipe, capture_output=True, text=True, timeout=60, env=environment)
+    assert result.returncode == 2
+    last = result.stderr.splitlines()[-1]
+    assert "no display" in last
+    assert "--save" in last
+    assert "--serve" in last
+
+
 def test_the_example_runs() -> None:
     example = [sys.executable, str(ROOT / "examples" / "analyse_log.py"), str(NORMAL)]
     result = subprocess.run(example, capture_output=True, text=True, timeout=60)
     assert result.returncode == 0, result.stderr
     assert "command.displacement: shape (190, 4), unit m" in result.stdout
+
+
+EXAMPLES = sorted(path for path in (ROOT / "examples").glob("*.py") if path.name != "analyse_log.py")
+
+
+def test_the_gallery_has_each_example_with_its_picture() -> None:
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert re.findall(r"\]\(\.\./examples/(\w+)\.py\), run as", text) == re.findall(r"images/gallery-(\w+)\.png", text)
+    assert sorted(re.findall(r"images/gallery-(\w+)\.png", text)) == [path.stem for path in EXAMPLES]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_draws_its_picture(example: Path, tmp_path: Path) -> None:
+    command = [sys.executable, str(example), str(tmp_path / "picture.png")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert len(list(tmp_path.iterdir())) == 1

@@ -12,6 +12,7 @@ from tendond import TendondError, __version__
 from tendond.cli.bench.commands import bench
 from tendond.cli.config.commands import config
 from tendond.cli.demo.commands import demo
+from tendond.cli.extras import missing_line
 from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
 from tendond.cli.log.commands import log
@@ -105,6 +106,11 @@ def _run() -> None:
         for line in str(error).splitlines():
             _say(line)
         raise SystemExit(_exit_code(error)) from None
+    except ModuleNotFoundError as error:
+        if (line := missing_line(error.name or "")) is None:
+            raise
+        _say(line)
+        raise SystemExit(EXIT_USAGE) from None
     except BrokenPipeError:  # as in `tendond config show | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
         raise SystemExit(EXIT_FAILED) from None

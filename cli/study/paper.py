@@ -25,12 +25,10 @@ def run_paper(out: Path, processes: int | None = None) -> None:
     """Run the scenarios, draw the figures, write tables and page into `out`.
 
     Raises:
-        DaemonError: the folder cannot be written, or matplotlib is not installed.
+        DaemonError: the folder cannot be written.
     """
-    try:
-        from tendond.offline.paper.draw import draw_all, figures
-    except ModuleNotFoundError as error:
-        raise DaemonError(f"the figures need {error.name}: pip install 'tendond[plot]'") from error
+    from tendond.offline.paper.draw import draw_all, figures
+
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

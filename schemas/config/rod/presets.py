@@ -19,7 +19,7 @@ def _tendons(places: list[tuple[float, float]], end: float) -> list[Tables]:
 
 
 PAPER: Tables = {}
-"""R. Danesh, F. Janabi-Sharifi, Mechanism and Machine Theory 208 (2025) 105953, table 1: the defaults of [rod]."""
+"""R. Danesh, F. Janabi-Sharifi, arXiv:2412.12035 (2024), table 1: the defaults of [rod]."""
 
 _NITINOL: Tables = {
     "length": 0.2, "radius": 7e-4, "youngs_modulus": 54e9, "mass_per_length": 0.0115,

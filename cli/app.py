@@ -16,6 +16,7 @@ from tendond.cli.extras import missing_line
 from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
 from tendond.cli.log.commands import log
+from tendond.cli.log.library_commands import LIBRARY
 from tendond.cli.program import Program
 from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
@@ -58,6 +59,8 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
         raise typer.Exit
 
 
+for name, command in LIBRARY.items():
+    log.command(name)(command)
 study.add_typer(identify)
 study.command("control")(control)
 study.command("safety")(safety)

@@ -20,7 +20,10 @@ ClosedLoop = Annotated[
 ]
 
 log = typer.Typer(
-    name="log", help="Inspect, replay, compare, plot and repair logs.", no_args_is_help=True, rich_markup_mode=None
+    name="log",
+    help="List, inspect, replay, compare and plot logs.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
 )
 
 

@@ -23,7 +23,8 @@ REQUIRED = {
 
 
 LOG_COMMANDS = [("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"),
-                ("plot",), ("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop")]  # fmt: skip
+                ("plot",), ("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop"),
+                ("log", "tag"), ("log", "note")]  # fmt: skip
 
 
 @pytest.mark.parametrize(

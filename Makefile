@@ -52,7 +52,7 @@ docs: .venv/.dev ## build the documentation, strictly, in out/site
 	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
 
 docs-version: docs ## add the documentation of this version to the branch gh-pages, as ALIAS (latest), with a selector of versions
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mike deploy --update-aliases \
+	@PATH="$(CURDIR)/$(BIN):$$PATH" NO_MKDOCS_2_WARNING=1 $(BIN)/mike deploy --update-aliases \
 		"$$($(BIN)/python -m tendond.cli.manual.release --minor)" $(or $(ALIAS),latest)
 	@$(BIN)/mike set-default latest
 	@echo "documentation of all versions: branch gh-pages; $(BIN)/mike serve shows it; git push origin gh-pages publishes it"

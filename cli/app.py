@@ -110,9 +110,10 @@ def _run() -> None:
             _say(line)
         raise SystemExit(_exit_code(error)) from None
     except ModuleNotFoundError as error:
-        if (line := missing_line(error.name or "")) is None:
+        missing = missing_line(error.name or "")
+        if missing is None:
             raise
-        _say(line)
+        _say(missing)
         raise SystemExit(EXIT_USAGE) from None
     except BrokenPipeError:  # as in `tendond config show | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end

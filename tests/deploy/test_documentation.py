@@ -24,9 +24,8 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(clone: Path, *command: str) -> str:
     """Run a command in the clone with the tools of this environment."""
-    names = {
-        f"GIT_{role}_{what}": "tests@example.org" for role in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")
-    }
+    roles = ("AUTHOR_NAME", "AUTHOR_EMAIL", "COMMITTER_NAME", "COMMITTER_EMAIL")
+    names = {f"GIT_{role}": "tests@example.org" for role in roles}
     path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
     settings = {**os.environ, **names, "PATH": path, "PYTHONPATH": str(clone), "NO_MKDOCS_2_WARNING": "1"}
     result = subprocess.run(command, cwd=clone, env=settings, capture_output=True, text=True, timeout=600)

@@ -13,6 +13,7 @@ from tendond.daemon.recording.mcap_file import McapFile
 from tendond.daemon.recording.run_files import CONFIG, part_path
 from tendond.daemon.recording.storage.retention import DAY
 from tendond.offline.library.index import INDEX, list_runs
+from tendond.offline.library.scan import ScannedFile, scan
 from tendond.schemas.config.rig import RigConfig
 from tests.golden.scripts import FOLDER
 from tests.unit.cli.commands import tendond
@@ -64,9 +65,12 @@ def test_the_index_spares_reading_a_log_again_and_is_made_anew_where_it_is_gone_
 ) -> None:
     first = list_runs(folder)
     read: list[Path] = []
-    from tendond.offline.library import index
 
-    monkeypatch.setattr(index, "scan", lambda path, scan=index.scan: (read.append(path), scan(path))[1])
+    def counted(path: Path) -> ScannedFile:
+        read.append(path)
+        return scan(path)
+
+    monkeypatch.setattr("tendond.offline.library.index.scan", counted)
     assert list_runs(folder) == first
     assert read == []
     os.utime(folder / "normal.mcap")

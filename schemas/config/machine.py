@@ -75,5 +75,6 @@ class LogSection(Schema):
         " default: 20 or a tenth of the disk for a service, else no limit",
     )
     keep_days: Annotated[float, Field(ge=0.0, le=1e5)] | None = Field(
-        None, description="age at which logs without a tag are removed [days]; 0: never; default: 90 for a service, else never"
+        None,
+        description="age at which logs without a tag are removed [days]; 0: never; default: 90 for a service, else never",
     )

@@ -76,5 +76,5 @@ class LogSection(Schema):
     )
     keep_days: Annotated[float, Field(ge=0.0, le=1e5)] | None = Field(
         None,
-        description="age at which logs without a tag are removed [days]; 0: never; default: 90 for a service, else never",
+        description="age at which logs without a tag are removed [days]; 0: never; default: 90 for a service",
     )

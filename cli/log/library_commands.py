@@ -82,10 +82,10 @@ def prune_logs(
     yes: Annotated[bool, typer.Option("--yes", help="Remove them; without it they are only listed.")] = False,
     json: Json = False,
 ) -> None:
-    """List the logs that are beyond the bounds, with the reason; remove them with --yes.
+    """List the logs beyond the bounds; --yes removes them.
 
-    The bounds are log.keep_size and log.keep_days, which the controller keeps by itself. Of the configuration's rig,
-    files named RIG-TIME.mcap; never one that is being written, nor one of a run with a tag.
+    Each with the reason. The bounds are log.keep_size and log.keep_days, which the controller keeps by itself. Of the
+    configuration's rig, files named RIG-TIME.mcap; never one that is being written, nor one of a run with a tag.
 
     Example: tendond log prune /var/log/tendond/bench --config rig.toml --keep-days 30 --yes
     """
@@ -101,9 +101,10 @@ def verify_logs(
     record: Annotated[bool, typer.Option("--record", help="Where there is no checksum, write one now.")] = False,
     json: Json = False,
 ) -> None:
-    """Compare logs with the checksums that were made while they were written.
+    """Compare logs with their checksums.
 
-    A log's checksum is in LOG.sha256, as sha256sum reads it. Exit status 1: a file has changed.
+    These are made while a log is written, and are in LOG.sha256, as sha256sum reads it. Exit status 1: a file has
+    changed.
 
     Example: tendond log verify /var/log/tendond/bench
     """

@@ -7,11 +7,11 @@ LOCK = $(BIN)/uv pip compile -q $(if $(UPGRADE),--upgrade) --universal --python-
 	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
 
 .DEFAULT_GOAL := help
-.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures notebooks gallery docs test checked check format bench example \
+.PHONY: help venv venv-dev demo demo-wired demo-spatial paper robustness identify evidence figures notebooks gallery docs docs-version notes test checked check format bench example \
 	dist pythons lock golden clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 
 venv: .venv/.runtime ## set up .venv to run tendond
 
@@ -64,6 +64,15 @@ evidence: .venv/.runtime ## validate the general rod on others' measured robots,
 docs: .venv/.dev ## build the documentation, strictly, in out/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "documentation: out/site/index.html; with search: $(BIN)/python -m http.server -b 127.0.0.1 -d out/site"
+
+docs-version: docs ## add the documentation of this version to the branch gh-pages, as ALIAS (latest), with a selector of versions
+	@PATH="$(CURDIR)/$(BIN):$$PATH" NO_MKDOCS_2_WARNING=1 $(BIN)/mike deploy --update-aliases \
+		"$$($(BIN)/python -m tendond.cli.manual.release --minor)" $(or $(ALIAS),latest)
+	@$(BIN)/mike set-default latest
+	@echo "documentation of all versions: branch gh-pages; $(BIN)/mike serve shows it; git push origin gh-pages publishes it"
+
+notes: .venv/.dev ## print the release notes of VERSION (this one) in Markdown, from CHANGELOG.md
+	@$(BIN)/python -m tendond.cli.manual.release $(VERSION)
 
 paper: .venv/.packages ## reproduce the paper's tables and figures in out/paper
 	@$(BIN)/tendond study paper --iterations --out out/paper

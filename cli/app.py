@@ -12,9 +12,11 @@ from tendond import TendondError, __version__
 from tendond.cli.bench.commands import bench
 from tendond.cli.config.commands import config
 from tendond.cli.demo.commands import demo
+from tendond.cli.extras import missing_line
 from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
 from tendond.cli.log.commands import log
+from tendond.cli.log.library_commands import LIBRARY
 from tendond.cli.program import Program
 from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
@@ -58,6 +60,8 @@ def options(version: Annotated[bool, typer.Option("--version", help="Print the v
         raise typer.Exit
 
 
+for name, command in LIBRARY.items():
+    log.command(name)(command)
 study.add_typer(identify)
 study.command("control")(control)
 study.command("safety")(safety)
@@ -107,6 +111,12 @@ def _run() -> None:
         for line in str(error).splitlines():
             _say(line)
         raise SystemExit(_exit_code(error)) from None
+    except ModuleNotFoundError as error:
+        missing = missing_line(error.name or "")
+        if missing is None:
+            raise
+        _say(missing)
+        raise SystemExit(EXIT_USAGE) from None
     except BrokenPipeError:  # as in `tendond config show | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
         raise SystemExit(EXIT_FAILED) from None

@@ -1,6 +1,7 @@
 """Shared by several commands: configuration, signals, lines for people."""
 
 import csv
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -16,6 +17,8 @@ from tendond.schemas.config.presets import PROFILES
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
 
 Section = TypeVar("Section")
+SYSTEM_LOGS = Path("/var/log/tendond")
+"""Folder of the services' logs, which are bounded by default."""
 
 
 def chosen_config(path: Path | None, profile: str | None) -> tuple[RigConfig, str]:
@@ -121,6 +124,11 @@ def stop_on_signals() -> Callable[[], bool]:
     signal.signal(signal.SIGINT, catch)
     signal.signal(signal.SIGTERM, catch)
     return lambda: bool(came)
+
+
+def log_folder() -> Path:
+    """Return the folder of logs: the service's (systemd's LogsDirectory), or `log` in the current directory."""
+    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def say_to(supervisor: Supervisor) -> Callable[[str], None]:

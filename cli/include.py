@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
+from tendond.schemas.config.version import version_objection, without_version
 
 INCLUDE = "include"
 Tables = dict[str, Any]
@@ -83,11 +84,13 @@ def _tables(path: Path) -> Tables:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    if objection := version_objection(tables):
+        raise ConfigError(f"{path}: {objection}")
     if INCLUDE in tables:
         raise ConfigError(
             f"{path}: {INCLUDE}: an included file must not include others: name them all in the first file"
         )
-    return tables
+    return without_version(tables)
 
 
 def _over(below: Tables, above: Tables) -> Tables:

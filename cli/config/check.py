@@ -25,6 +25,7 @@ from tendond.offline.equilibria_check import equilibrium_lines
 from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
+from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.explain import Objection, dotted, in_file
 
 INCOMPLETE = "cross-key checks run after these are fixed"
@@ -130,6 +131,7 @@ def run_show(file: Path | None, profile: str | None, *, changed: bool, comments:
     if as_json:
         print(json.dumps(_changes(config) if changed else config.model_dump(mode="json"), indent=2))
     else:
+        print(f"{KEY} = {CONFIG_VERSION}\n")
         print(config_toml(config, changed=changed, comments=comments), end="")
 
 

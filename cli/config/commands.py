@@ -9,7 +9,7 @@ from tendond.cli.options import Config, ConfigFile, Json, Profile, chosen_file, 
 
 config = typer.Typer(
     name="config",
-    help="Check, show and describe configurations.",
+    help="Check, show, describe and migrate configurations.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -146,6 +146,26 @@ def config_presets(json: Json = False) -> None:
     from tendond.cli.config.presets import run_presets
 
     run_presets(as_json=json)
+
+
+@config.command("migrate")
+def config_migrate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],
+    write: Annotated[
+        bool, typer.Option("--write", help="Rewrite the file; the old one is kept beside it, as FILE.v1.")
+    ] = False,
+) -> None:
+    """Rewrite a configuration to the present version.
+
+    Renamed keys, counts of cycles that are seconds now, keys without a meaning; comments and layout stay. Prints the
+    difference unless --write is given. Files that it includes are migrated each by itself. A file of an old version
+    is read without it, with a warning for each old key.
+
+    Example: tendond config migrate rig.toml --write
+    """
+    from tendond.cli.config.migrate import run_migrate
+
+    run_migrate(file, write=write)
 
 
 @config.command("schema")

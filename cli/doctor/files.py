@@ -7,10 +7,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tendond.cli.common import SYSTEM_LOGS
 from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.cli.kernel_folder import TEMPORARY, VARIABLE
 from tendond.daemon.recording.recorder import FLUSH_SECONDS
-from tendond.daemon.recording.retention import GIGABYTE, MEGABYTE, existing, retention
+from tendond.daemon.recording.storage.retention import GIGABYTE, MEGABYTE, existing, retention
 from tendond.drivers.dynamixel.calibration import CalibrationError, load_calibration
 
 TRIAL_BYTES, BLOCK_BYTES = 8_000_000, 128_000
@@ -21,9 +22,6 @@ FILES_LEFT = 10
 """Number of files of log.split_size below which the disk is nearly full."""
 
 CALIBRATION_DAYS = 30.0
-SYSTEM_LOGS = Path("/var/log/tendond")
-"""Folder of the services' logs, which are bounded by default."""
-
 
 FEW_DAYS = 7.0
 """Days of space left below which to warn, where old logs are not removed."""

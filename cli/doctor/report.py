@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tendond import TendondError, __version__
-from tendond.cli.common import load_config
+from tendond.cli.common import SYSTEM_LOGS, load_config
 from tendond.cli.doctor import bus, camera, commissioning, files, machine, sensors, servos
 from tendond.cli.doctor.check import Check, CheckOutcome, CheckResult, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
@@ -108,7 +108,7 @@ def _configuration(file: Path | None) -> tuple[RigConfig | None, CheckResult]:
 def _logs(config_file: Path | None) -> Path:
     """Return the folder in which the controller with this configuration logs."""
     if config_file is not None and config_file.resolve().parent.parent == SYSTEM_CONFIG:
-        return files.SYSTEM_LOGS / config_file.resolve().parent.name
+        return SYSTEM_LOGS / config_file.resolve().parent.name
     return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from tendond.cli.common import say
+from tendond.cli.extras import need
 from tendond.cli.identify.fit import print_results
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
@@ -26,6 +27,7 @@ def run_identify_demo(out: Path, seeds: int, jobs: int | None) -> None:
     Raises:
         TendondError: no result, a goal missed, a folder that cannot be written.
     """
+    need("matplotlib")
     announce_compilation(say)
     warm_up()
     warm_up_trajectories()

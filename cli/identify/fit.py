@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
+from tendond.cli.extras import need
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.excitation.dry_run import DryRun, dry_run, rig_of_model
@@ -84,6 +85,7 @@ def run_fit(
         statics,
         parse_priors(prior),
     )
+    need("matplotlib")
     announce_compilation(say)
     console = Console()
     unfinished = out / UNFINISHED

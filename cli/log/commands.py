@@ -20,7 +20,7 @@ ClosedLoop = Annotated[
 
 log = typer.Typer(
     name="log",
-    help="Inspect, replay, compare, plot, animate and repair logs.",
+    help="List, inspect, replay, compare, plot, animate and repair logs.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

@@ -7,10 +7,11 @@ that are: the text parses to the defaults.
 import textwrap
 from collections.abc import Iterator
 
-from tendond.cli.manual.config_text import OPTIONAL, comment_of, to_toml
+from tendond.cli.manual.config_text import OPTIONAL, VERSION_MEANING, comment_of, to_toml
 from tendond.daemon.control.laws import LAWS
 from tendond.schemas.config.rates import DERIVED
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.keywords import Table, keys_of, tables
 
 HEADING = """\
@@ -26,7 +27,11 @@ INHERITED = ("simulator.rod",)
 
 def annotated() -> str:
     """Write the text of the example."""
-    return HEADING + "".join(f"{line}\n" for table in tables(RigConfig) for line in _section(table))
+    return HEADING + _version() + "".join(f"{line}\n" for table in tables(RigConfig) for line in _section(table))
+
+
+def _version() -> str:
+    return f"\n# a whole number >= 1 and <= {CONFIG_VERSION}; {VERSION_MEANING}\n{KEY} = {CONFIG_VERSION}\n"
 
 
 def _section(table: Table) -> Iterator[str]:

@@ -7,9 +7,17 @@ from typing import Any
 
 from tendond.daemon.control.laws import LAWS
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.keywords import Key, Node, schema_of, tables
 
 Values = Mapping[str, Any]
+VERSION_MEANING = "version of the keys' names; tendond config migrate sets it"
+FILE_KEYS: Node = {
+    KEY: {"type": "integer", "minimum": 1, "maximum": CONFIG_VERSION, "description": VERSION_MEANING},
+    "include": {"type": "array", "items": {"type": "string"}, "description": "files whose keys this one's override"},
+}
+"""Keys of a file that are no settings."""
+
 OPTIONAL = {name for name, field in RigConfig.model_fields.items() if field.default is None}
 """Sections that need not be there; an empty one means something."""
 
@@ -91,6 +99,7 @@ def config_schema() -> Node:
     schema = deepcopy(schema_of(RigConfig))
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "Configuration of a rig for tendond"
+    schema["properties"] = {**FILE_KEYS, **schema["properties"]}
     control = schema["$defs"]["ControlSection"]["properties"]
     control["law"] = {**control["law"], "enum": list(LAWS)}
     kinds: dict[str, Any] = {name: law.parameters for name, law in LAWS.items()}

@@ -6,6 +6,7 @@ from tendond.cli.manual.config_text import to_toml
 from tendond.cli.manual.markdown import code, escaped, summary, table
 from tendond.daemon.control.laws import LAWS
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.config.version import CONFIG_VERSION
 from tendond.schemas.errors.keywords import Key, keys_of, tables
 
 _HEAD = """\
@@ -16,12 +17,16 @@ refused by name. `tendond config show` prints this with the values in effect, `t
 wrong with a file, `tendond config schema` gives editors what they need ([how](../howto/configure.md)).
 
 Units are SI. Keys without a default are optional.
+
+Before the first table, `version = {version}` names the version of the keys' names, and `include` files whose keys this
+one's override ([how](../howto/configure.md)). A file without a version is read under old and present names; one of a
+newer version is refused.
 """
 
 
 def configuration_page() -> str:
     """Write the page of all keys, a section per table, in Markdown."""
-    parts = [_HEAD]
+    parts = [_HEAD.replace("{version}", str(CONFIG_VERSION))]
     for one in tables(RigConfig):
         name = one.name.removesuffix("[]")
         header = f"[[{name}]]" if name != one.name else f"[{name}]"

@@ -6,12 +6,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
-from tendond.cli.common import chosen_config, say, stop_on_signals
+from tendond.cli.common import chosen_config, log_folder, say, stop_on_signals
 from tendond.daemon.control.safety.configured import target_remark
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError, LawError, SafetyError
-from tendond.daemon.recording.retention import retention
 from tendond.daemon.recording.run_log import RunLog
+from tendond.daemon.recording.storage.retention import retention
 from tendond.daemon.runtime.bus import Hub
 from tendond.daemon.runtime.lockstep import Lockstep
 from tendond.daemon.runtime.loop import Loop
@@ -98,11 +98,6 @@ def _calibration(config: RigConfig, folder: Path) -> Calibration | None:
         say(f"the log will have no calibration: there is no {path}")
         return None
     return load_calibration(path, config.rig.name, config.servo.servo_ids(len(config.rod.tendon_positions)))
-
-
-def log_folder() -> Path:
-    """Return the folder of logs: the service's (systemd's LogsDirectory), or `log` in the current directory."""
-    return Path(os.environ.get("LOGS_DIRECTORY", "log"))
 
 
 def _refusal(source: str, error: Exception) -> ConfigError:

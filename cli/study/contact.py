@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import track
 
 from tendond.cli.common import say
+from tendond.cli.extras import need
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -26,6 +27,7 @@ def run_contacts(runs: int, minutes: int, seed: int, processes: int | None, out:
     Raises:
         TendondError: a robot has no solution, or a folder that cannot be written.
     """
+    need("matplotlib")
     announce_compilation(say)
     warm_up()
     some = jobs(runs, minutes, seed)

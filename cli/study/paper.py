@@ -30,12 +30,10 @@ def run_paper(out: Path, processes: int | None = None, look: Appearance | None =
         look: appearance of the figures; the page shows a PNG, or else an SVG.
 
     Raises:
-        DaemonError: the folder cannot be written, or matplotlib is not installed.
+        DaemonError: the folder cannot be written.
     """
-    try:
-        from tendond.offline.paper.draw import draw_all, figures
-    except ModuleNotFoundError as error:
-        raise DaemonError(f"the figures need {error.name}: pip install 'tendond[plot]'") from error
+    from tendond.offline.paper.draw import draw_all, figures
+
     look = look or Appearance(iterations=True)
     shown = next((form for form in ("png", "svg") if form in look.formats), look.formats[0])
     try:

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
+from tendond.cli.extras import need
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -42,6 +43,7 @@ def run_robustness(
     Raises:
         TendondError: invalid options, a folder that cannot be written, a cluster that cannot be reached.
     """
+    need("matplotlib")
     if cluster is not None:
         check_cluster_extra()
     settings = Settings(points, count, seed, laws, feedbacks, load_config(config))

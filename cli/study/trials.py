@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
+from tendond.cli.extras import need
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
@@ -27,6 +28,7 @@ def run_trials(
     Raises:
         TendondError: an invalid configuration, or a folder that cannot be written.
     """
+    need("matplotlib")
     base = load_config(config)
     announce_compilation(say)
     warm_up()

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from tendond.cli.bench.tables import print_table
 from tendond.cli.common import say
+from tendond.cli.extras import need
 from tendond.daemon.errors import UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.correction.learned import save
@@ -43,6 +44,8 @@ def run_validate(
         DatasetError: data that are missing or cannot be read, or an unknown group of parameters.
         UsageError: a CSV file without the robot's sizes, or sizes of a robot that is known.
     """
+    if out is not None:
+        need("matplotlib")
     poses, entry = load(dataset, data)
     if every is not None:
         poses = split_evenly(poses, every)

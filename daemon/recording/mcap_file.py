@@ -1,14 +1,17 @@
 """An MCAP file of a log: metadata, attachments and channels first, then messages, flushed when asked."""
 
+import fcntl
 import importlib.util
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import IO, cast
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
 from tendond.daemon.recording.channels import CHANNELS
+from tendond.daemon.recording.storage.checksum import HashedStream, checksum_path, write_checksum
 
 METADATA = "tendond"
 """Name of the metadata record that makes an MCAP file one of our logs."""
@@ -21,9 +24,13 @@ class McapFile:
 
     def __init__(self, path: Path, metadata: dict[str, str], attachments: dict[str, str]) -> None:
         self._begun = time.monotonic()
-        self._stream = path.open("xb")
-        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=_compression())
+        self._path = path
+        self._stream = HashedStream(path.open("xb"))
+        self._writer = Writer(cast(IO[bytes], self._stream), chunk_size=CHUNK_BYTES, compression=_compression())
         try:
+            with suppress(OSError):  # a file system without locks
+                fcntl.flock(self._stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            checksum_path(path).unlink(missing_ok=True)  # of a log of that name before
             self._begin(metadata, attachments)
         except OSError:
             self.abandon()
@@ -62,14 +69,28 @@ class McapFile:
         self._writer.flush()
 
     def finish(self) -> None:
-        """Summary and end."""
+        """Write summary and end, and the checksum beside the file."""
         self._writer.finish()
         self._stream.close()
+        with suppress(OSError):  # a disk that is full now: the log itself is whole
+            write_checksum(self._path, self._stream.digest)
 
     def abandon(self) -> None:
         """Close as it is."""
         with suppress(OSError):  # it tries to write what it still holds, which fails again, and closes all the same
             self._stream.close()
+
+
+def is_being_written(path: Path) -> bool:
+    """Return whether a process is writing the file."""
+    try:
+        with path.open("rb") as stream:
+            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # gone, someone else's, or a file system without locks
+        return False
+    return False
 
 
 def _compression() -> CompressionType:

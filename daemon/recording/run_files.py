@@ -15,9 +15,24 @@ PART = "part"
 """Name in the metadata of the number of a file in its run, from 0."""
 
 
+FORMAT = "format"
+"""Name in the metadata of the version of the log; logs of versions 1 and 2 may have none."""
+
+LOG_FORMAT = 2
+"""Version of what a log contains. Version 1: states have the fields that `daemon/control/renamed.py` names.
+
+Logs of every version before are read as they are. Raised by a change that an older tendond would misread.
+"""
+
+
 def part_path(path: Path, part: int) -> Path:
     """Return the path of a further file of the run whose first is `path`."""
     return path.with_name(f"{path.stem}-{part:03d}{path.suffix}")
+
+
+def run_name(path: Path, part: int) -> str:
+    """Return the name of the run of a file: that of its first file, without `.mcap`."""
+    return path.stem if part == 0 else path.stem.removesuffix(f"-{part:03d}")
 
 
 class RunFiles:

@@ -1,5 +1,6 @@
 """The log of a run: every cycle, its poses, the rod's shape at a lower rate, changes of mode."""
 
+import shutil
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,9 +13,9 @@ from tendond.daemon.recording.batch_queue import Message
 from tendond.daemon.recording.channels import LOG, STATUS
 from tendond.daemon.recording.cycle_entries import Cycle, CycleEntries
 from tendond.daemon.recording.recorder import Counts, Recorder
-from tendond.daemon.recording.retention import Retention
 from tendond.daemon.recording.run_files import CALIBRATION, CONFIG
 from tendond.daemon.recording.run_metadata import run_metadata
+from tendond.daemon.recording.storage.retention import Retention
 from tendond.model.rods.interface import ModelRod, ModelState
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config.rig import RigConfig
@@ -23,6 +24,12 @@ from tendond.schemas.record import CycleRecord, LoopTiming
 
 LOOK_SECONDS = 60.0
 """Time between two checks of the room left for logs [s]."""
+
+FILES_IN_RESERVE = 2.0
+"""Free space, in files of a run, below which old logs are removed while the arm is held, too."""
+
+HELD = (Mode.PROBE, Mode.PRETENSION, Mode.TRACKING, Mode.RELEASING)
+"""Modes in which nothing but the writing of the log should occupy the disk."""
 
 
 class RunLog:
@@ -75,6 +82,9 @@ class RunLog:
         self._next_status = 0  # log time from which on one more that says nothing new is written
         self._idle_ns = round(config.log.idle_period * 1e9)
         self._next_look = 0.0
+        self._arm_is_held = False
+        self._current = path
+        self._prune_later = False
         self._removed: list[str] = []
         self.days_left: float | None = None
         """Days until there is no space for logs, or the oldest are removed; none while that is not known."""
@@ -128,6 +138,7 @@ class RunLog:
 
     def _cycle_entries(self, cycle: Cycle) -> list[Message]:
         """Make the entries of a cycle, and of what was done about the room for logs."""
+        self._arm_is_held = cycle.record.mode in HELD
         self._look()
         entries = self._entries.take(cycle)
         while self._removed:
@@ -160,20 +171,34 @@ class RunLog:
         return [(STATUS, status, now)]
 
     def _make_room(self, path: Path) -> None:
-        """Remove the logs that are not kept, before a file is begun."""
+        """Remove the logs that are not kept, before a file is begun; while the arm is held, afterwards.
+
+        A disk that has no room for two more files cannot wait for that.
+        """
+        self._current = path
         if self._retention is None or not self._retention.is_bounded:
             return
         with suppress(OSError):  # a folder that cannot be listed can still be written to
-            removed = self._retention.prune(self._split_bytes, keep=path)
-            if removed:
-                self._removed.append(f"removed {len(removed)} old logs, {removed[0].name} to {removed[-1].name}")
+            free = shutil.disk_usage(path.parent).free
+            self._prune_later = self._arm_is_held and free > FILES_IN_RESERVE * self._split_bytes
+            if not self._prune_later:
+                self._prune(self._retention)
+
+    def _prune(self, retention: Retention) -> None:
+        removed = retention.prune(self._split_bytes, keep=self._current)
+        if removed:
+            self._removed.append(f"removed {len(removed)} old logs, {removed[0].name} to {removed[-1].name}")
 
     def _look(self) -> None:
-        """See now and then how much space is left."""
-        if self._retention is not None and time.monotonic() >= self._next_look:
-            self._next_look = time.monotonic() + LOOK_SECONDS
-            with suppress(OSError):
-                self.days_left = self._retention.disk_space().days
+        """See now and then how much space is left; remove what could not be removed while the arm was held."""
+        if self._retention is None or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + LOOK_SECONDS
+        with suppress(OSError):
+            if self._prune_later and not self._arm_is_held:
+                self._prune_later = False
+                self._prune(self._retention)
+            self.days_left = self._retention.disk_space().days
 
     def warning(self, text: str) -> None:
         """A line for people."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import llvmlite.binding
 
 from tendond import __version__
+from tendond.daemon.recording.run_files import FORMAT, LOG_FORMAT
 from tendond.schemas.config.rig import RigConfig
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "pydantic", "eclipse-zenoh", "mcap")
@@ -24,6 +25,7 @@ def run_metadata(config: RigConfig) -> dict[str, str]:
     return {
         "rig": config.rig.name,
         "tendond": __version__,
+        FORMAT: str(LOG_FORMAT),
         "revision": _revision(),
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",

@@ -14,17 +14,31 @@ def report(out: Path, log_file: Path, console: Console) -> None:
     from tendond.offline.logs.log import load
     from tendond.offline.logs.summary import summary, table, write_summary
     from tendond.offline.paper.published import published_for
-    from tendond.offline.plots.figures import draw
 
     log = load(log_file)
-    with console.status("drawing the figures from the log"):
-        published = published_for(log)
-        figures = draw(log, out, published=published)
+    published = published_for(log)
+    try:
+        with console.status("drawing the figures from the log"):
+            from tendond.offline.plots.figures import draw
+
+            figures = ", ".join(str(figure) for figure in draw(log, out, published=published))
+    except ModuleNotFoundError as error:
+        figures = without_figures(error, log_file)
     write_summary(log, out / "summary.json")
     console.print(table(summary(log), log.config.control.law, published))
-    console.print(
-        f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {', '.join(str(f) for f in figures)}"
-    )
+    files = f"log      {log_file}\nsummary  {out / 'summary.json'}\nfigures  {figures}"
+    console.print(files, markup=False, soft_wrap=True)
+
+
+def without_figures(error: ModuleNotFoundError, log_file: Path) -> str:
+    """Return the words in the place of figures where matplotlib is not installed: the demo itself needs no extra.
+
+    Raises:
+        ModuleNotFoundError: it is another library.
+    """
+    if error.name is None or error.name.partition(".")[0] != "matplotlib":
+        raise error
+    return f"none, matplotlib is not installed: pip install 'tendond[plot]', then tendond plot {log_file}"
 
 
 def report_wires(out: Path, log_file: Path, health: ServoHealth | None, console: Console) -> None:

@@ -10,6 +10,7 @@ from tendond.daemon.control.reference.spatial import SpatialReference
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.errors import DaemonError
 from tendond.offline.demo.chain import run_chain, run_wired_chain
+from tendond.offline.demo.report import without_figures
 from tendond.offline.demo.truth import true_tips
 from tendond.offline.logs.arrays import load
 from tendond.offline.trials.measure import TrialOutcome, outcome_of
@@ -32,12 +33,15 @@ def run_spatial(out: Path) -> None:
     found: dict[str, dict[str, object]] = {}
 
     def report(folder: Path, log: Path, console: Console) -> None:
-        from tendond.offline.trials.figure import draw
-
         name = folder.name
         outcome = outcome_from_log(log)
         trial = Trial("circle 250 mm", {}, name == "rig")
-        figure = draw(trial, outcome, out / f"{name}.png", CHAIN_WORDS[name])
+        try:
+            from tendond.offline.trials.figure import draw
+
+            figure = str(draw(trial, outcome, out / f"{name}.png", CHAIN_WORDS[name]))
+        except ModuleNotFoundError as error:
+            figure = without_figures(error, log)
         found[name] = outcome.as_json()
         (out / "summary.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
         console.print(
@@ -46,6 +50,7 @@ def run_spatial(out: Path) -> None:
             + f"figure {figure}",
             soft_wrap=True,
             highlight=False,
+            markup=False,
         )
 
     for name, text in CHAINS.items():

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 from tendond.daemon.recording.channels import M
 from tendond.daemon.recording.mcap_file import METADATA
-from tendond.daemon.recording.run_files import CALIBRATION, CONFIG, PART
+from tendond.daemon.recording.run_files import CALIBRATION, CONFIG, FORMAT, LOG_FORMAT, PART, run_name
 from tendond.offline.logs.container import Damage, records
 from tendond.offline.logs.container import LogError as LogError
 from tendond.schemas.calibration import Calibration
@@ -47,6 +47,7 @@ class Run:
         metadata: revision and versions, by name.
         calibration: the servos' calibration; none without servos.
         complete: the last file was finished; known once all messages have been read.
+        name: of the run: that of its first file, without `.mcap`, whether that is still there or not.
     """
 
     paths: tuple[Path, ...]
@@ -55,6 +56,7 @@ class Run:
     metadata: dict[str, str]
     calibration: Calibration | None = None
     complete: bool = False
+    name: str = ""
 
     def decode(self, topic: str, model: type[M], data: bytes) -> M:
         """Decode a message.
@@ -98,18 +100,41 @@ class Run:
         return None if summary is None or summary.statistics is None else summary.statistics.message_end_time
 
 
-def open_run(path: Path) -> Run:
+def open_run(path: Path, *, whole: bool = True) -> Run:
     """Open the run that a file belongs to: the file, or all parts of a split log in its folder.
+
+    Args:
+        path: any file of the run.
+        whole: all parts; else this file alone.
 
     Raises:
         LogError: no file, not an MCAP file, not a log of tendond, or without configuration.
     """
     metadata, attachments = _head(path)
+    _refuse_newer(path, metadata)
     if CONFIG not in attachments:
         raise LogError(f"{path}: has no configuration ('{CONFIG}'), so its start is lost; use another log")
     attached = attachments.get(CALIBRATION)
     calibration = None if attached is None else _calibration(path, attached)
-    return Run(_parts(path, metadata), _config(path, attachments[CONFIG]), attachments[CONFIG], metadata, calibration)
+    config = _config(path, attachments[CONFIG])
+    parts, name = _parts(path, metadata) if whole else (path,), run_name(path, part_of(metadata))
+    return Run(parts, config, attachments[CONFIG], metadata, calibration, name=name)
+
+
+def part_of(metadata: dict[str, str]) -> int:
+    """Return the number of a file in its run, from 0; logs of the first versions have none."""
+    number = metadata.get(PART, "")
+    return int(number) if number.isdecimal() else 0
+
+
+def _refuse_newer(path: Path, metadata: dict[str, str]) -> None:
+    """Raise LogError for a log that a later version of tendond wrote in another form."""
+    version = metadata.get(FORMAT, "")
+    if version.isdecimal() and int(version) > LOG_FORMAT:
+        raise LogError(
+            f"{path}: is a log of format {version}, and this tendond reads formats up to {LOG_FORMAT}: "
+            f"read it with tendond {metadata.get('tendond', 'of a later version')} or later"
+        )
 
 
 def _summary(path: Path) -> Summary | None:
@@ -156,7 +181,7 @@ def _parts(path: Path, metadata: dict[str, str]) -> tuple[Path, ...]:
     number = metadata.get(PART, "")
     if not number.isdecimal():
         return (path,)
-    stem = path.stem if number == "0" else path.stem.removesuffix(f"-{int(number):03d}")
+    stem = run_name(path, int(number))
     found = {int(number): path}
     for other in path.parent.glob(f"{glob.escape(stem)}*{path.suffix}"):
         match = re.fullmatch(rf"{re.escape(stem)}(?:-(\d{{3,}}))?", other.stem)

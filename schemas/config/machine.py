@@ -71,10 +71,10 @@ class LogSection(Schema):
     ] = 60.0
     keep_size: Annotated[float, Field(ge=0.0, le=1e6)] | None = Field(
         None,
-        description="total size of this rig's logs above which the oldest are removed [GB]; 0: no limit; default:"
-        " 20 or a tenth of"
-        " the disk for a service, else no limit",
+        description="total size of this rig's logs above which the oldest without a tag are removed [GB]; 0: no limit;"
+        " default: 20 or a tenth of the disk for a service, else no limit",
     )
     keep_days: Annotated[float, Field(ge=0.0, le=1e5)] | None = Field(
-        None, description="age at which logs are removed [days]; 0: never; default: 90 for a service, else never"
+        None,
+        description="age at which logs without a tag are removed [days]; 0: never; default: 90 for a service",
     )

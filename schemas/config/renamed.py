@@ -88,7 +88,7 @@ def with_new_names(data: dict[str, Any], source: str) -> tuple[dict[str, Any], l
         elif isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 0:
             objections.append(((section, old), f"was a number of cycles; give {section}.{name} [s] instead"))
         else:
-            seconds = round(cycles * _period(data), 9)
+            seconds = round(cycles * period_of(data), 9)
             rest[name] = seconds
             _warn(
                 f"{source}: {section}.{old} = {cycles} (cycles) is read as {section}.{name} = {seconds:g} [s]: "
@@ -112,7 +112,8 @@ def _warn(text: str) -> None:
     warnings.warn(text, RenamedKeyWarning, stacklevel=5)
 
 
-def _period(data: Mapping[str, Any]) -> float:
+def period_of(data: Mapping[str, Any]) -> float:
+    """Return the period of the loop in nested tables, or the default one [s]."""
     loop = data.get("loop")
     period = loop.get("period") if isinstance(loop, Mapping) else None
     return float(period) if isinstance(period, int | float) and not isinstance(period, bool) else DEFAULT_PERIOD

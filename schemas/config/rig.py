@@ -29,6 +29,7 @@ from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
 from tendond.schemas.config.servo import ServoSection, servo_objections
 from tendond.schemas.config.simulator import SimulatorSection
+from tendond.schemas.config.version import KEY, version_objection, without_version
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.errors.explain import Objection, in_file, objections
 from tendond.schemas.errors.keywords import Path
@@ -199,7 +200,10 @@ def parse_config(text: str, source: str) -> RigConfig:
 
 def check_config(data: dict[str, Any], source: str, lines: Mapping[Path, int] | None = None) -> RigConfig:
     """Read a configuration from nested tables; `lines` are those of the keys, for messages."""
-    data, old = with_new_names(data, source)
+    if objection := version_objection(data):  # alone: a newer file may have any number of keys that are unknown here
+        line = line_of((KEY,), lines or {})
+        raise ConfigError(f"{source}{'' if line is None else f':{line}'}: {objection}")
+    data, old = with_new_names(without_version(data), source)
     wrong = [Objection(".".join(path), "", message, path) for path, message in old]
     try:
         config = RigConfig.model_validate(data)

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+SURROUNDINGS = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+"""Environment of this process, without a path to the working copy: what is installed is to be run."""
 
 
 def tool(name: str, package: str) -> str:
@@ -34,7 +36,7 @@ class Installation:
         settings = {"DESTDIR": str(self.root), "PATH": path, "UV_COMPILE_BYTECODE": "0"}
         command = [str(self.source / "deploy" / "install"), *arguments]
         return subprocess.run(
-            command, env={**os.environ, **settings}, cwd=self.source, capture_output=True, text=True, timeout=600
+            command, env={**SURROUNDINGS, **settings}, cwd=self.source, capture_output=True, text=True, timeout=600
         )
 
     def install(self) -> "subprocess.CompletedProcess[str]":
@@ -47,17 +49,32 @@ class Installation:
         (trap / "tendond").mkdir(parents=True, exist_ok=True)
         (trap / "tendond" / "__init__.py").write_text("raise SystemExit('the code in the current folder was run')\n")
         program = str(self.root / "opt/tendond/bin/tendond")
-        return subprocess.run([program, *arguments], cwd=trap, capture_output=True, text=True, timeout=300)
+        command = [program, *arguments]
+        return subprocess.run(command, env=SURROUNDINGS, cwd=trap, capture_output=True, text=True, timeout=300)
 
 
-def build_and_install(folder: Path) -> Installation:
-    """Build both distributions of this tree, unpack the source, and install it from there."""
-    build = [sys.executable, "-m", "uv", "build", "-q", "--no-build-isolation", "--python", sys.executable]
-    subprocess.run([*build, "-o", str(folder), str(ROOT)], check=True, timeout=300)
+@dataclass(frozen=True)
+class Distributions:
+    """Both distributions of a tree, and the source distribution unpacked."""
+
+    source: Path
+    wheel: Path
+
+
+def build(folder: Path, tree: Path = ROOT) -> Distributions:
+    """Build both distributions of a tree into a folder, and unpack the source."""
+    command = [sys.executable, "-m", "uv", "build", "-q", "--no-build-isolation", "--python", sys.executable]
+    subprocess.run([*command, "-o", str(folder), str(tree)], check=True, timeout=300)
     (archive,) = folder.glob("*.tar.gz")
     subprocess.run(["tar", "-xf", str(archive), "-C", str(folder)], check=True)
     (wheel,) = folder.glob("*.whl")
-    one = Installation(folder / archive.name.removesuffix(".tar.gz"), wheel, folder / "root")
+    return Distributions(folder / archive.name.removesuffix(".tar.gz"), wheel)
+
+
+def build_and_install(folder: Path, tree: Path = ROOT) -> Installation:
+    """Build both distributions of a tree, unpack the source, and install it from there."""
+    built = build(folder, tree)
+    one = Installation(built.source, built.wheel, folder / "root")
     result = one.install()
     assert result.returncode == 0, result.stderr
     return one

@@ -20,7 +20,7 @@ def _tendons(places: list[tuple[float, float]], end: float) -> list[Tables]:
 
 
 PAPER: Tables = {}
-"""R. Danesh, F. Janabi-Sharifi, Mechanism and Machine Theory 208 (2025) 105953, table 1: the defaults of [rod]."""
+"""R. Danesh, F. Janabi-Sharifi, arXiv:2412.12035 (2024), table 1: the defaults of [rod]."""
 
 _NITINOL: Tables = {
     "length": 0.2, "radius": 7e-4, "youngs_modulus": 54e9, "mass_per_length": 0.0115,
@@ -125,7 +125,7 @@ class PresetAbout:
 
 ABOUT: dict[str, PresetAbout] = {
     "paper": PresetAbout(
-        "steel wire of 0.5 m, four tendons at 20 mm; the default", "Danesh & Janabi-Sharifi 2025", "Poisson's ratio"
+        "steel wire of 0.5 m, four tendons at 20 mm; the default", "Danesh & Janabi-Sharifi 2024", "Poisson's ratio"
     ),
     "nitinol": PresetAbout(
         "one section of 0.2 m, three tendons at 10 mm", "Rao et al. 2021, its proximal section",

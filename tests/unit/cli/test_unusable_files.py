@@ -24,7 +24,7 @@ REQUIRED = {
 
 LOG_COMMANDS = [
     *(("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"), ("plot",), ("animate",)),
-    *(("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop")),
+    *(("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop"), ("log", "tag"), ("log", "note")),
 ]
 
 

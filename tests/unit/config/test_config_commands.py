@@ -145,7 +145,7 @@ def test_every_key_has_words_for_what_it_may_be() -> None:
 
 def test_the_schema_knows_every_key_and_the_laws_parameters() -> None:
     schema = config_schema()
-    assert set(schema["properties"]) == set(RigConfig.model_fields)
+    assert set(schema["properties"]) == set(RigConfig.model_fields) | {"version", "include"}
     laws = schema["$defs"]["ControlSection"]["properties"]
     assert laws["law"]["enum"] == list(LAWS)
     assert set(laws["laws"]["properties"]["backstepping"]["properties"]) == {"alpha1", "alpha2"}

@@ -10,11 +10,14 @@ import pytest
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
-from tendond.daemon.recording.retention import DAY, Retention, retention
+from tendond.daemon.recording import run_log as run_log_module
+from tendond.daemon.recording.cycle_entries import Cycle
 from tendond.daemon.recording.run_log import RunLog
+from tendond.daemon.recording.storage.retention import DAY, Retention, retention
 from tendond.offline.logs.log import load
 from tendond.schemas.config.machine import LogSection
 from tendond.schemas.config.rig import parse_config
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs
 
 MB = 1_000_000
@@ -102,10 +105,35 @@ def test_a_run_that_goes_on_and_on_stays_within_its_bound_and_never_removes_the_
                 assert used() < bound + 200_000
         assert run_log.days_left is None or run_log.days_left >= 0.0
     assert (run_log.error, run_log.dropped) == ("", 0)
-    newest = max(tmp_path.iterdir(), key=lambda one: one.stat().st_mtime)
+    newest = max(tmp_path.glob("*.mcap"), key=lambda one: one.stat().st_mtime)
     assert any("removed 1 old logs, paper-20260101T" in line.message for line in load(newest).log_lines)
-    parts = sorted(names(tmp_path))
+    parts = sorted(path.name for path in tmp_path.glob("*.mcap"))
     assert old.name not in parts
     assert path.name not in parts  # the first part of this run has gone as well
     assert len(parts) >= 3
     assert used() < bound + 200_000
+
+
+def test_while_the_arm_is_held_old_logs_stay_until_it_is_not_unless_the_disk_has_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = parse_config("[rod]\nnodes = 6\n[log]\nidle_period = 0.0\n", "test")
+    setup = CycleSetup.from_config(config)
+    old = log(tmp_path, "paper-20250101T000000Z.mcap", 1000, 100.0)
+    kept = Retention(tmp_path, "paper", None, 90 * DAY)
+    monkeypatch.setattr(run_log_module, "LOOK_SECONDS", 0.0)
+    state = initial_state(setup)
+    _, _, record = step(setup, state, CycleInputs())
+    held = record.model_copy(update={"mode": Mode.TRACKING})
+    run_log = RunLog(tmp_path / "paper-20260101T000000Z.mcap", config, setup.rod, retention=kept)
+    run_log._cycle_entries(Cycle(0, held, None, None, state.rod, None))
+    run_log._make_room(tmp_path / "paper-20260101T000000Z-001.mcap")
+    run_log._cycle_entries(Cycle(0, held, None, None, state.rod, None))
+    assert old.exists()
+    run_log._cycle_entries(Cycle(0, record, None, None, state.rod, None))
+    assert not old.exists()
+    full = log(tmp_path, "paper-20250102T000000Z.mcap", 1000, 100.0)
+    run_log._cycle_entries(Cycle(0, held, None, None, state.rod, None))
+    monkeypatch.setattr(run_log_module, "FILES_IN_RESERVE", 1e9)
+    run_log._make_room(tmp_path / "paper-20260101T000000Z-002.mcap")
+    assert not full.exists()

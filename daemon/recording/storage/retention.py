@@ -3,12 +3,16 @@
 import re
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Literal
 
+from tendond.daemon.recording.mcap_file import is_being_written
+from tendond.daemon.recording.storage.checksum import checksum_path
+from tendond.daemon.recording.storage.run_notes import is_tagged, notes_path
 from tendond.schemas.config.machine import LogSection
 
 GIGABYTE, MEGABYTE, DAY = 1e9, 1e6, 86400.0
@@ -53,25 +57,42 @@ class Retention:
         return configured if self.size is None else min(configured, self.size / FILES)
 
     def prune(self, reserve: float, keep: Path | None = None) -> list[Path]:
-        """Remove what is too old, then the oldest until a new file of `reserve` bytes fits; the files removed.
+        """Remove what is too old, then the oldest until a new file of `reserve` bytes fits; return the files removed.
 
         Args:
             reserve: room that is wanted [bytes].
             keep: is not removed, whatever it is.
         """
+        removed = [one.path for one in self._walk(reserve, keep, _remove)]
+        left = {self.run_of(path) for path, _, _ in self.files()}
+        for run in {self.run_of(path) for path in removed} - left:
+            with suppress(OSError):  # notes of a run of which nothing is left
+                notes_path(self.folder, run).unlink(missing_ok=True)
+        return removed
+
+    def plan(self, reserve: float = 0.0) -> list["Removal"]:
+        """Return what `prune` would remove, and why; nothing is removed."""
+        return list(self._walk(reserve, None, lambda path: True))
+
+    def _walk(self, reserve: float, keep: Path | None, remove: Callable[[Path], bool]) -> Iterator["Removal"]:
+        """Yield what is removed, the oldest first; never a file that is being written, nor one of a run with a tag."""
         files = list(self.files())
         now = time.time()
         used = sum(size for _, size, _ in files)
-        removed = []
         room = None if self.size is None else min(self.size, used + shutil.disk_usage(self.folder).free) - reserve
         for path, size, changed in files:
             too_old = self.age is not None and now - changed > self.age
-            if path != keep and (too_old or (room is not None and used > room)):
-                with suppress(OSError):  # somebody else's: it stays
-                    path.unlink()
-                    removed.append(path)
-                    used -= size
-        return removed
+            if path == keep or not (too_old or (room is not None and used > room)):
+                continue
+            if is_tagged(notes_path(self.folder, self.run_of(path))) or is_being_written(path) or not remove(path):
+                continue
+            used -= size
+            yield Removal(path, size, "age" if too_old else "size", (now - changed) / DAY)
+
+    def run_of(self, path: Path) -> str:
+        """Return the name of the run of one of `files`."""
+        match = re.fullmatch(re.escape(self.rig) + _NAME, path.name)
+        return path.stem if match is None else f"{self.rig}-{match[1]}"
 
     def files(self) -> Iterator[tuple[Path, int, float]]:
         """Path, size [bytes] and time of the last change [s, wall clock] of each log of the rig, the oldest first."""
@@ -96,6 +117,33 @@ class Retention:
         span = min(now - begun, RATE_DAYS * DAY)
         rate = sum(size for _, size, _ in recent) / span * DAY if span > RATE_SECONDS else None
         return DiskSpace(used, free, self.size, rate, left / rate if rate else None)
+
+
+@dataclass(frozen=True)
+class Removal:
+    """A file that retention removes.
+
+    Attributes:
+        path: the file. size: its size [bytes].
+        reason: which bound it is beyond.
+        days: age of its newest entry [days].
+    """
+
+    path: Path
+    size: int
+    reason: Literal["age", "size"]
+    days: float
+
+
+def _remove(path: Path) -> bool:
+    """Remove a log with what stands beside it; return whether it is gone."""
+    try:
+        path.unlink()
+    except OSError:  # somebody else's: it stays
+        return False
+    with suppress(OSError):
+        checksum_path(path).unlink(missing_ok=True)
+    return True
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""What others build and cite tendond by."""

@@ -68,7 +68,7 @@ def replay(
         what_if(file, law, change, closed_loop, out, json)
         return
     if out is not None:
-        raise typer.BadParameter("a replay writes nothing: see 'tendond log what-if'", param_hint="--out")
+        raise typer.BadParameter("a replay writes nothing; see 'tendond log what-if --help'", param_hint="--out")
     run_replay(file, first, last, tolerance, jobs, as_json=json)
 
 

@@ -1,5 +1,6 @@
 """The command line: the groups of commands, and errors turned into lines and exit statuses."""
 
+import os
 import sys
 import warnings
 from io import TextIOWrapper
@@ -9,6 +10,7 @@ import typer
 
 from tendond import __version__
 from tendond.cli.bench.commands import bench
+from tendond.cli.completion import begin_a_word_behind_equals
 from tendond.cli.config.commands import config
 from tendond.cli.demo.commands import demo
 from tendond.cli.errors import say_error, status_of
@@ -75,6 +77,7 @@ def main() -> None:
     warnings.simplefilter("once", RenamedKeyWarning)
     warnings.showwarning = _show_renamed
     exit_on_interrupt()
+    begin_a_word_behind_equals(os.environ)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
             stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")

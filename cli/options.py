@@ -5,41 +5,18 @@ from typing import Annotated
 
 import typer
 
-
-def _profiles() -> list[str]:
-    from tendond.schemas.config.presets import PROFILES
-
-    return list(PROFILES)
-
-
-def laws() -> list[str]:
-    """Return the names of the control laws, for the shell's completion."""
-    from tendond.daemon.control.laws import LAWS
-
-    return list(LAWS)
-
-
-def faults() -> list[str]:
-    """Return the names of the simulator's faults, for the shell's completion."""
-    from tendond.schemas.faults import Fault
-
-    return list(Fault)
-
-
-def scenarios() -> list[str]:
-    """Return the names of the demo's scenarios, for the shell's completion."""
-    from tendond.offline.demo.scenarios import SCENARIOS
-
-    return list(SCENARIOS)
-
+from tendond.cli.completion import configurations, profiles
 
 Config = Annotated[
-    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
+    Path | None,
+    typer.Option(
+        "--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.", autocompletion=configurations
+    ),
 ]
 Profile = Annotated[
     str | None,
     typer.Option(
-        "--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.", autocompletion=_profiles
+        "--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.", autocompletion=profiles
     ),
 ]
 Lockstep = Annotated[

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import configurations, presets, sections
 from tendond.cli.options import Config, Json, Profile
 
 config = typer.Typer(
@@ -14,14 +15,14 @@ config = typer.Typer(
     rich_markup_mode=None,
 )
 File = Annotated[
-    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
+    Path | None,
+    typer.Argument(
+        metavar="FILE",
+        help="Rig configuration, TOML; same as --config.",
+        show_default=False,
+        autocompletion=configurations,
+    ),
 ]
-
-
-def _presets() -> list[str]:
-    from tendond.schemas.config.rod.presets import PRESETS
-
-    return list(PRESETS)
 
 
 def _chosen(file: Path | None, option: Path | None) -> Path | None:
@@ -54,8 +55,18 @@ def config_check(
 
 @config.command("has")
 def config_has(
-    section: Annotated[str, typer.Argument(help="Name of the section, such as vicon or servo.", show_default=False)],
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],
+    section: Annotated[
+        str,
+        typer.Argument(
+            help="Name of the section, such as vicon or servo.", show_default=False, autocompletion=sections
+        ),
+    ],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="Rig configuration, TOML.", show_default=False, autocompletion=configurations
+        ),
+    ],
     or_unreadable: Annotated[
         bool, typer.Option("--or-unreadable", help="Exit with 0 if the file cannot be read.")
     ] = False,
@@ -79,7 +90,7 @@ def config_show(
     config: Config = None,
     profile: Profile = None,
     preset: Annotated[
-        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=_presets)
+        str | None, typer.Option("--preset", help="Print the [rod] of a robot by name.", autocompletion=presets)
     ] = None,
     changed: Annotated[bool, typer.Option("--changed", help="Print only what differs from the defaults.")] = False,
     comments: Annotated[bool, typer.Option("--comments/--no-comments", help="Print unit, range and meaning.")] = True,

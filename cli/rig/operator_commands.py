@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, Json, laws
+from tendond.cli.completion import laws, reference_settings
+from tendond.cli.options import Config, Json
 
 
 def arm(
@@ -65,7 +66,12 @@ def law(
 
 def reference(
     settings: Annotated[
-        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others take their defaults.")
+        list[str],
+        typer.Argument(
+            metavar="KEY=VALUE...",
+            help="Keys of [reference]; the others take their defaults.",
+            autocompletion=reference_settings,
+        ),
     ],
     config: Config = None,
 ) -> None:

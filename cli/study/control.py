@@ -5,17 +5,22 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
 
 
 def control(
-    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    law: Annotated[
+        list[str] | None, typer.Option("--law", help="Control law; may be repeated.", autocompletion=laws)
+    ] = None,
     task: Annotated[list[str] | None, typer.Option("--task", help="Task; may be repeated.")] = None,
     plant: Annotated[
         list[str] | None, typer.Option("--plant", help="matched, unlike or friction; may be repeated.")
     ] = None,
-    robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset of [rod]; may be repeated.")] = None,
+    robot: Annotated[
+        list[str] | None, typer.Option("--robot", help="Preset of [rod]; may be repeated.", autocompletion=presets)
+    ] = None,
     observer: Annotated[str, typer.Option("--observer", help="Kind of observer: force or kalman.")] = "force",
     rate: Annotated[int, typer.Option("--rate", min=10, max=1000, help="Rate of the loop [Hz].")] = 100,
     seconds: Annotated[

@@ -7,15 +7,19 @@ from typing import Annotated, Any
 
 import typer
 
+from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
 
 
 def stability(
-    robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset; may be repeated. Default: all.")] = None,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option("--robot", help="Preset; may be repeated. Default: all.", autocompletion=presets),
+    ] = None,
     law: Annotated[
         str | None,
-        typer.Option("--law", help="Law; default: the one that each robot has by default."),
+        typer.Option("--law", help="Law; default: the one that each robot has by default.", autocompletion=laws),
     ] = None,
     short: Annotated[bool, typer.Option("--short", help="Only 100 Hz and a bend of 60 degrees.")] = False,
     track: Annotated[

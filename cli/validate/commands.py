@@ -5,15 +5,9 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import datasets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
-
-
-def datasets() -> list[str]:
-    """Return the names of the public data sets, for the shell's completion."""
-    from tendond.offline.validation.datasets.catalogue import names
-
-    return names()
 
 
 def validate(

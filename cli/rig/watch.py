@@ -29,7 +29,9 @@ TOPICS: dict[str, tuple[type[Message], int]] = {
 
 FRAME_SECONDS = 1.0 / FRAMES_PER_SECOND
 LINE_SECONDS = 1.0
-ONCE_SECONDS = 3.0
+ONCE_SECONDS, ONCE_SPAN = 3.0, 1.0
+"""Longest time to wait for a single frame [s], and the time of poses that is enough to measure their rate [s]."""
+
 AGAIN_SECONDS = 3.0
 """Time without a controller after which the session is reopened."""
 
@@ -129,7 +131,7 @@ def _once(listener: Listener, config: RigConfig, console: Console) -> None:
     deadline = time.monotonic() + ONCE_SECONDS
     snapshot = listener.snapshot
     while time.monotonic() < deadline and not (
-        snapshot.status and snapshot.command and snapshot.pose and len(snapshot.trail) > 3
+        snapshot.status and snapshot.command and snapshot.pose and snapshot.pose_stream.span >= ONCE_SPAN
     ):
         listener.listen()
         time.sleep(FRAME_SECONDS)

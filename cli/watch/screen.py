@@ -6,7 +6,7 @@ from rich.text import Text
 
 from tendond.cli.watch.bus_snapshot import SILENT_SECONDS, BusSnapshot, Stream
 from tendond.cli.watch.canvas import Canvas
-from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, health_rows, labelled, sensors_in_words
+from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, folded, health_rows, labelled, sensors_in_words
 from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.text import bar, millimetre, millimetres, padded, sparkline, wrapped
 from tendond.schemas.config.rig import RigConfig
@@ -117,7 +117,7 @@ def _left(snapshot: BusSnapshot, config: RigConfig, now: float, width: int) -> l
     rows.append(Text())
     if status is not None:
         rows += health_rows(status)
-    return rows
+    return [part for row in rows for part in folded(row, width)]
 
 
 def _tip(snapshot: BusSnapshot) -> str:

@@ -33,6 +33,8 @@ def run_info(file: Path, *, as_json: bool) -> None:
     )
     for change in found["modes"]:
         print(f"mode     {change['tick']:>8}  {change['mode']}: {change['reason']}")
+    for fault in found["faults"]:
+        print(f"fault    {fault['tick']:>8}  to clear it: {fault['to_clear']}")
     if readings := found["readings"]:
         print(f"sensors  {', '.join(f'{name} {count} readings' for name, count in readings.items())}")
     print(f"rejected {', '.join(f'{count} {reason}' for reason, count in found['rejected'].items()) or 'nothing'}")

@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,8 +13,10 @@ from tendond.bus.operator import request, status_in
 from tendond.cli.common import load_config, read_rows
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.errors.explain import explain
-from tendond.schemas.messages import LARGEST_PAYLOAD, Status
+from tendond.schemas.messages import LARGEST_PAYLOAD, Mode, Status
+from tendond.schemas.remedies import clearing, sentence
 from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import encode
 
@@ -74,10 +77,14 @@ def _value(text: str) -> Any:
 
 
 def _request(config_file: Path | None, wanted: ControlRequest) -> None:
-    reply = request(load_config(config_file), wanted)
+    config = load_config(config_file)
+    reply = request(config, wanted)
+    message = reply.message
+    if (status := reply.status) is not None:
+        message = sentence(message, status.mode, remedy(status, config, config_file), option_of(config_file))
     if not reply.done:
-        raise DaemonError(reply.message)
-    print(reply.message)
+        raise DaemonError(message)
+    print(message)
 
 
 def show_status(config_file: Path | None, *, as_json: bool) -> None:
@@ -86,18 +93,32 @@ def show_status(config_file: Path | None, *, as_json: bool) -> None:
     Raises:
         TendondError: no controller.
     """
-    status = status_in(request(load_config(config_file), ControlAction.STATUS))
+    config = load_config(config_file)
+    status = status_in(request(config, ControlAction.STATUS))
     if as_json:
         print(status.model_dump_json(indent=2))
     else:
-        Console().print(status_table(status))
+        Console().print(status_table(status, remedy(status, config, config_file)))
 
 
-def status_table(status: Status) -> Table:
-    """Return the status as a table for people."""
+def remedy(status: Status, config: RigConfig, config_file: Path | None) -> str:
+    """Name the commands that clear a rig's fault, with the option that was given; empty without a fault."""
+    if status.mode is not Mode.FAULT:
+        return ""
+    return clearing(status.reason, option_of(config_file), has_servos=config.servo is not None)
+
+
+def option_of(config_file: Path | None) -> str:
+    """Return the option that names the rig, for a command to copy."""
+    return "" if config_file is None else f" --config {quote(str(config_file))}"
+
+
+def status_table(status: Status, to_clear: str = "") -> Table:
+    """Return the status as a table for people; `to_clear` says how a fault is cleared."""
     table = Table(title=f"rig {status.rig}", show_header=False)
     rows = {
         "mode": f"{status.mode.value} ({status.reason})",
+        **({"to clear": to_clear} if to_clear else {}),
         "law": f"{status.law}, feedback {status.feedback}",
         "tip": "no pose yet" if status.tip is None else _millimetres(status.tip),
         "target": _millimetres(status.target),

@@ -145,7 +145,10 @@ def _numbers(numbers: dict[str, Any]) -> str:
 
 def _health(facts: dict[str, Any]) -> str:
     rejected = ", ".join(f"{count} {reason}" for reason, count in facts["rejected"].items()) or "none"
-    faults = "; ".join(f"cycle {fault['tick']}: {fault['reason']}" for fault in facts["faults"]) or "none"
+    faults = (
+        "; ".join(f"cycle {fault['tick']}: {fault['reason']}; {fault['to_clear']}" for fault in facts["faults"])
+        or "none"
+    )
     whole = facts["complete"] and not facts["damage"]
     missing, missed = facts["missing_ticks"], facts["missed_deadlines"]
     rows = [

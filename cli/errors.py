@@ -22,6 +22,7 @@ WRONG_USAGE = typer.BadParameter.__base__
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 """Errors of a disk that may come without the file's name: from a stream that was opened before."""
 
+_UNIT = re.compile(r"\[([a-zA-Z/^0-9]+)\]")
 _INVALID = re.compile(r"^Invalid value(?: for '?([^':]+)'?)?: ")
 
 
@@ -72,11 +73,17 @@ def _usage(error: typer.BadParameter) -> int:
     if type(error).__name__ == "NoArgsIsHelpError":  # the message is the help
         print(error.format_message(), file=sys.stderr)
         return EXIT_USAGE
-    text = in_our_words(error.format_message())
+    text = in_our_words(error.format_message()) + _unit(error)
     if "see '" not in text:
         text += f"{' See' if text.endswith('?') else '; see'} '{_path(error)} --help'"
     say_error(text)
     return EXIT_USAGE
+
+
+def _unit(error: typer.BadParameter) -> str:
+    """Return the unit of an option whose value is out of range, from its help; empty for any other error."""
+    found = _UNIT.search(getattr(getattr(error, "param", None), "help", None) or "")
+    return f" {found[1]}" if found and " or equal to " in error.message else ""
 
 
 def _path(error: typer.BadParameter) -> str:

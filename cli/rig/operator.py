@@ -15,10 +15,18 @@ from tendond.daemon.errors import DaemonError, UsageError
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.errors.explain import explain
+from tendond.schemas.errors.keywords import keys_of
 from tendond.schemas.messages import LARGEST_PAYLOAD, Mode, Status
+from tendond.schemas.mistaken_units import unit_hint
 from tendond.schemas.remedies import clearing, sentence
 from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import encode
+
+REACH = 2.0
+"""Largest length in a reference, in lengths of the arm: a target has to be within one, a line has two ends."""
+
+TILTS = ("start", "end", "center", "radius", "radius_end")
+"""Keys that are angles with aim = "direction"."""
 
 
 def operate(action: str, config_file: Path | None) -> None:
@@ -50,15 +58,20 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         UsageError: the settings are not a valid reference.
         TendondError: no controller, or it refused.
     """
+    config = load_config(config_file)
     table: dict[str, Any] = {}
     for setting in settings:
         name, sign, value = setting.partition("=")
         if not sign:
             raise UsageError(f"'{setting}': give KEY=VALUE, as in across=0.3")
         table[name.strip()] = _value(value.strip())
+    check_lengths(table, config.rod.backbone_length)
     if table.get("file"):
         table.setdefault("kind", "samples")
-        table |= read_rows(Path(str(table.pop("file"))), str(table["kind"]))
+        file = Path(str(table.pop("file")))
+        rows = read_rows(file, str(table["kind"]))
+        check_rows(file, rows, config.rod.backbone_length)
+        table |= rows
     try:
         wanted = ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection.model_validate(table))
     except ValidationError as error:
@@ -66,6 +79,46 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
     if len(encode(wanted)) > LARGEST_PAYLOAD:
         raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
     _request(config_file, wanted)
+
+
+def check_lengths(table: dict[str, Any], length: float) -> None:
+    """Refuse lengths of a reference that no arm of this length has: they may be in millimetres.
+
+    Args:
+        table: keys of [reference] with their values.
+        length: of the backbone [m].
+
+    Raises:
+        UsageError: names the key, what is allowed and the unit.
+    """
+    keys = {key.name: key for key in keys_of(ReferenceSection)}
+    for name, value in table.items():
+        is_tilt = table.get("aim") == "direction" and name in TILTS
+        if name not in keys or keys[name].unit != "m" or is_tilt:
+            continue
+        largest = length if name == "moved_max" else REACH * length
+        for one in value if isinstance(value, list) else [value]:
+            if isinstance(one, int | float) and abs(one) > largest:
+                what = "longer than the arm" if name == "moved_max" else "out of the arm's reach"
+                raise UsageError(
+                    f"reference: {name} = {value}: {what}, which is {length:g} m long{unit_hint(one, largest, 'm')}"
+                )
+
+
+def check_rows(file: Path, rows: dict[str, list[tuple[float, ...]]], length: float) -> None:
+    """Refuse a file of samples or waypoints whose places no arm of this length reaches.
+
+    Raises:
+        UsageError: names the file, the row and the unit.
+    """
+    for key, found in rows.items():
+        for number, row in enumerate(found, 2):
+            places = row[1:4] if key == "samples" else row[:3]
+            if (farthest := max(places, key=abs)) and abs(farthest) > REACH * length:
+                hint = unit_hint(farthest, REACH * length, "m")
+                raise UsageError(
+                    f"{file}:{number}: {farthest:g} m is out of the arm's reach, which is {length:g} m long{hint}"
+                )
 
 
 def _value(text: str) -> Any:

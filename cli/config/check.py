@@ -68,10 +68,8 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
             rests += filter(None, [said])
             notes += filter(None, [remark])
         if model:
-            robot, objection = _robot(config)
-            wrong += located([objection], file) if objection else []
-            notes += robot.notes if robot else ()
-            text = "\n".join(in_file(one, source) for one in wrong)
+            robot, no_figures = _robot(config)
+            notes += robot.notes if robot else (no_figures,)  # what runs is no error for want of figures
     if as_json:
         found = [
             {"line": one.line, "key": one.key or dotted(one.path), "value": one.value, "message": one.message}
@@ -107,7 +105,7 @@ def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:
     try:
         return robot_report(config), ""
     except ModelError as error:
-        return None, f"rod: {error}"
+        return None, f"rod: no figures of the robot: {error}"
 
 
 def _summary(config: RigConfig) -> str:

@@ -22,6 +22,7 @@ from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import DEFAULT, chosen
 from tendond.offline.identification.priors import parse_priors
+from tendond.offline.identification.recordings.checks import Finding
 from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.identification.recordings.recording import Drive
 from tendond.offline.identification.recordings.weights import parse_weights
@@ -100,9 +101,7 @@ def run_fit(
                 rounds[0] += what == "derivatives" and done == 1
                 progress.update(task, description=f"round {rounds[0]}: {what}", completed=done, total=total)
 
-            result = identify(
-                recordings, others, options, show, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
-            )
+            result = identify(recordings, others, options, show, unfinished, _report_warning)
         learned = None
         if residual:
             with console.status("learning the correction"):
@@ -118,6 +117,12 @@ def run_fit(
         raise
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+
+
+def _report_warning(finding: Finding) -> None:
+    """Print a warning; errors are printed when they end the command."""
+    if finding.level == "warning":
+        say(f"warning: {finding.text}")
 
 
 def print_results(result: Identification, written: Written, console: Console) -> None:

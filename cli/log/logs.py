@@ -97,6 +97,7 @@ def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from tendond.offline.files import whole
     from tendond.offline.logs.log import load
     from tendond.offline.plots.compare import compared, overlay, write_table
 
@@ -104,7 +105,8 @@ def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         write_table(runs, out / "metrics.csv")
-        overlay(runs).savefig(out / "compare.png", dpi=150)
+        with whole(out / "compare.png") as draft:
+            overlay(runs).savefig(draft, dpi=150)
     except OSError as error:
         raise _not_writable(out, error) from error
     if as_json:

@@ -1,6 +1,8 @@
 """`tendond log replay` and `tendond log what-if`."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -8,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.cli.common import say
+from tendond.daemon.recording.run_files import part_path
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.logs.run import open_run
 from tendond.offline.logs.ticks import shown
@@ -72,7 +75,8 @@ def run_variant(
     out = out or file.with_name(f"{file.stem}-{'closed-loop' if closed_loop else 'same-inputs'}.mcap")
     announce_compilation(say)
     run = _closed_loop if closed_loop else same_inputs
-    found = run(file, config, out, " ".join(words))
+    with _none_of_it_if_it_fails(out):
+        found = run(file, config, out, " ".join(words))
     if as_json:
         print(json.dumps({**asdict(found), "log": str(out)}, indent=2))
         return
@@ -81,6 +85,20 @@ def run_variant(
 
 
 _closed_loop = closed_loop
+
+
+@contextmanager
+def _none_of_it_if_it_fails(log: Path) -> Iterator[None]:
+    """Remove every part of a new log that is not finished: of a run it would be evidence, of a what-if it misleads."""
+    existed = log.exists()  # then it is refused, and stays
+    try:
+        yield
+    except BaseException:
+        part, number = log, 0
+        while not existed and part.is_file():
+            part.unlink()
+            part, number = part_path(log, number + 1), number + 1
+        raise
 
 
 def _print_gaps(outcome: ReplayOutcome) -> None:

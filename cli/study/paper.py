@@ -12,6 +12,7 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.files import write_whole
 from tendond.offline.paper.page import page
 from tendond.offline.paper.published import LAWS, SIMULATION
 from tendond.offline.paper.run import Runs, process_pool, run_all
@@ -56,7 +57,7 @@ def run_paper(out: Path, processes: int | None = None) -> None:
             runs = run_all(scenarios, pool, lambda name: progress.update(running, advance=1, newest=name))
             draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
         write_tables(runs, out, *SCENARIOS, "rig_normal")
-        (out / "README.md").write_text(page(runs), encoding="utf-8")
+        write_whole(out / "README.md", page(runs))
     except BrokenProcessPool as error:
         raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
     except OSError as error:

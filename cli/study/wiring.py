@@ -13,6 +13,7 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.files import write_whole
 from tendond.offline.wiring.report import WiringRow, markdown, rows
 from tendond.offline.wiring.study import RIGHT, Job, WiringOutcome, jobs, laws, run_study
 
@@ -48,7 +49,7 @@ def run_wiring(
     if out is not None:
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
-            out.write_text(markdown(table), encoding="utf-8")
+            write_whole(out, markdown(table))
         except OSError as error:
             raise DaemonError(f"{out}: {error.strerror}; choose another file with --out") from error
     if as_json:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tendond.model.rod.static_curve import static_curve
 from tendond.model.rods.selection import model_rod
-from tendond.offline.files import as_text
+from tendond.offline.files import as_text, whole
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking, metrics, tracking
 from tendond.offline.plots.style import REFERENCE, style
@@ -53,7 +53,7 @@ def _names(logs: Sequence[LogFile]) -> list[str]:
 
 def write_table(runs: Sequence[Compared], path: Path) -> None:
     """Write a CSV file: a line per metric, a column per run; the unit ends a metric's name."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    with whole(path) as draft, draft.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(["metric", *(run.name for run in runs)])
         for name in runs[0].metrics:

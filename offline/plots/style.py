@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import OffsetFrom
 from numpy.typing import NDArray
 
+from tendond.offline.files import whole
+
 OURS, REFERENCE, PAPERS = "#1f4e79", "#7f7f7f", "#c55a11"
 
 ARROW_POINTS = 40.0
@@ -78,5 +80,6 @@ def style() -> AbstractContextManager[None]:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    figure.savefig(path)
+    with whole(path) as draft:
+        figure.savefig(draft)
     return path

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.log import LogFile
-from tendond.offline.plots.style import OURS, PAPERS, style
+from tendond.offline.plots.style import OURS, PAPERS, save, style
 from tendond.schemas.messages import Mode
 
 MODE_COLOURS = {
@@ -81,7 +81,7 @@ def draw_timeline(log: LogFile, folder: Path, suffix: str = "png") -> list[Path]
     with style():
         for name, figure in (("timeline", timeline(log)), ("timing", loop_timing(log))):
             paths.append(folder / f"{name}.{suffix}")
-            figure.savefig(paths[-1])
+            save(figure, paths[-1])
     return paths
 
 

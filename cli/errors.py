@@ -6,7 +6,7 @@ import re
 import sys
 from contextlib import suppress
 from itertools import takewhile
-from typing import IO
+from typing import IO, Any
 
 import typer
 
@@ -16,7 +16,7 @@ from tendond.cli.kernel_folder import NOWHERE
 EXIT_FAILED = 1
 EXIT_USAGE = 2
 
-WRONG_USAGE = typer.BadParameter.__base__
+WRONG_USAGE: type[Any] = typer.BadParameter.__base__ or typer.BadParameter
 """Class of all errors of usage: click's, which newer versions of typer carry inside themselves."""
 
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
@@ -37,7 +37,7 @@ def status_of(error: BaseException) -> int | None:
 
     2: invalid usage or configuration; 1: anything else that failed or was refused.
     """
-    if WRONG_USAGE is not None and isinstance(error, WRONG_USAGE):
+    if isinstance(error, WRONG_USAGE):
         return _usage(error)
     if isinstance(error, typer.Abort):
         say_error("no input: answer in a terminal, or give --yes where the command has it")

@@ -21,6 +21,7 @@ from tendond.offline.config_check import (
 )
 from tendond.offline.cycle_time import cycle_lines
 from tendond.offline.equilibria_check import equilibrium_lines
+from tendond.offline.progress import working
 from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
@@ -57,14 +58,16 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         else:
             wrong = [Objection("", "", text)]
     else:
-        refused = start_objections(config, say) if model else ()
+        with working(f"setting up {source}", quiet=as_json):
+            refused = list(start_objections(config, say)) if model else []
         wrong = located([*law_objections(config.control), *refused], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
         if model and not wrong:
-            notes += [*resolution_remarks(config), *safety_remarks(config)]
-            rests = list(equilibrium_lines(config))
-            said, remark = _cycle(config)
+            with working(f"running {source} on its simulator", quiet=as_json):
+                notes += [*resolution_remarks(config), *safety_remarks(config)]
+                rests = list(equilibrium_lines(config))
+                said, remark = _cycle(config)
             rests += filter(None, [said])
             notes += filter(None, [remark])
         if model:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast, get_args
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
@@ -36,6 +36,7 @@ from tendond.offline.identification.results.report import (
 )
 from tendond.offline.identification.results.residual import learn, summary
 from tendond.offline.identification.results.result import Identification
+from tendond.offline.progress import bars, working
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""
@@ -89,11 +90,11 @@ def run_fit(
     console = Console()
     unfinished = out / UNFINISHED
     try:
-        with console.status("reading"):
+        with working("reading the logs"):
             recordings = [load_recording(path, weights) for path in logs]
             others = [load_recording(path, weights) for path in hold_out]
         columns = (TextColumn("{task.description:<24}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        with bars(*columns) as progress:
             task = progress.add_task("checking", total=None)
             rounds = [0]
 
@@ -104,9 +105,9 @@ def run_fit(
             result = identify(recordings, others, options, show, unfinished, _report_warning)
         learned = None
         if residual:
-            with console.status("learning the correction"):
+            with working("learning the correction"):
                 learned = learn(result.simulations, result.others, result.fit.values)
-        with console.status("drawing"):
+        with working("drawing"):
             written = write_results(result, out, datetime.now(UTC), learned)
         print_results(result, written, console)
         if learned is not None:
@@ -180,8 +181,9 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     """
     config = load_config(config_file)
     announce_compilation(say)
-    plan = propose(config, kinds(parts), reach)
-    dry = dry_run(rig_of_model(config), plan)
+    with working("planning, and running the plan on the simulator"):
+        plan = propose(config, kinds(parts), reach)
+        dry = dry_run(rig_of_model(config), plan)
     for line in plan_lines(plan, dry):
         print(line)
     option = f" --config {config_file}" if config_file else ""

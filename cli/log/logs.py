@@ -14,8 +14,10 @@ def run_info(file: Path, *, as_json: bool) -> None:
         LogError: the log cannot be used.
     """
     from tendond.offline.logs.info import info
+    from tendond.offline.progress import working
 
-    found = info(file)
+    with working(f"reading {file.name}", quiet=as_json):
+        found = info(file)
     if as_json:
         print(json.dumps(found, indent=2))
         return
@@ -58,9 +60,11 @@ def run_recover(file: Path, out: Path | None) -> None:
     """
     from tendond.offline.logs.recover import recover
     from tendond.offline.logs.ticks import shown
+    from tendond.offline.progress import working
 
     out = out or file.with_name(f"{file.stem}-recovered.mcap")
-    found = recover(file, out)
+    with working(f"recovering {file.name}"):
+        found = recover(file, out)
     kept = f"{found.messages} entries" + (
         f", {found.cycles} cycles, ticks {found.first} to {found.last}" if found.cycles else ""
     )
@@ -81,10 +85,12 @@ def run_export(file: Path, out: Path | None) -> None:
     """
     from tendond.offline.logs.arrays import load
     from tendond.offline.logs.export import export
+    from tendond.offline.progress import working
 
     out = out or file.with_suffix(".csv")
-    run = load(file)
-    columns = export(run, out)
+    with working(f"exporting {file.name}"):
+        run = load(file)
+        columns = export(run, out)
     print(f"{out}: {len(run)} cycles, {columns} columns")
 
 
@@ -100,15 +106,22 @@ def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
     from tendond.offline.files import whole
     from tendond.offline.logs.log import load
     from tendond.offline.plots.compare import compared, overlay, write_table
+    from tendond.offline.progress import working
 
-    runs = compared([load(file) for file in files])
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        write_table(runs, out / "metrics.csv")
-        with whole(out / "compare.png") as draft:
-            overlay(runs).savefig(draft, dpi=150)
-    except OSError as error:
-        raise _not_writable(out, error) from error
+    with working("comparing", quiet=as_json) as work:
+        loaded = []
+        for file in files:
+            work.update(f"reading {file.name}")
+            loaded.append(load(file))
+        runs = compared(loaded)
+        work.update("drawing")
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            write_table(runs, out / "metrics.csv")
+            with whole(out / "compare.png") as draft:
+                overlay(runs).savefig(draft, dpi=150)
+        except OSError as error:
+            raise _not_writable(out, error) from error
     if as_json:
         print(json.dumps({run.name: run.metrics for run in runs}, indent=2))
         return
@@ -123,11 +136,21 @@ def run_compare(files: list[Path], out: Path, *, as_json: bool) -> None:
 
 
 def run_plot(file: Path, out: Path | None, form: str) -> None:
-    """Plot a run.
+    """Plot a run, and print the files.
 
     Raises:
         LogError: the log cannot be used. DaemonError: the folder cannot be written.
     """
+    from tendond.offline.progress import working
+
+    with working(f"plotting {file.name}"):
+        paths = _plotted(file, out, form)
+    for path in paths:
+        print(path)
+
+
+def _plotted(file: Path, out: Path | None, form: str) -> list[Path]:
+    """Draw a run, and return the files."""
     from tendond.offline.logs.container import LogError
     from tendond.offline.logs.log import load
 
@@ -138,8 +161,7 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
             from tendond.offline.plots.interactive import write_page
 
             out.mkdir(parents=True, exist_ok=True)
-            print(write_page(log, out / f"{file.stem}.html"))
-            return
+            return [write_page(log, out / f"{file.stem}.html")]
         from tendond.offline.paper.published import published_for
         from tendond.offline.plots.figures import draw
         from tendond.offline.plots.filter import draw_filter
@@ -153,8 +175,7 @@ def run_plot(file: Path, out: Path | None, form: str) -> None:
             say(f"the tracking panels are omitted: {error}")
     except OSError as error:
         raise _not_writable(out, error) from error
-    for path in paths:
-        print(path)
+    return paths
 
 
 def run_report(file: Path, out: Path | None) -> None:
@@ -165,12 +186,15 @@ def run_report(file: Path, out: Path | None) -> None:
     """
     from tendond.offline.paper.published import published_for
     from tendond.offline.plots.report import write_report
+    from tendond.offline.progress import working
 
     out = out or file.with_suffix(".html")
     try:
-        print(write_report(file, out, published_for))
+        with working(f"writing the report of {file.name}"):
+            written = write_report(file, out, published_for)
     except OSError as error:
         raise _not_writable(out, error) from error
+    print(written)
 
 
 def _not_writable(out: Path, error: OSError) -> DaemonError:

@@ -14,6 +14,7 @@ from tendond.daemon.recording.run_files import part_path
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.logs.run import open_run
 from tendond.offline.logs.ticks import shown
+from tendond.offline.progress import working
 from tendond.offline.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tendond.offline.replay.variant import Commanded, closed_loop, same_inputs
@@ -36,7 +37,8 @@ def run_replay(
     if not as_json:
         for line in changes:
             print(f"changed: {line}")
-    outcome = rerun(file, first=first, last=last, tolerance=tolerance, jobs=jobs)
+    with working(f"replaying {file.name}", quiet=as_json):
+        outcome = rerun(file, first=first, last=last, tolerance=tolerance, jobs=jobs)
     if as_json:
         print(
             json.dumps({**asdict(outcome), "equal": outcome.first is None, "changed": changes}, indent=2, default=str)
@@ -75,7 +77,7 @@ def run_variant(
     out = out or file.with_name(f"{file.stem}-{'closed-loop' if closed_loop else 'same-inputs'}.mcap")
     announce_compilation(say)
     run = _closed_loop if closed_loop else same_inputs
-    with _none_of_it_if_it_fails(out):
+    with _none_of_it_if_it_fails(out), working(f"running {file.name} again", quiet=as_json):
         found = run(file, config, out, " ".join(words))
     if as_json:
         print(json.dumps({**asdict(found), "log": str(out)}, indent=2))

@@ -12,6 +12,7 @@ from rich.table import Table
 from tendond.bus.operator import request, status_in
 from tendond.cli.common import load_config, read_rows
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.progress import working
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.errors.explain import explain
@@ -131,7 +132,9 @@ def _value(text: str) -> Any:
 
 def _request(config_file: Path | None, wanted: ControlRequest) -> None:
     config = load_config(config_file)
-    reply = request(config, wanted)
+    changes = wanted.action in (ControlAction.LAW, ControlAction.REFERENCE)
+    with working("waiting for the controller to plan it", quiet=not changes):
+        reply = request(config, wanted)
     message = reply.message
     if (status := reply.status) is not None:
         message = sentence(message, status.mode, remedy(status, config, config_file), option_of(config_file))

@@ -12,6 +12,7 @@ from tendond.bus.subscription import Subscription
 from tendond.cli.common import load_config, read_rows, say
 from tendond.cli.rig.operator import option_of, set_reference
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.progress import working
 from tendond.offline.teaching.path import Columns, shown, smoothed, write_path
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
@@ -112,7 +113,8 @@ def write(
     rows = smoothed(shown(poses), smoothing)
     count = write_path(rows, chosen, out)
     print(f"{out}: {count} samples, {rows[-1, 0]:.2f} s, {chosen}")
-    settings, refusal = needed_to_play(config, out)
+    with working("trying to play it"):
+        settings, refusal = needed_to_play(config, out)
     command = f"tendond rig teach play {quote(str(out))}{settings}{rig}"
     if refusal and settings:
         say(f"of an arm in motion, the tip is beside where it can rest: {refusal}")

@@ -42,6 +42,7 @@ def control(
     from tendond.offline.control.cases import PLANTS, TASKS, Case
     from tendond.offline.control.report import HEADING, misses, row
     from tendond.offline.control.run import run
+    from tendond.offline.progress import tracked
 
     for asked, known, hint in ((law, LAWS, "--law"), (task, TASKS, "--task"), (plant, PLANTS, "--plant")):
         for name in asked or ():
@@ -57,9 +58,8 @@ def control(
     done = []
     if not json_:
         print(HEADING)
-    for case in cases:
-        if not case.possible:
-            continue
+    cases = [case for case in cases if case.possible]
+    for case in tracked(cases, len(cases), "runs", quiet=json_):
         done.append((case, run(case, seconds)))
         if not json_:
             print(row(*done[-1]), flush=True)

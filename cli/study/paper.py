@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tendond.cli.common import say
@@ -18,6 +18,7 @@ from tendond.offline.paper.published import LAWS, SIMULATION
 from tendond.offline.paper.run import Runs, process_pool, run_all
 from tendond.offline.paper.scenarios import paper_scenarios
 from tendond.offline.paper.tables import comparison, write_tables
+from tendond.offline.progress import bars
 
 SCENARIOS = ("normal", "normal_edge")
 
@@ -50,7 +51,7 @@ def run_paper(out: Path, processes: int | None = None) -> None:
     try:
         with (
             process_pool(processes) as pool,
-            Progress(*columns, console=console, disable=not console.is_terminal) as progress,
+            bars(*columns) as progress,
         ):
             running = progress.add_task("simulations", total=len(scenarios), newest="")
             drawing = progress.add_task("figures", total=len(figures()), newest="")

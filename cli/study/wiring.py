@@ -6,7 +6,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from tendond.cli.common import say
@@ -14,6 +13,7 @@ from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.files import write_whole
+from tendond.offline.progress import tracked
 from tendond.offline.wiring.report import WiringRow, markdown, rows
 from tendond.offline.wiring.study import RIGHT, Job, WiringOutcome, jobs, laws, run_study
 
@@ -60,11 +60,7 @@ def run_wiring(
 
 
 def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterator[WiringOutcome]:
-    outcomes = run_study(work, processes)
-    if silent:
-        yield from outcomes
-        return
-    yield from track(outcomes, total=len(work), description="runs", console=Console(stderr=True), transient=True)
+    yield from tracked(run_study(work, processes), len(work), "runs", quiet=silent)
 
 
 def _print(table: list[WiringRow]) -> None:

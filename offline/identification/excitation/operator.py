@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import zenoh
-from rich.console import Console
-from rich.progress import Progress
 
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
@@ -24,6 +22,7 @@ from tendond.offline.processes import (
     start,
     tip_in_words,
 )
+from tendond.offline.progress import bars
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import SIMULATOR_TRUTH, key
 from tendond.schemas.messages import Mode, SimulatorTruth, Status
@@ -115,8 +114,7 @@ class _Operator:
             DaemonError: a fault, or a request that was refused repeatedly; the tendons are released.
             UsageError: the rig is a simulator with an ideal drive.
         """
-        console = Console()
-        with Progress(*progress_columns(), console=console, disable=not console.is_terminal) as progress:
+        with bars(*progress_columns()) as progress:
             task = progress.add_task("waiting", total=plan.duration, state="")
             self._await_tip()
             self._refuse_ideal_drive()

@@ -194,7 +194,7 @@ def test_the_rate_that_is_shown_is_that_of_a_camera_with_jitter_and_a_burst(rate
 
     with zenoh.open(own) as session, running(publish, ending):
         listener = Listener(config)
-        shown = []
+        shown: list[float] = []
         try:
             while len(shown) < 70:
                 listener.listen()

@@ -156,5 +156,5 @@ def test_standard_output_that_is_full_is_a_line() -> None:
         assert found.stderr == "tendond: the output cannot be written: No space left on device\n"
         assert found.returncode == 1
         with open("/dev/full", "w") as full:
-            found = subprocess.run([sys.executable, "-m", "tendond", "--no"], stderr=full, stdout=subprocess.PIPE)
-        assert (found.returncode, found.stdout) == (2, b"")
+            mute = subprocess.run([sys.executable, "-m", "tendond", "--no"], stderr=full, stdout=subprocess.PIPE)
+        assert (mute.returncode, mute.stdout) == (2, b"")

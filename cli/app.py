@@ -8,13 +8,14 @@ from typing import Annotated
 
 import typer
 
-from tendond import TendondError, __version__
+from tendond import __version__
 from tendond.cli.bench.commands import bench
+from tendond.cli.completion import begin_a_word_behind_equals
 from tendond.cli.config.commands import config
 from tendond.cli.demo.commands import demo
-from tendond.cli.extras import missing_line
+from tendond.cli.errors import say_error, status_of
 from tendond.cli.identify.commands import identify
-from tendond.cli.kernel_folder import NOWHERE, prepare_for_numba
+from tendond.cli.kernel_folder import prepare_for_numba
 from tendond.cli.log.commands import log
 from tendond.cli.log.library_commands import LIBRARY
 from tendond.cli.program import Program
@@ -48,9 +49,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-EXIT_FAILED = 1
-EXIT_USAGE = 2
-
 
 @app.callback(invoke_without_command=True)
 def options(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
@@ -76,7 +74,7 @@ app.command()(warm)
 
 def _show_renamed(message: Warning | str, *place: object, **more: object) -> None:
     """Print a warning as a line for people."""
-    print(f"tendond: warning: {message}", file=sys.stderr, flush=True)
+    say_error(f"warning: {message}")
 
 
 def main() -> None:
@@ -84,11 +82,12 @@ def main() -> None:
     warnings.simplefilter("once", RenamedKeyWarning)
     warnings.showwarning = _show_renamed
     exit_on_interrupt()
+    begin_a_word_behind_equals(os.environ)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a character that the terminal does not have is replaced
             stream.reconfigure(errors="replace" if stream is sys.stdout else "backslashreplace")
     try:
-        prepare_for_numba(_say)
+        prepare_for_numba(say_error)
         _run()
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None
@@ -100,44 +99,18 @@ def _run() -> None:
     """Run the command; errors become lines and exit statuses."""
     try:
         try:
-            app()
+            status = app(prog_name="tendond", standalone_mode=False)  # not `python -m tendond`: what people type
         finally:
             sys.stdout.flush()
     except SystemExit as end:
         if not end.code and was_interrupted():
             raise SystemExit(INTERRUPTED) from None
         raise
-    except TendondError as error:
-        for line in str(error).splitlines():
-            _say(line)
-        raise SystemExit(_exit_code(error)) from None
-    except ModuleNotFoundError as error:
-        missing = missing_line(error.name or "")
-        if missing is None:
+    except Exception as error:
+        if (failed := status_of(error)) is None:
             raise
-        _say(missing)
-        raise SystemExit(EXIT_USAGE) from None
-    except BrokenPipeError:  # as in `tendond config show | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter tries once more at its end
-        raise SystemExit(EXIT_FAILED) from None
-    except OSError as error:
-        if error.filename is None:
-            raise
-        _say(f"{error.filename}: {error.strerror}")
-        raise SystemExit(EXIT_FAILED) from None
-    except RuntimeError as error:
-        if "cannot cache function" not in str(error):  # numba's, when a kernel is imported
-            raise
-        _say(NOWHERE)
-        raise SystemExit(EXIT_FAILED) from None
-
-
-def _say(line: str) -> None:
-    print(f"tendond: {line}", file=sys.stderr, flush=True)
-
-
-def _exit_code(error: TendondError) -> int:
-    from tendond.daemon.errors import UsageError
-    from tendond.schemas.config.rig import ConfigError
-
-    return EXIT_USAGE if isinstance(error, (ConfigError, UsageError)) else EXIT_FAILED
+        raise SystemExit(failed) from None
+    if status:
+        raise SystemExit(status)
+    if was_interrupted():
+        raise SystemExit(INTERRUPTED)

@@ -5,18 +5,7 @@ from typing import Annotated
 
 import typer
 
-
-def _profiles() -> list[str]:
-    from tendond.schemas.config.presets import PROFILES
-
-    return list(PROFILES)
-
-
-def presets() -> list[str]:
-    """Return the names of the robots, for the shell's completion."""
-    from tendond.schemas.config.rod.presets import PRESETS
-
-    return list(PRESETS)
+from tendond.cli.completion import configurations, presets, profiles
 
 
 def chosen_file(file: Path | None, option: Path | None) -> Path | None:
@@ -30,32 +19,20 @@ def chosen_file(file: Path | None, option: Path | None) -> Path | None:
     return file or option
 
 
-def laws() -> list[str]:
-    """Return the names of the control laws, for the shell's completion."""
-    from tendond.daemon.control.laws import LAWS
-
-    return list(LAWS)
-
-
-def faults() -> list[str]:
-    """Return the names of the simulator's faults, for the shell's completion."""
-    from tendond.schemas.faults import Fault
-
-    return list(Fault)
-
-
-def scenarios() -> list[str]:
-    """Return the names of the demo's scenarios, for the shell's completion."""
-    from tendond.offline.demo.scenarios import SCENARIOS
-
-    return list(SCENARIOS)
-
-
 Config = Annotated[
-    Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
+    Path | None,
+    typer.Option(
+        "--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.", autocompletion=configurations
+    ),
 ]
 ConfigFile = Annotated[
-    Path | None, typer.Argument(metavar="FILE", help="Rig configuration, TOML; same as --config.", show_default=False)
+    Path | None,
+    typer.Argument(
+        metavar="FILE",
+        help="Rig configuration, TOML; same as --config.",
+        show_default=False,
+        autocompletion=configurations,
+    ),
 ]
 Preset = Annotated[
     str | None,
@@ -64,7 +41,7 @@ Preset = Annotated[
 Profile = Annotated[
     str | None,
     typer.Option(
-        "--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.", autocompletion=_profiles
+        "--profile", help="Instead of --config: paper, rig or nasty, see docs/simulator.md.", autocompletion=profiles
     ),
 ]
 Lockstep = Annotated[

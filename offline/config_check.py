@@ -54,7 +54,6 @@ def law_objections(control: ControlSection | None) -> list[str]:
 
 def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[str]:
     """Build controller and simulator as they start, for an unknown law with one that fits; a message for each error."""
-    from tendond.daemon.control.selection import tip_objection
     from tendond.daemon.control.setup import CycleSetup
     from tendond.daemon.control.state import initial_state
     from tendond.drivers.simulator.plant import Plant
@@ -67,14 +66,11 @@ def start_objections(config: RigConfig, say: Callable[[str], None]) -> Iterator[
     name = config.control.law if law is not None else next(fit)
     control = config.control.model_copy(update={"law": name, "laws": {}})
     try:
-        setup = CycleSetup.from_config(config.model_copy(update={"control": control}))
-        initial_state(setup)
-        if law is not None and (objection := tip_objection(config, setup.rod.parameters, law)):
-            yield objection
+        initial_state(CycleSetup.from_config(config.model_copy(update={"control": control})))
     except (DaemonError, ModelError) as error:
         yield from str(error).splitlines()
     try:
-        Plant(config, plant_rod(config.simulator, config.simulator.period))
+        Plant(config, plant_rod(config.simulator, config.simulator.period)).step(None)
     except ModelError as error:
         yield f"simulator.rod: {error}"
 

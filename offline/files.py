@@ -1,14 +1,49 @@
 """Files of results, and names of files."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Yield a draft beside a file, which replaces it at the end: the file exists whole, or as it was before.
+
+    The draft has the file's ending, by which some writers choose the format. What is no regular file, such as
+    /dev/stdout, is written itself.
+
+    Raises:
+        OSError: with the file's name, also where a writer's own error has none, such as that of a full disk.
+    """
+    if path.is_symlink():
+        path = path.resolve()
+    if path.exists() and not path.is_file():
+        with _named(path):
+            yield path
+        return
+    draft = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        with _named(path):
+            yield draft
+            os.replace(draft, path)
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
 def write_whole(path: Path, text: str) -> None:
-    """Write a file atomically: it exists whole or not at all."""
-    draft = path.with_name(path.name + ".part")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)
+    """Write a text file atomically, see `whole`."""
+    with whole(path) as draft:
+        draft.write_text(text, encoding="utf-8")
 
 
 def as_text(name: str) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from tendond.schemas.base import SCHEMA_VERSION, Schema, Vector3
+from tendond.schemas.mistaken_units import unit_hint
 
 Direction = Literal["x", "-x", "y", "-y", "z", "-z"]
 
@@ -164,7 +165,9 @@ class FaultRequest(Schema):
         if self.fault is Fault.SWAPPED and self.rows is not None and len(set(self.rows)) != 2:
             raise ValueError("swapped: give two different rows")
         if self.size is not None and self.size > kind.size_max:
-            raise ValueError(f"size = {self.size:g}: {self.fault.value} takes at most {kind.size_max:g} {kind.unit}")
+            hint = unit_hint(self.size, kind.size_max, kind.unit)
+            most = f"{self.fault.value} takes at most {kind.size_max:g} {kind.unit}"
+            raise ValueError(f"size = {self.size:g}: {most}{hint}")
         return self
 
     @property

@@ -9,12 +9,14 @@ from tendond.cli.bench.tables import print_table
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.bench.general_rod.batch import GOAL_RODS, GOAL_SECONDS, bench_batch
+from tendond.offline.progress import working
 
 
 def run_batch(rods: int, *, as_json: bool) -> bool:
     """Time 1 s of motion of many rods and print the figures; return whether rods one by one end in the same bits."""
     announce_compilation(say)
-    row = bench_batch(rods)
+    with working(f"stepping {rods} rods", quiet=as_json):
+        row = bench_batch(rods)
     if as_json:
         print(json.dumps(asdict(row), indent=2))
         return row.equal

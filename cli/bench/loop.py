@@ -12,6 +12,7 @@ from tendond.offline.bench.bare import Quantiles
 from tendond.offline.bench.latency import measure_latency
 from tendond.offline.bench.punctuality import measure
 from tendond.offline.bench.rigs import PunctualityRow
+from tendond.offline.progress import working
 
 
 def run_bench_loop(seconds: float, *, as_json: bool) -> None:
@@ -22,7 +23,7 @@ def run_bench_loop(seconds: float, *, as_json: bool) -> None:
     """
     announce_compilation(say)
     warm_up()
-    with Console(stderr=True).status("") as status:
+    with working("", quiet=as_json) as status:
         rows = measure(seconds, status.update)
     _show(rows, as_json=as_json)
 
@@ -35,7 +36,7 @@ def run_bench_latency(*, as_json: bool) -> None:
     """
     announce_compilation(say)
     warm_up()
-    with Console(stderr=True).status("") as status:
+    with working("", quiet=as_json) as status:
         rows = measure_latency(status.update)
     _show(rows, as_json=as_json)
 

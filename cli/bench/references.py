@@ -10,6 +10,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.bench.general_rod.others import data_folder
 from tendond.offline.bench.general_rod.references import as_json as rows_as_json
 from tendond.offline.bench.general_rod.references import cells, compare
+from tendond.offline.progress import working
 
 
 def run_references(given: str, *, as_json: bool) -> bool:
@@ -20,7 +21,7 @@ def run_references(given: str, *, as_json: bool) -> bool:
     """
     folder = data_folder(given)
     announce_compilation(say)
-    with Console(stderr=True).status("") as status:
+    with working("", quiet=as_json) as status:
         rows = compare(folder, lambda name: status.update(f"comparing {name}"))
     if as_json:
         print(json.dumps(rows_as_json(rows), indent=2))

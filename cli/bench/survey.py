@@ -2,12 +2,12 @@
 
 from collections import Counter
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from tendond.cli.common import say
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.bench.general_rod.survey import Outcome, survey
+from tendond.offline.progress import bars
 
 
 def run_survey(count: int, first: int) -> bool:
@@ -26,10 +26,9 @@ def run_survey(count: int, first: int) -> bool:
             )
 
     announce_compilation(say)
-    console = Console(stderr=True)
     columns = (TextColumn("draws"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=count)
+    with bars(*columns) as progress:
+        task = progress.add_task("draws", total=count)
         failed = survey(count, first, progress=note)
     print(
         f"{len(failed)} of {count} draws failed; {total['split']} steps were split, "

@@ -17,6 +17,7 @@ from tendond.offline.bench.replay import markdown as replay_table
 from tendond.offline.bench.rod import RodRow, bench_rod
 from tendond.offline.bench.rod import as_json as rows_as_json
 from tendond.offline.bench.schemes import compare_schemes, markdown
+from tendond.offline.progress import working
 
 MEANING = {
     "euler_n200": "paper's scheme",
@@ -41,7 +42,7 @@ def run_bench_rod(against: Path | None, *, as_json: bool) -> None:
     announce_compilation(say)
     warm_up()
     console = Console()
-    with Console(stderr=True).status("") as status:
+    with working("", quiet=as_json) as status:
         rows = bench_rod(lambda name: status.update(f"timing {MEANING.get(name, name)}"))
         general = bench_general(lambda name: status.update(f"timing {name}"))
     if as_json:
@@ -68,7 +69,7 @@ def print_table(console: Console, header: list[str], lines: list[list[str]], lef
 def run_bench_schemes() -> None:
     """Compare the space schemes and print the table."""
     announce_compilation(say)
-    with Console(stderr=True).status("") as status:
+    with working("") as status:
         rows = compare_schemes(status.update)
     print(markdown(rows))
 
@@ -76,7 +77,7 @@ def run_bench_schemes() -> None:
 def run_bench_replay(seconds: float) -> None:
     """Time replays and print the table; see `tendond bench replay --help`."""
     announce_compilation(say)
-    with Console(stderr=True).status("") as status:
+    with working("") as status:
         rows = bench_replay(seconds, status.update)
     print(replay_table(rows))
 

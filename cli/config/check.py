@@ -22,6 +22,7 @@ from tendond.offline.config_check import (
 )
 from tendond.offline.cycle_time import cycle_lines
 from tendond.offline.equilibria_check import equilibrium_lines
+from tendond.offline.progress import working
 from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
@@ -59,21 +60,21 @@ def run_check(file: Path | None, profile: str | None, *, as_json: bool, model: b
         else:
             wrong = [Objection("", "", text)]
     else:
-        refused = start_objections(config, say) if model else ()
+        with working(f"setting up {source}", quiet=as_json):
+            refused = list(start_objections(config, say)) if model else []
         wrong = located([*law_objections(config.control), *refused], file)
         text = "\n".join(in_file(one, source) for one in wrong)
         notes += remarks(config, file)
         if model and not wrong:
-            notes += [*reference_remarks(config), *resolution_remarks(config), *safety_remarks(config)]
-            rests = list(equilibrium_lines(config))
-            said, remark = _cycle(config)
+            with working(f"running {source} on its simulator", quiet=as_json):
+                notes += [*reference_remarks(config), *resolution_remarks(config), *safety_remarks(config)]
+                rests = list(equilibrium_lines(config))
+                said, remark = _cycle(config)
             rests += filter(None, [said])
             notes += filter(None, [remark])
         if model:
-            robot, objection = _robot(config)
-            wrong += located([objection], file) if objection else []
-            notes += robot.notes if robot else ()
-            text = "\n".join(in_file(one, source) for one in wrong)
+            robot, no_figures = _robot(config)
+            notes += robot.notes if robot else (no_figures,)  # what runs is no error for want of figures
     if as_json:
         found = [
             {"line": one.line, "key": one.key or dotted(one.path), "value": one.value, "message": one.message}
@@ -109,7 +110,7 @@ def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:
     try:
         return robot_report(config), ""
     except ModelError as error:
-        return None, f"rod: {error}"
+        return None, f"rod: no figures of the robot: {error}"
 
 
 def _summary(config: RigConfig) -> str:

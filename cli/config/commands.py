@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, ConfigFile, Json, Profile, chosen_file, presets
+from tendond.cli.completion import configurations, presets, sections
+from tendond.cli.options import Config, ConfigFile, Json, Profile, chosen_file
 
 config = typer.Typer(
     name="config",
@@ -39,8 +40,18 @@ def config_check(
 
 @config.command("has")
 def config_has(
-    section: Annotated[str, typer.Argument(help="Name of the section, such as vicon or servo.", show_default=False)],
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],
+    section: Annotated[
+        str,
+        typer.Argument(
+            help="Name of the section, such as vicon or servo.", show_default=False, autocompletion=sections
+        ),
+    ],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="Rig configuration, TOML.", show_default=False, autocompletion=configurations
+        ),
+    ],
     or_unreadable: Annotated[
         bool, typer.Option("--or-unreadable", help="Exit with 0 if the file cannot be read.")
     ] = False,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import scenarios
+from tendond.cli.completion import profiles, scenarios
 from tendond.cli.signals import exit_on_signals
 
 
@@ -20,7 +20,11 @@ def demo(
     ] = None,
     profile: Annotated[
         str | None,
-        typer.Option("--profile", help="For scenario plane: paper (default), rig or nasty, see docs/simulator.md."),
+        typer.Option(
+            "--profile",
+            help="For scenario plane: paper (default), rig or nasty, see docs/simulator.md.",
+            autocompletion=profiles,
+        ),
     ] = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="For scenario plane: no clock, so that a busy computer loses no pose.")

@@ -6,6 +6,7 @@ import numpy as np
 
 from tendond.cli.doctor.check import CheckResult, Rig, failed, passed, warned
 from tendond.schemas.messages import Mode
+from tendond.schemas.remedies import clearing
 
 SLOW_SHARE = 0.9
 """Fraction of the loop's rate below which poses are slow."""
@@ -24,7 +25,7 @@ def controller(rig: Rig) -> CheckResult:
         if status.loop.log_error:
             return warned(f"{finding}; {status.loop.log_error}", "free or repair the disk, then restart the controller")
         if status.mode is Mode.FAULT:
-            return warned(finding, "fix the cause, then: tendond reset")
+            return warned(finding, clearing(status.reason, has_servos=rig.config.servo is not None))
         if status.loop.missed_ticks > 0.001 * max(status.loop.cycles, 1000):
             return warned(
                 f"{finding}; {status.loop.missed_ticks} of {status.loop.cycles} deadlines missed",

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from tendond.cli.completion import logs as completed_logs
 from tendond.cli.options import Config, Jobs, Yes
 from tendond.cli.signals import exit_on_signals
 
@@ -37,7 +38,10 @@ PARTS = "sway,steps,chirp"
 
 @identify.command("fit")
 def identify_fit(
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs to fit, each starting at rest.")],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="LOG...", help="Logs to fit, each starting at rest.", autocompletion=completed_logs),
+    ],
     parameters: Annotated[
         str | None,
         typer.Option(

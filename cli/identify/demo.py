@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tendond.cli.common import say
@@ -18,6 +18,7 @@ from tendond.model.warm import warm_up, warm_up_trajectories
 from tendond.offline.demo.identification import SUMMARY, validate
 from tendond.offline.identification.proof.rigs import truth
 from tendond.offline.identification.results.report import write_results
+from tendond.offline.progress import bars
 from tendond.offline.robustness.identified import MEASURES
 
 
@@ -36,7 +37,7 @@ def run_identify_demo(out: Path, seeds: int, jobs: int | None) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         columns = (TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        with bars(*columns) as progress:
             proved, summary = validate(out, seeds, workers, progress)
         for task, (_, result) in proved.items():
             for old in (out / task.plant).glob("identified-*.toml"):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast, get_args
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
@@ -23,6 +23,7 @@ from tendond.offline.identification.identify import identify
 from tendond.offline.identification.options import Options
 from tendond.offline.identification.parameters import DEFAULT, chosen
 from tendond.offline.identification.priors import parse_priors
+from tendond.offline.identification.recordings.checks import Finding
 from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.identification.recordings.recording import Drive
 from tendond.offline.identification.recordings.weights import parse_weights
@@ -36,6 +37,7 @@ from tendond.offline.identification.results.report import (
 )
 from tendond.offline.identification.results.residual import learn, summary
 from tendond.offline.identification.results.result import Identification
+from tendond.offline.progress import bars, working
 
 UNFINISHED = ".unfinished"
 """Folder of what an interrupted fit has computed."""
@@ -90,11 +92,11 @@ def run_fit(
     console = Console()
     unfinished = out / UNFINISHED
     try:
-        with console.status("reading"):
+        with working("reading the logs"):
             recordings = [load_recording(path, weights) for path in logs]
             others = [load_recording(path, weights) for path in hold_out]
         columns = (TextColumn("{task.description:<24}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        with bars(*columns) as progress:
             task = progress.add_task("checking", total=None)
             rounds = [0]
 
@@ -102,14 +104,12 @@ def run_fit(
                 rounds[0] += what == "derivatives" and done == 1
                 progress.update(task, description=f"round {rounds[0]}: {what}", completed=done, total=total)
 
-            result = identify(
-                recordings, others, options, show, unfinished, lambda finding: say(f"{finding.level}: {finding.text}")
-            )
+            result = identify(recordings, others, options, show, unfinished, _report_warning)
         learned = None
         if residual:
-            with console.status("learning the correction"):
+            with working("learning the correction"):
                 learned = learn(result.simulations, result.others, result.fit.values)
-        with console.status("drawing"):
+        with working("drawing"):
             written = write_results(result, out, datetime.now(UTC), learned)
         print_results(result, written, console)
         if learned is not None:
@@ -120,6 +120,12 @@ def run_fit(
         raise
     except OSError as error:
         raise DaemonError(f"{error.filename or out}: {error.strerror}; choose another folder with --out") from error
+
+
+def _report_warning(finding: Finding) -> None:
+    """Print a warning; errors are printed when they end the command."""
+    if finding.level == "warning":
+        say(f"warning: {finding.text}")
 
 
 def print_results(result: Identification, written: Written, console: Console) -> None:
@@ -177,8 +183,9 @@ def show_plan(config_file: Path | None, parts: str, reach: float) -> None:
     """
     config = load_config(config_file)
     announce_compilation(say)
-    plan = propose(config, kinds(parts), reach)
-    dry = dry_run(rig_of_model(config), plan)
+    with working("planning, and running the plan on the simulator"):
+        plan = propose(config, kinds(parts), reach)
+        dry = dry_run(rig_of_model(config), plan)
     for line in plan_lines(plan, dry):
         print(line)
     option = f" --config {config_file}" if config_file else ""

@@ -10,6 +10,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.identification.excitation.dry_run import dry_run, rig_of_model
 from tendond.offline.identification.excitation.operator import record_plan, refuse_another_controller
 from tendond.offline.identification.excitation.plan import propose
+from tendond.offline.progress import working
 
 
 def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: float, weight: float, *, yes: bool) -> None:
@@ -26,8 +27,9 @@ def run_plan(config_file: Path | None, log: Path | None, parts: str, reach: floa
         raise UsageError(f"{log}: exists: a log is never overwritten; choose another --log")
     refuse_another_controller(config)
     announce_compilation(say)
-    plan = propose(config, kinds(parts), reach)
-    dry = dry_run(rig_of_model(config, weight), plan)
+    with working("planning, and running the plan on the simulator"):
+        plan = propose(config, kinds(parts), reach)
+        dry = dry_run(rig_of_model(config, weight), plan)
     for line in plan_lines(plan, dry):
         print(line, flush=True)
     if not yes and input(f"Weight on the tip: {weight:g} kg. Is the arm free to move? [y/N] ").strip() not in (

@@ -5,15 +5,21 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import configuration_settings, laws, logs
 from tendond.cli.log.figure_commands import LogFile, animate, compare, plot
-from tendond.cli.options import Jobs, Json, laws
+from tendond.cli.options import Config, Jobs, Json
 from tendond.cli.program import say_renamed
 from tendond.cli.rig.teach_commands import PathColumns, Smoothing
 
 Law = Annotated[
     str | None, typer.Option("--law", help="Another control law than the recorded one.", autocompletion=laws)
 ]
-Change = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Key to change; may be repeated.")]
+Change = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Key to change; may be repeated.", autocompletion=configuration_settings
+    ),
+]
 ClosedLoop = Annotated[
     bool, typer.Option("--closed-loop", help="Simulate the run again, with the recorded reference, loads and seeds.")
 ]
@@ -70,7 +76,7 @@ def replay(
         what_if(file, law, change, closed_loop, out, json)
         return
     if out is not None:
-        raise typer.BadParameter("a replay writes nothing: see 'tendond log what-if'", param_hint="--out")
+        raise typer.BadParameter("a replay writes nothing; see 'tendond log what-if --help'", param_hint="--out")
     run_replay(file, first, last, tolerance, jobs, as_json=json)
 
 
@@ -192,10 +198,11 @@ def teach(
 
 @log.command("view")
 def view(
-    file: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="Log to play. Default: live from Zenoh.")] = None,
-    config: Annotated[
-        Path | None, typer.Option("--config", "-c", help="Rig configuration, TOML. Default: the paper's robot.")
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[LOG]", help="Log to play. Default: live from Zenoh.", autocompletion=logs),
     ] = None,
+    config: Config = None,
     host: Annotated[str, typer.Option("--host", help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port to listen on; 0: a free one.")] = 8765,
 ) -> None:

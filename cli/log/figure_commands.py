@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import logs
 from tendond.cli.figure_options import (
     FigureStyle,
     Font,
@@ -17,8 +18,13 @@ from tendond.cli.figure_options import (
 )
 from tendond.cli.options import Json
 
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; any part of a split log.")]
-LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.")]
+LogFile = Annotated[
+    Path,
+    typer.Argument(metavar="LOG", help="MCAP file of 'tendond run'; any part of a split log.", autocompletion=logs),
+]
+LogFiles = Annotated[
+    list[Path], typer.Argument(metavar="LOG...", help="MCAP files of 'tendond run'.", autocompletion=logs)
+]
 
 
 def plot(

@@ -25,21 +25,23 @@ def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, forc
         LogError: the log cannot be used. DaemonError: a file exists, or cannot be written.
     """
     from tendond.offline.logs.log import load
+    from tendond.offline.progress import working
 
-    log = load(file)
-    if log.cut:
-        say(log.cut)
-    out = out or file.with_name(f"{file.stem}-plots")
+    out, paths = out or file.with_name(f"{file.stem}-plots"), []
     try:
-        if page:
-            print(_write_page(log, out / f"{file.stem}.html", force))
-        if look.formats:
-            with appearing(look):
-                paths = _draw(log, out, force)
-            for path in paths:
-                print(path)
+        with working(f"plotting {file.name}"):
+            log = load(file)
+            if log.cut:
+                say(log.cut)
+            if page:
+                paths.append(_write_page(log, out / f"{file.stem}.html", force))
+            if look.formats:
+                with appearing(look):
+                    paths += _draw(log, out, force)
     except OSError as error:
         raise not_writable(out, error) from error
+    for path in paths:
+        print(path)
 
 
 def _write_page(log: Any, path: Path, force: bool) -> Path:
@@ -90,15 +92,21 @@ def run_compare(
     from tendond.offline.comparison.repeats import as_groups
     from tendond.offline.comparison.runs import compared, notes
     from tendond.offline.comparison.table import FORMS, on_terminal, table_of
+    from tendond.offline.files import write_whole
     from tendond.offline.logs.log import load
     from tendond.offline.plots.compare import overlay
     from tendond.offline.plots.output import Output, check_new
+    from tendond.offline.progress import working
 
-    logs = [load(file) for file in files]
-    for log in logs:
-        if log.cut:
-            say(log.cut)
-    found = compared(logs)
+    with working("comparing", quiet=as_json) as work:
+        logs = []
+        for file in files:
+            work.update(f"reading {file.name}")
+            logs.append(load(file))
+        for log in logs:
+            if log.cut:
+                say(log.cut)
+        found = compared(logs)
     table = table_of(as_groups(found) if repeats else found)
     written = out / f"metrics.{(FORMS[form or 'csv']).ending}"
     with appearing(look):
@@ -106,7 +114,7 @@ def run_compare(
         check_new([written, *output.paths("compare")], force=force)
         try:
             out.mkdir(parents=True, exist_ok=True)
-            written.write_text(FORMS[form or "csv"].write(table, notes(found)), encoding="utf-8")
+            write_whole(written, FORMS[form or "csv"].write(table, notes(found)))
             figures = output.save(overlay(found), "compare")
         except OSError as error:
             raise not_writable(out, error) from error

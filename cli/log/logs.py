@@ -11,8 +11,10 @@ def run_info(file: Path, *, as_json: bool) -> None:
         LogError: the log cannot be used.
     """
     from tendond.offline.logs.info import info
+    from tendond.offline.progress import working
 
-    found = info(file)
+    with working(f"reading {file.name}", quiet=as_json):
+        found = info(file)
     if as_json:
         print(json.dumps(found, indent=2))
         return
@@ -30,6 +32,8 @@ def run_info(file: Path, *, as_json: bool) -> None:
     )
     for change in found["modes"]:
         print(f"mode     {change['tick']:>8}  {change['mode']}: {change['reason']}")
+    for fault in found["faults"]:
+        print(f"fault    {fault['tick']:>8}  to clear it: {fault['to_clear']}")
     if readings := found["readings"]:
         print(f"sensors  {', '.join(f'{name} {count} readings' for name, count in readings.items())}")
     print(f"rejected {', '.join(f'{count} {reason}' for reason, count in found['rejected'].items()) or 'nothing'}")
@@ -53,9 +57,11 @@ def run_recover(file: Path, out: Path | None) -> None:
     """
     from tendond.offline.logs.recover import recover
     from tendond.offline.logs.ticks import shown
+    from tendond.offline.progress import working
 
     out = out or file.with_name(f"{file.stem}-recovered.mcap")
-    found = recover(file, out)
+    with working(f"recovering {file.name}"):
+        found = recover(file, out)
     kept = f"{found.messages} entries" + (
         f", {found.cycles} cycles, ticks {found.first} to {found.last}" if found.cycles else ""
     )
@@ -76,11 +82,13 @@ def run_export(file: Path, out: Path | None) -> None:
     """
     from tendond.offline.logs.arrays import load
     from tendond.offline.logs.export import check_export, export
+    from tendond.offline.progress import working
 
     out = out or file.with_suffix(".csv")
     check_export(out)
-    run = load(file)
-    columns = export(run, out)
+    with working(f"exporting {file.name}"):
+        run = load(file)
+        columns = export(run, out)
     print(f"{out}: {len(run)} cycles, {columns} columns")
 
 
@@ -93,9 +101,12 @@ def run_report(file: Path, out: Path | None) -> None:
     from tendond.cli.log.figures import not_writable
     from tendond.offline.paper.published import published_for
     from tendond.offline.plots.report import write_report
+    from tendond.offline.progress import working
 
     out = out or file.with_suffix(".html")
     try:
-        print(write_report(file, out, published_for))
+        with working(f"writing the report of {file.name}"):
+            written = write_report(file, out, published_for)
     except OSError as error:
         raise not_writable(out, error) from error
+    print(written)

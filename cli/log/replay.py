@@ -1,6 +1,8 @@
 """`tendond log replay` and `tendond log what-if`."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -8,9 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.cli.common import say
+from tendond.daemon.recording.run_files import part_path
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.logs.run import open_run
 from tendond.offline.logs.ticks import shown
+from tendond.offline.progress import working
 from tendond.offline.replay.changes import parameter_changes, version_changes, with_changes
 from tendond.offline.replay.rerun import ReplayOutcome, rerun
 from tendond.offline.replay.variant import Commanded, closed_loop, same_inputs
@@ -33,7 +37,8 @@ def run_replay(
     if not as_json:
         for line in changes:
             print(f"changed: {line}")
-    outcome = rerun(file, first=first, last=last, tolerance=tolerance, jobs=jobs)
+    with working(f"replaying {file.name}", quiet=as_json):
+        outcome = rerun(file, first=first, last=last, tolerance=tolerance, jobs=jobs)
     if as_json:
         print(
             json.dumps({**asdict(outcome), "equal": outcome.first is None, "changed": changes}, indent=2, default=str)
@@ -72,7 +77,8 @@ def run_variant(
     out = out or file.with_name(f"{file.stem}-{'closed-loop' if closed_loop else 'same-inputs'}.mcap")
     announce_compilation(say)
     run = _closed_loop if closed_loop else same_inputs
-    found = run(file, config, out, " ".join(words))
+    with _none_of_it_if_it_fails(out), working(f"running {file.name} again", quiet=as_json):
+        found = run(file, config, out, " ".join(words))
     if as_json:
         print(json.dumps({**asdict(found), "log": str(out)}, indent=2))
         return
@@ -81,6 +87,20 @@ def run_variant(
 
 
 _closed_loop = closed_loop
+
+
+@contextmanager
+def _none_of_it_if_it_fails(log: Path) -> Iterator[None]:
+    """Remove every part of a new log that is not finished: of a run it would be evidence, of a what-if it misleads."""
+    existed = log.exists()  # then it is refused, and stays
+    try:
+        yield
+    except BaseException:
+        part, number = log, 0
+        while not existed and part.is_file():
+            part.unlink()
+            part, number = part_path(log, number + 1), number + 1
+        raise
 
 
 def _print_gaps(outcome: ReplayOutcome) -> None:

@@ -4,12 +4,10 @@ import json
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
 from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.progress import working
 from tendond.offline.smoothing.summary import Summary, summarise
 
 FORMATS = (".csv", ".parquet", ".npz")
@@ -37,14 +35,9 @@ def run_smooth(file: Path, out: Path | None, changes: list[str], *, as_json: boo
     log = load(file)
     log = replace(log, config=with_changes(log.config, None, changes))
     announce_compilation(say)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
-        task = progress.add_task("")
-        found = smooth_log(
-            log, lambda n, count, what: progress.update(task, description=f"stretch {n + 1} of {count}: {what}")
-        )
-        progress.update(task, description="writing")
+    with working(f"smoothing {file.name}", quiet=as_json) as work:
+        found = smooth_log(log, lambda n, count, what: work.update(f"stretch {n + 1} of {count}, {what}"))
+        work.update("writing")
         run = table(log, found.stretches)
         width = write_table(run, out)
         try:

@@ -37,6 +37,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     texts = {uri: (write(), "docs/" + posixpath.dirname(uri)) for uri, write in GENERATED.items()}
     texts |= {uri: ((repository / name).read_text(encoding="utf-8"), "") for name, uri in ROOT_PAGES.items()}
     for uri, (text, folder) in texts.items():
+        if (stub := files.get_file_from_path(uri)) is not None:  # for those who read the repository itself
+            files.remove(stub)
         files.append(File.generated(config, uri, content=with_links(text, repository, folder, uri, _ignore)))
 
     wanted = [(file.src_uri, file.content_string, "docs/" + posixpath.dirname(file.src_uri))

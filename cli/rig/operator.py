@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from pydantic import ValidationError
@@ -11,11 +12,22 @@ from rich.table import Table
 from tendond.bus.operator import request, status_in
 from tendond.cli.common import load_config, read_rows
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.progress import working
 from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.errors.explain import explain
-from tendond.schemas.messages import LARGEST_PAYLOAD, Status
+from tendond.schemas.errors.keywords import keys_of
+from tendond.schemas.messages import LARGEST_PAYLOAD, Mode, Status
+from tendond.schemas.mistaken_units import unit_hint
+from tendond.schemas.remedies import clearing, sentence
 from tendond.schemas.requests import ControlAction, ControlRequest
 from tendond.schemas.wire import encode
+
+REACH = 2.0
+"""Largest length in a reference, in lengths of the arm: a target has to be within one, a line has two ends."""
+
+TILTS = ("start", "end", "center", "radius", "radius_end")
+"""Keys that are angles with aim = "direction"."""
 
 
 def operate(action: str, config_file: Path | None) -> None:
@@ -47,15 +59,20 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         UsageError: the settings are not a valid reference.
         TendondError: no controller, or it refused.
     """
+    config = load_config(config_file)
     table: dict[str, Any] = {}
     for setting in settings:
         name, sign, value = setting.partition("=")
         if not sign:
             raise UsageError(f"'{setting}': give KEY=VALUE, as in across=0.3")
         table[name.strip()] = _value(value.strip())
+    check_lengths(table, config.rod.backbone_length)
     if table.get("file"):
         table.setdefault("kind", "samples")
-        table |= read_rows(Path(str(table.pop("file"))), str(table["kind"]))
+        file = Path(str(table.pop("file")))
+        rows = read_rows(file, str(table["kind"]))
+        check_rows(file, rows, config.rod.backbone_length)
+        table |= rows
     try:
         wanted = ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection.model_validate(table))
     except ValidationError as error:
@@ -63,6 +80,46 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
     if len(encode(wanted)) > LARGEST_PAYLOAD:
         raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
     _request(config_file, wanted)
+
+
+def check_lengths(table: dict[str, Any], length: float) -> None:
+    """Refuse lengths of a reference that no arm of this length has: they may be in millimetres.
+
+    Args:
+        table: keys of [reference] with their values.
+        length: of the backbone [m].
+
+    Raises:
+        UsageError: names the key, what is allowed and the unit.
+    """
+    keys = {key.name: key for key in keys_of(ReferenceSection)}
+    for name, value in table.items():
+        is_tilt = table.get("aim") == "direction" and name in TILTS
+        if name not in keys or keys[name].unit != "m" or is_tilt:
+            continue
+        largest = length if name == "moved_max" else REACH * length
+        for one in value if isinstance(value, list) else [value]:
+            if isinstance(one, int | float) and abs(one) > largest:
+                what = "longer than the arm" if name == "moved_max" else "out of the arm's reach"
+                raise UsageError(
+                    f"reference: {name} = {value}: {what}, which is {length:g} m long{unit_hint(one, largest, 'm')}"
+                )
+
+
+def check_rows(file: Path, rows: dict[str, list[tuple[float, ...]]], length: float) -> None:
+    """Refuse a file of samples or waypoints whose places no arm of this length reaches.
+
+    Raises:
+        UsageError: names the file, the row and the unit.
+    """
+    for key, found in rows.items():
+        for number, row in enumerate(found, 2):
+            places = row[1:4] if key == "samples" else row[:3]
+            if (farthest := max(places, key=abs)) and abs(farthest) > REACH * length:
+                hint = unit_hint(farthest, REACH * length, "m")
+                raise UsageError(
+                    f"{file}:{number}: {farthest:g} m is out of the arm's reach, which is {length:g} m long{hint}"
+                )
 
 
 def _value(text: str) -> Any:
@@ -74,10 +131,16 @@ def _value(text: str) -> Any:
 
 
 def _request(config_file: Path | None, wanted: ControlRequest) -> None:
-    reply = request(load_config(config_file), wanted)
+    config = load_config(config_file)
+    changes = wanted.action in (ControlAction.LAW, ControlAction.REFERENCE)
+    with working("waiting for the controller to plan it", quiet=not changes):
+        reply = request(config, wanted)
+    message = reply.message
+    if (status := reply.status) is not None:
+        message = sentence(message, status.mode, remedy(status, config, config_file), option_of(config_file))
     if not reply.done:
-        raise DaemonError(reply.message)
-    print(reply.message)
+        raise DaemonError(message)
+    print(message)
 
 
 def show_status(config_file: Path | None, *, as_json: bool) -> None:
@@ -86,18 +149,32 @@ def show_status(config_file: Path | None, *, as_json: bool) -> None:
     Raises:
         TendondError: no controller.
     """
-    status = status_in(request(load_config(config_file), ControlAction.STATUS))
+    config = load_config(config_file)
+    status = status_in(request(config, ControlAction.STATUS))
     if as_json:
         print(status.model_dump_json(indent=2))
     else:
-        Console().print(status_table(status))
+        Console().print(status_table(status, remedy(status, config, config_file)))
 
 
-def status_table(status: Status) -> Table:
-    """Return the status as a table for people."""
+def remedy(status: Status, config: RigConfig, config_file: Path | None) -> str:
+    """Name the commands that clear a rig's fault, with the option that was given; empty without a fault."""
+    if status.mode is not Mode.FAULT:
+        return ""
+    return clearing(status.reason, option_of(config_file), has_servos=config.servo is not None)
+
+
+def option_of(config_file: Path | None) -> str:
+    """Return the option that names the rig, for a command to copy."""
+    return "" if config_file is None else f" --config {quote(str(config_file))}"
+
+
+def status_table(status: Status, to_clear: str = "") -> Table:
+    """Return the status as a table for people; `to_clear` says how a fault is cleared."""
     table = Table(title=f"rig {status.rig}", show_header=False)
     rows = {
         "mode": f"{status.mode.value} ({status.reason})",
+        **({"to clear": to_clear} if to_clear else {}),
         "law": f"{status.law}, feedback {status.feedback}",
         "tip": "no pose yet" if status.tip is None else _millimetres(status.tip),
         "target": _millimetres(status.target),

@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, Json, laws
+from tendond.cli.completion import laws, reference_settings
+from tendond.cli.options import Config, Json
 
 
 def arm(
@@ -13,7 +14,8 @@ def arm(
 ) -> None:
     """Arm: pretension the tendons, then track the reference.
 
-    The first time the tendons are probed before, which takes some seconds each; `--wait` shows how far it is.
+    The first time the tendons are probed before, which takes some seconds each; `--wait` shows how far it is. Ctrl-C
+    ends the waiting alone: the controller goes on, until 'tendond stop'.
 
     Example: tendond arm --wait --config rig.toml
     """
@@ -28,14 +30,23 @@ def arm(
         wait_for_tracking(config)
 
 
-def stop(config: Config = None) -> None:
+def stop(
+    config: Config = None,
+    wait: Annotated[bool, typer.Option("--wait", help="Return when the tendons are released.")] = False,
+) -> None:
     """Stop tracking and release the tendons.
 
-    Example: tendond stop --config rig.toml
+    Example: tendond stop --wait --config rig.toml
     """
     from tendond.cli.rig.operator import operate
 
     operate("stop", config)
+    if wait:
+        from tendond.cli.rig.arming import wait_for_idle
+        from tendond.cli.signals import exit_on_signals
+
+        exit_on_signals()
+        wait_for_idle(config)
 
 
 def reset(config: Config = None) -> None:
@@ -65,7 +76,12 @@ def law(
 
 def reference(
     settings: Annotated[
-        list[str], typer.Argument(metavar="KEY=VALUE...", help="Keys of [reference]; the others take their defaults.")
+        list[str],
+        typer.Argument(
+            metavar="KEY=VALUE...",
+            help="Keys of [reference]; the others take their defaults.",
+            autocompletion=reference_settings,
+        ),
     ],
     config: Config = None,
 ) -> None:

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.options import Config, Cycles, Lockstep, Profile, faults
+from tendond.cli.completion import faults
+from tendond.cli.options import Config, Cycles, Lockstep, Profile
 from tendond.cli.signals import exit_on_signals
 
 

@@ -22,6 +22,7 @@ from tendond.daemon.runtime.realtime import be_prompt, become_punctual
 from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.model import ModelError
 from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.progress import working
 from tendond.schemas.calibration import Calibration
 from tendond.schemas.config.rig import ConfigError, RigConfig
 
@@ -48,7 +49,8 @@ def run_controller(
         log_file = log_folder() / f"{config.rig.name}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.mcap"
         kept = retention(config.log, log_file.parent, config.rig.name, service="LOGS_DIRECTORY" in os.environ)
     try:
-        setup = CycleSetup.from_config(config)
+        with working(f"setting up rig '{config.rig.name}'"):
+            setup = CycleSetup.from_config(config)
     except (LawError, ModelError, SafetyError) as error:
         raise _refusal(source, error) from error
     calibration = _calibration(config, Path() if config_file is None else config_file.parent)
@@ -58,7 +60,8 @@ def run_controller(
         supervisor = Supervisor()
         loop = Loop(setup, hub, run_log, arm_at, supervisor, planner, say)
         try:
-            state = loop.warm()
+            with working("running the first cycles, which count for nothing"):
+                state = loop.warm()
         except ModelError as error:
             raise _refusal(source, error) from error
         hub.claim()

@@ -16,6 +16,7 @@ from tendond.drivers.simulator.rods import ACCURACY, GeneralPlantRod, PlantRod, 
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.model import ModelError
 from tendond.model.numerics.announce import announce_compilation
+from tendond.offline.progress import working
 from tendond.schemas.config.rig import ConfigError, RigConfig
 from tendond.schemas.errors.explain import explain
 from tendond.schemas.faults import Fault, FaultRequest
@@ -101,8 +102,9 @@ def _rod(config: RigConfig, source: str) -> PlantRod:
     """Build the plant's rod, and load its kernels."""
     announce_compilation(say)
     try:
-        rod = plant_rod(config.simulator, config.simulator.period)
-        Plant(config, rod).step(None)  # before the first pose
+        with working(f"setting up the simulated rig '{config.rig.name}'"):
+            rod = plant_rod(config.simulator, config.simulator.period)
+            Plant(config, rod).step(None)  # before the first pose
         return rod
     except ModelError as error:
         where = "simulator." if str(error).startswith("rod.") else "simulator.rod: "

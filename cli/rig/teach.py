@@ -3,12 +3,18 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
+
+from pydantic import ValidationError
 
 from tendond.bus.client import BusError, open_client
 from tendond.bus.subscription import Subscription
-from tendond.cli.common import load_config, say
-from tendond.cli.rig.operator import set_reference
+from tendond.cli.common import load_config, read_rows, say
+from tendond.cli.rig.operator import option_of, set_reference
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.progress import working
 from tendond.offline.teaching.path import Columns, shown, smoothed, write_path
+from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import TipPose
@@ -50,7 +56,7 @@ def record(
                     f"no pose of rig '{config.rig.name}' for {SILENCE_SECONDS:g} s: start its camera or simulator"
                 )
             time.sleep(POLL_SECONDS)
-    write(config, poses, out, columns, smoothing, "" if config_file is None else f" --config {config_file}")
+    write(config, poses, out, columns, smoothing, option_of(config_file))
 
 
 def teach_from_log(
@@ -74,7 +80,14 @@ def teach_from_log(
         for one in log.records
         if one.inputs.pose is not None and span[0] <= one.time <= span[1]
     ]
-    write(log.config, poses, out or file.with_name(f"{file.stem}-path.csv"), columns, smoothing)
+    if not poses:
+        end = log.records[-1].time
+        raise UsageError(
+            f"{file}: has no pose from {span[0]:g} to {span[1]:g} s: it lasts {end:.1f} s; see --from, --to"
+        )
+    # Which file the rig's configuration is in is not in the log.
+    rig = "" if log.config.bus == RigConfig().bus and log.config.rig == RigConfig().rig else " --config FILE"
+    write(log.config, poses, out or file.with_name(f"{file.stem}-path.csv"), columns, smoothing, rig)
 
 
 def write(
@@ -99,7 +112,45 @@ def write(
     chosen = columns or columns_for(config)
     rows = smoothed(shown(poses), smoothing)
     count = write_path(rows, chosen, out)
-    print(f"{out}: {count} samples, {rows[-1, 0]:.2f} s, {chosen}; play it with: tendond rig teach play {out}{rig}")
+    print(f"{out}: {count} samples, {rows[-1, 0]:.2f} s, {chosen}")
+    with working("trying to play it"):
+        settings, refusal = needed_to_play(config, out)
+    command = f"tendond rig teach play {quote(str(out))}{settings}{rig}"
+    if refusal and settings:
+        say(f"of an arm in motion, the tip is beside where it can rest: {refusal}")
+    if refusal and not settings:
+        say(f"rig '{config.rig.name}' would refuse to play it as it is: {refusal}")
+    print(f"play it on rig '{config.rig.name}' while it is idle with: {command}")
+
+
+def needed_to_play(config: RigConfig, file: Path) -> tuple[str, str]:
+    """Try a path as a rig's reference; return what `teach play` needs beside it, and why the plain path is refused.
+
+    Args:
+        config: the rig's. file: of the path.
+
+    Returns:
+        Settings with a space before each, empty if none are needed or none help; and the refusal, empty without one.
+    """
+    from tendond.daemon.control.selection import Selection
+    from tendond.daemon.control.setup import with_its_rod
+    from tendond.model import ModelError
+    from tendond.model.numerics.announce import announce_compilation
+    from tendond.model.rods.selection import model_rod
+
+    announce_compilation(say)
+    config = with_its_rod(config.with_own_rates())
+    samples = read_rows(file, "samples")
+    refusal = ""
+    for settings in ({}, {"unreachable": "track"}):
+        try:
+            section = ReferenceSection.model_validate({"kind": "samples", **samples, **settings})
+            Selection.from_config(config.model_copy(update={"reference": section}), model_rod(config))
+        except (DaemonError, ModelError, ValidationError) as error:
+            refusal = refusal or "; ".join(str(error).splitlines())
+            continue
+        return "".join(f" {key}={value}" for key, value in settings.items()), refusal
+    return "", refusal
 
 
 def columns_for(config: RigConfig) -> Columns:
@@ -120,5 +171,5 @@ def play(config_file: Path | None, file: Path, settings: list[str]) -> None:
     Raises:
         TendondError: the file is not a path, no controller, or it refused.
     """
-    load_config(config_file)  # that it cannot be read is said first
+    load_config(config_file)  # an unreadable configuration is reported first
     set_reference([f"file={file}", "kind=samples", *settings], config_file)

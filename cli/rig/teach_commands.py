@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from tendond.cli.completion import reference_settings
 from tendond.cli.options import Config
 
 teach = typer.Typer(
@@ -45,7 +46,10 @@ def record(
 def play(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="CSV file that was recorded.")],
     settings: Annotated[
-        list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="Further keys of [reference].")
+        list[str] | None,
+        typer.Argument(
+            metavar="[KEY=VALUE]...", help="Further keys of [reference].", autocompletion=reference_settings
+        ),
     ] = None,
     config: Config = None,
 ) -> None:

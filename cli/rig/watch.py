@@ -12,6 +12,7 @@ from rich.live import Live
 from tendond.bus.client import BusError, open_client
 from tendond.bus.subscription import Subscription
 from tendond.cli.common import load_config
+from tendond.cli.rig.operator import option_of
 from tendond.cli.watch.bus_snapshot import FRAMES_PER_SECOND, BusSnapshot
 from tendond.cli.watch.plain import shown
 from tendond.cli.watch.screen import frame, line
@@ -29,7 +30,9 @@ TOPICS: dict[str, tuple[type[Message], int]] = {
 
 FRAME_SECONDS = 1.0 / FRAMES_PER_SECOND
 LINE_SECONDS = 1.0
-ONCE_SECONDS = 3.0
+ONCE_SECONDS, ONCE_SPAN = 3.0, 1.0
+"""Longest time to wait for a single frame [s], and the time of poses that is enough to measure their rate [s]."""
+
 AGAIN_SECONDS = 3.0
 """Time without a controller after which the session is reopened."""
 
@@ -86,31 +89,31 @@ def run_watch(config_file: Path | None, *, once: bool) -> None:
     """
     config = load_config(config_file)
     console = Console(highlight=False)
-    listener = Listener(config)
+    listener, option = Listener(config), option_of(config_file)
     try:
         if once:
-            _once(listener, config, console)
+            _once(listener, config, console, option)
         elif console.is_terminal and not console.is_dumb_terminal:
-            _live(listener, config, console)
+            _live(listener, config, console, option)
         else:
-            _lines(listener, config)
+            _lines(listener, config, option)
     finally:
         listener.close()
 
 
-def _live(listener: Listener, config: RigConfig, console: Console) -> None:
+def _live(listener: Listener, config: RigConfig, console: Console, option: str) -> None:
     """Draw frame after frame."""
     with Live(console=console, screen=True, auto_refresh=False, vertical_overflow="crop") as live:
         while True:
             began = time.monotonic()
             listener.listen()
             width, height = console.size
-            image = frame(listener.snapshot, config, time.monotonic(), width, height)
+            image = frame(listener.snapshot, config, time.monotonic(), width, height, option)
             live.update(shown(image, console.encoding), refresh=True)
             time.sleep(max(0.0, began + FRAME_SECONDS - time.monotonic()))
 
 
-def _lines(listener: Listener, config: RigConfig) -> None:
+def _lines(listener: Listener, config: RigConfig, option: str) -> None:
     """Print a line each second, and at once when the mode changes."""
     shown, due = "", 0.0
     while True:
@@ -119,17 +122,17 @@ def _lines(listener: Listener, config: RigConfig) -> None:
         status = listener.snapshot.status
         mode = "waiting" if status is None or listener.snapshot.is_silent(now) else status.mode.value
         if mode != shown or now >= due:
-            print(f"{datetime.now().astimezone():%H:%M:%S} {line(listener.snapshot, config, now)}", flush=True)
+            print(f"{datetime.now().astimezone():%H:%M:%S} {line(listener.snapshot, config, now, option)}", flush=True)
             shown, due = mode, now + LINE_SECONDS
         time.sleep(FRAME_SECONDS)
 
 
-def _once(listener: Listener, config: RigConfig, console: Console) -> None:
+def _once(listener: Listener, config: RigConfig, console: Console, option: str) -> None:
     """Print one frame, once every message has arrived, or after `ONCE_SECONDS`."""
     deadline = time.monotonic() + ONCE_SECONDS
     snapshot = listener.snapshot
     while time.monotonic() < deadline and not (
-        snapshot.status and snapshot.command and snapshot.pose and len(snapshot.trail) > 3
+        snapshot.status and snapshot.command and snapshot.pose and snapshot.pose_stream.span >= ONCE_SPAN
     ):
         listener.listen()
         time.sleep(FRAME_SECONDS)
@@ -138,4 +141,5 @@ def _once(listener: Listener, config: RigConfig, console: Console) -> None:
         raise BusError(
             f"no controller of rig '{config.rig.name}' at {config.bus.endpoint}: start it with 'tendond run'"
         )
-    console.print(shown(frame(snapshot, config, now, console.width, DEFAULT_HEIGHT), console.encoding))
+    image = frame(snapshot, config, now, console.width, DEFAULT_HEIGHT, option)
+    console.print(shown(image, console.encoding))

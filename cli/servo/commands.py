@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import logs
 from tendond.cli.options import Config, Yes
 from tendond.cli.signals import exit_on_signals
 
@@ -152,7 +153,10 @@ def servo_identify(
         float, typer.Option("--travel", min=1.0, max=50.0, help="Length that is paid out and taken up again [mm].")
     ] = 6.0,
     log: Annotated[
-        Path | None, typer.Option("--log", help="Recorded run to fit to; nothing is moved, and no servo is needed.")
+        Path | None,
+        typer.Option(
+            "--log", help="Recorded run to fit to; nothing is moved, and no servo is needed.", autocompletion=logs
+        ),
     ] = None,
     yes: Yes = False,
 ) -> None:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import feedbacks, laws, point_sets
 from tendond.cli.figure_options import FigureStyle, Font, Formats, Iterations, Width, appearance_of
 from tendond.cli.options import Config, Jobs, Json, Processes
 from tendond.cli.signals import exit_on_signals
@@ -56,11 +57,19 @@ def robustness(
         "out/robustness"
     ),
     points: Annotated[
-        str, typer.Option("--points", help="Set of plants: default, axes, corners, grid, sample, or space.")
+        str,
+        typer.Option(
+            "--points",
+            help="Set of plants: default, axes, corners, grid, sample, or space.",
+            autocompletion=point_sets,
+        ),
     ] = "default",
-    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    law: Annotated[
+        list[str] | None, typer.Option("--law", help="Control law; may be repeated.", autocompletion=laws)
+    ] = None,
     feedback: Annotated[
-        list[str] | None, typer.Option("--feedback", help="force, offset or direct; may be repeated.")
+        list[str] | None,
+        typer.Option("--feedback", help="force, offset or direct; may be repeated.", autocompletion=feedbacks),
     ] = None,
     count: Annotated[
         int | None, typer.Option("--count", min=1, max=1_000_000, help="Random points per law. Default: 50.")
@@ -186,7 +195,9 @@ study.command("estimator")(estimator)
 
 @study.command("wiring")
 def wiring(
-    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    law: Annotated[
+        list[str] | None, typer.Option("--law", help="Control law; may be repeated.", autocompletion=laws)
+    ] = None,
     row: Annotated[list[str] | None, typer.Option("--row", help="Kind of mistake; may be repeated.")] = None,
     setups: Annotated[
         int, typer.Option("--setups", min=0, max=1_000_000, help="Number of correct rigs, drawn at random.")

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
 
 from tendond.cli.common import say
 from tendond.cli.extras import need
@@ -14,6 +13,7 @@ from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.contact.report import contact_rows, free_rows, markdown, meets, write
 from tendond.offline.contact.study import jobs, run_jobs
+from tendond.offline.progress import tracked
 
 
 def run_contacts(runs: int, minutes: int, seed: int, processes: int | None, out: Path, *, as_json: bool) -> bool:
@@ -31,8 +31,7 @@ def run_contacts(runs: int, minutes: int, seed: int, processes: int | None, out:
     announce_compilation(say)
     warm_up()
     some = jobs(runs, minutes, seed)
-    console = Console(stderr=True)
-    watched = track(run_jobs(some, processes), total=len(some), description="runs", console=console, transient=True)
+    watched = tracked(run_jobs(some, processes), len(some), "runs", quiet=as_json)
     outcomes = list(watched)
     rows, free = contact_rows(outcomes), free_rows(outcomes)
     try:

@@ -5,12 +5,15 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
 
 
 def control(
-    law: Annotated[list[str] | None, typer.Option("--law", help="Control law; may be repeated.")] = None,
+    law: Annotated[
+        list[str] | None, typer.Option("--law", help="Control law; may be repeated.", autocompletion=laws)
+    ] = None,
     task: Annotated[list[str] | None, typer.Option("--task", help="Task; may be repeated.")] = None,
     plant: Annotated[
         list[str] | None, typer.Option("--plant", help="matched, unlike, friction or wired; may be repeated.")
@@ -18,7 +21,9 @@ def control(
     robot: Annotated[
         list[str] | None,
         typer.Option(
-            "--robot", help="Preset of [rod], or all: of one, two and three sections; may be repeated. Default: paper."
+            "--robot",
+            help="Preset of [rod], or all: of one, two and three sections; may be repeated. Default: paper.",
+            autocompletion=presets,
         ),
     ] = None,
     observer: Annotated[str, typer.Option("--observer", help="Kind of observer: force or kalman.")] = "force",
@@ -43,6 +48,7 @@ def control(
     from tendond.offline.control.cases import PLANTS, ROBOTS, TASKS, Case
     from tendond.offline.control.report import HEADING, misses, row
     from tendond.offline.control.run import run
+    from tendond.offline.progress import tracked
 
     robots = [one for name in robot or ["paper"] for one in (ROBOTS if name == "all" else [name])]
     for asked, known, hint in ((law, LAWS, "--law"), (task, TASKS, "--task"), (plant, PLANTS, "--plant")):
@@ -59,9 +65,8 @@ def control(
     done = []
     if not json_:
         print(HEADING)
-    for case in cases:
-        if not case.possible:
-            continue
+    cases = [case for case in cases if case.possible]
+    for case in tracked(cases, len(cases), "runs", quiet=json_):
         done.append((case, run(case, seconds)))
         if not json_:
             print(row(*done[-1]), flush=True)

@@ -18,6 +18,7 @@ from tendond.offline.estimator.loop.measure import LoopRun, missed, run_loop
 from tendond.offline.estimator.loop.measure import markdown as loop_table
 from tendond.offline.estimator.runs import Unlike, noise_for, run_one
 from tendond.offline.estimator.summary import CASES, markdown, summarise
+from tendond.offline.progress import tracked
 
 
 def run_estimator_study(
@@ -52,9 +53,9 @@ def run_estimator_study(
     with ProcessPoolExecutor(processes) as pool:
         for case in CASES:
             run = functools.partial(run_one, robot, case, unlike=unlike, noise=noise)
-            found = list(pool.map(run, range(first, first + runs), chunksize=4))
+            running = pool.map(run, range(first, first + runs), chunksize=4)
+            found = list(tracked(running, runs, f"{case.name}: runs", quiet=as_json))
             summaries.append(summarise(case, found, robot.length))
-            say(f"{case.name}: {runs} runs")
     if as_json:
         rows = [asdict(one) | {"missed": one.missed} for one in summaries]
         print(json.dumps({"cases": rows, "cost": [asdict(one) for one in costs]}, indent=2))
@@ -74,11 +75,9 @@ def run_loop_study(processes: int, *, as_json: bool) -> bool:
     Raises:
         TendondError: a reference cannot be followed.
     """
-    runs = []
     with ProcessPoolExecutor(processes) as pool:
-        for run in pool.map(_loop, product(PLANTS, LAWS, KINDS)):
-            runs.append(run)
-            say(f"{run.plant}: {run.law}, {run.kind}")
+        some = list(product(PLANTS, LAWS, KINDS))
+        runs = list(tracked(pool.map(_loop, some), len(some), "loops", quiet=as_json))
     wrong = missed(runs)
     if as_json:
         print(json.dumps({"runs": [asdict(one) for one in runs], "missed": wrong}, indent=2))

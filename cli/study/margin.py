@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tendond.cli.common import load_config
+from tendond.offline.progress import tracked, working
 from tendond.offline.robustness.margins.bent_stiffness import stiffness_rows
 from tendond.offline.robustness.margins.filter_loop import FACTORS
 from tendond.offline.robustness.margins.filter_map import FilterRow, filter_cases, filter_config, filter_rows
@@ -15,7 +16,8 @@ from tendond.offline.robustness.margins.loop import LoopRow, gains_rows, loop_ca
 def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: int) -> bool:
     """Print gains, stiffness of the bent arm and runs of the loop; return whether every run passes."""
     config = load_config(config_file)
-    gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
+    with working("computing the gains and the stiffness of the bent arm", quiet=as_json):
+        gains, stiffnesses = list(gains_rows(config)), list(stiffness_rows(config))
     if not as_json:
         print("gains that the margin admits\n")
         print("| rate Hz | delay cycles | Li 1/s | Kp | Kd s | decay bare 1/s | decay loaded 1/s |")
@@ -36,7 +38,8 @@ def run_margin(config_file: Path | None, as_json: bool, short: bool, processes: 
         print("| law | rate Hz | mass g | E | delay known | unknown | settling s | ripple mm | |")
         print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |", flush=True)
     runs: list[LoopRow] = []
-    for run in loop_rows(config, loop_cases(config, short=short), processes):
+    cases = list(loop_cases(config, short=short))
+    for run in tracked(loop_rows(config, cases, processes), len(cases), "runs", quiet=as_json):
         runs.append(run)
         if not as_json:
             print(_line(run), flush=True)
@@ -78,7 +81,8 @@ def run_filter_margin(config_file: Path | None, as_json: bool, short: bool, proc
     if not as_json:
         print("poles of the loop with the filter, on the worst plant with an unknown mass, stiffness and delay\n")
         print(f"| {' | '.join(FILTER_HEADS)} |\n|{' --- |' * len(FILTER_HEADS)}", flush=True)
-    for row in filter_rows(config, filter_cases(short=short), processes):
+    cases = list(filter_cases(short=short))
+    for row in tracked(filter_rows(config, cases, processes), len(cases), "rests", quiet=as_json):
         rows.append(row)
         if not as_json:
             print(_filter_line(row), flush=True)

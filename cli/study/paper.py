@@ -5,19 +5,21 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.files import write_whole
 from tendond.offline.paper.page import page
 from tendond.offline.paper.published import LAWS, SIMULATION
 from tendond.offline.paper.run import Runs, process_pool, run_all
 from tendond.offline.paper.scenarios import paper_scenarios
 from tendond.offline.paper.tables import comparison, write_tables
 from tendond.offline.plots.appearance import Appearance, appearing
+from tendond.offline.progress import bars
 
 SCENARIOS = ("normal", "normal_edge")
 
@@ -54,7 +56,7 @@ def run_paper(out: Path, processes: int | None = None, look: Appearance | None =
     try:
         with (
             process_pool(processes) as pool,
-            Progress(*columns, console=console, disable=not console.is_terminal) as progress,
+            bars(*columns) as progress,
         ):
             running = progress.add_task("simulations", total=len(scenarios), newest="")
             drawing = progress.add_task("figures", total=len(figures()), newest="")
@@ -62,7 +64,7 @@ def run_paper(out: Path, processes: int | None = None, look: Appearance | None =
             with appearing(look):
                 draw_all(runs, out, pool, lambda name: progress.update(drawing, advance=1, newest=name))
         write_tables(runs, out, *SCENARIOS, "rig_normal")
-        (out / "README.md").write_text(page(runs, shown), encoding="utf-8")
+        write_whole(out / "README.md", page(runs, shown))
     except BrokenProcessPool as error:
         raise DaemonError("a worker process was killed, perhaps for lack of memory; try --processes 1") from error
     except OSError as error:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from tendond.cli.common import load_config, say
@@ -15,6 +15,7 @@ from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.files import write_whole
+from tendond.offline.progress import bars, working
 from tendond.offline.robustness.executors import check_cluster_extra, in_processes, on_cluster
 from tendond.offline.robustness.report import report as report_page
 from tendond.offline.robustness.run import Executor, Rows, run
@@ -65,7 +66,7 @@ def run_robustness(
     )
     counted = [0, 0]
     try:
-        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        with bars(*columns) as progress:
             task = progress.add_task("points", total=None, missed=0)
 
             def report(done: int, total: int, missed: int) -> None:
@@ -93,7 +94,7 @@ def _write(rows: Rows, settings: Settings, out: Path, console: Console) -> None:
     values = settings.as_json()
     write_whole(out / FILES["summary"], json.dumps(summary(rows, values), indent=2) + "\n")
     write_whole(out / FILES["report"], report_page(rows, values))
-    with console.status("drawing"):
+    with working("drawing"):
         from tendond.offline.robustness.figure import draw
 
         draw(rows, out / FILES["figure"])

@@ -34,13 +34,12 @@ def safety(
     Example: tendond study safety --runs 1000 --first 2000
     """
     exit_on_signals(130)
-    from rich.console import Console
-    from rich.progress import track
 
     from tendond.cli.common import say
     from tendond.daemon.errors import DaemonError
     from tendond.model.numerics.announce import announce_compilation
     from tendond.model.warm import warm_up
+    from tendond.offline.progress import tracked
     from tendond.offline.safety.campaign import campaign, markdown, meets, read, summary
     from tendond.offline.safety.run import CYCLES
 
@@ -49,7 +48,7 @@ def safety(
     seeds = range(first, first + runs)
     try:
         some = campaign(seeds, processes, out, compared)
-        for _ in track(some, total=runs, description="runs", console=Console(stderr=True), transient=True):
+        for _ in tracked(some, runs, "runs", quiet=json):
             pass
         rows = summary([one for one in read(out) if one.seed in seeds], CYCLES)
     except OSError as error:

@@ -36,11 +36,13 @@ def run_sections_study(duration: float, *, quick: bool, as_json: bool) -> bool:
     """
     from tendond.cli.common import say
     from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.progress import tracked
     from tendond.offline.trials.paths import MATCHED, UNLIKE
     from tendond.offline.trials.sections import run_section_trial, section_trials
 
     announce_compilation(say)
-    rows = [(trial, run_section_trial(trial)) for trial in section_trials(duration, quick=quick)]
+    trials = list(section_trials(duration, quick=quick))
+    rows = [(one, run_section_trial(one)) for one in tracked(trials, len(trials), "paths", quiet=as_json)]
     if as_json:
         names = ("robot", "name", "unlike")
         print(

@@ -13,6 +13,7 @@ from tendond.model.warm import warm_up
 from tendond.offline.drive.cases import cases
 from tendond.offline.drive.measure import DriveOutcome, run_case
 from tendond.offline.drive.report import markdown, meets
+from tendond.offline.progress import tracked
 
 
 def run_servo_study(period: float, processes: int, *, as_json: bool) -> bool:
@@ -30,7 +31,8 @@ def run_servo_study(period: float, processes: int, *, as_json: bool) -> bool:
     warm_up()
     some = cases()
     with ProcessPoolExecutor(processes) as pool:
-        outcomes: list[DriveOutcome] = list(pool.map(functools.partial(run_case, period=period), some))
+        running = pool.map(functools.partial(run_case, period=period), some)
+        outcomes: list[DriveOutcome] = list(tracked(running, len(some), "chains", quiet=as_json))
     rows = list(zip(some, outcomes, strict=True))
     if as_json:
         print(json.dumps([{"chain": case.name, **asdict(outcome)} for case, outcome in rows], indent=2))

@@ -8,15 +8,19 @@ from typing import Annotated, Any
 
 import typer
 
+from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
 
 
 def stability(
-    robot: Annotated[list[str] | None, typer.Option("--robot", help="Preset; may be repeated. Default: all.")] = None,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option("--robot", help="Preset; may be repeated. Default: all.", autocompletion=presets),
+    ] = None,
     law: Annotated[
         str | None,
-        typer.Option("--law", help="Law; default: the one that each robot has by default."),
+        typer.Option("--law", help="Law; default: the one that each robot has by default.", autocompletion=laws),
     ] = None,
     short: Annotated[bool, typer.Option("--short", help="Only 100 Hz and a bend of 60 degrees.")] = False,
     track: Annotated[
@@ -120,13 +124,15 @@ def run_stability(robots: tuple[str, ...], law: str | None, *, short: bool, as_j
     """
     from tendond.cli.common import say
     from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.progress import tracked
     from tendond.offline.stability.cases import map_cases, solve
 
     announce_compilation(say)
     found = []
     if not as_json:
         print(HEAD, flush=True)
-    for case in map_cases(robots, law, short=short):
+    cases = list(map_cases(robots, law, short=short))
+    for case in tracked(cases, len(cases), "loops", quiet=as_json):
         one = solve(case)
         found.append(one)
         if not as_json:
@@ -163,6 +169,7 @@ def run_track(robots: tuple[str, ...], law: str | None, *, short: bool, as_json:
     """
     from tendond.cli.common import say
     from tendond.model.numerics.announce import announce_compilation
+    from tendond.offline.progress import tracked
     from tendond.offline.stability.cases import RATES
     from tendond.offline.stability.track import track
 
@@ -170,16 +177,16 @@ def run_track(robots: tuple[str, ...], law: str | None, *, short: bool, as_json:
     if not as_json:
         print(TRACK_HEAD, flush=True)
     found = []
-    for name in robots:
-        for rate in RATES[1:2] if short else RATES:
-            one = track(name, law, rate)
-            found.append(one)
-            if not as_json:
-                print(
-                    f"| {one.robot} | {one.law} | {one.rate:g} | {one.mode} | {1e2 * one.missing:.3f} % "
-                    f"| {1e2 * one.ripple:.3f} % | {'' if one.settled else f'DOES NOT REST: {one.why}'} |",
-                    flush=True,
-                )
+    some = [(name, rate) for name in robots for rate in (RATES[1:2] if short else RATES)]
+    for name, rate in tracked(some, len(some), "runs", quiet=as_json):
+        one = track(name, law, rate)
+        found.append(one)
+        if not as_json:
+            print(
+                f"| {one.robot} | {one.law} | {one.rate:g} | {one.mode} | {1e2 * one.missing:.3f} % "
+                f"| {1e2 * one.ripple:.3f} % | {'' if one.settled else f'DOES NOT REST: {one.why}'} |",
+                flush=True,
+            )
     if as_json:
         print(encoder.dumps([_data(one) for one in found], indent=2))
     else:

@@ -13,6 +13,7 @@ from tendond.cli.extras import need
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.progress import tracked, working
 from tendond.offline.trials.measure import TrialOutcome, planar_task, run_trial
 from tendond.offline.trials.paths import Trial, trials
 from tendond.offline.trials.report import write
@@ -35,11 +36,12 @@ def run_trials(
     some, console = [trial for trial in trials(base) if chosen(trial)], Console()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with console.status("running the trajectories"), ProcessPoolExecutor(jobs) as pool:
-            outcomes = list(pool.map(functools.partial(run_trial, base, seed=seed), some))
+        with ProcessPoolExecutor(jobs) as pool:
+            running = pool.map(functools.partial(run_trial, base, seed=seed), some)
+            outcomes = list(tracked(running, len(some), "trajectories"))
         planar = planar_task(base, PLANAR_LAWS)
         write(some, outcomes, planar, out)
-        with console.status("drawing"):
+        with working("drawing"):
             from tendond.offline.trials.figure import draw
 
             for trial, outcome in zip(some, outcomes, strict=True):

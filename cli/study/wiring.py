@@ -6,13 +6,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
+from tendond.offline.files import write_whole
+from tendond.offline.progress import tracked
 from tendond.offline.wiring.report import WiringRow, markdown, rows
 from tendond.offline.wiring.study import RIGHT, Job, WiringOutcome, jobs, laws, run_study
 
@@ -48,7 +49,7 @@ def run_wiring(
     if out is not None:
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
-            out.write_text(markdown(table), encoding="utf-8")
+            write_whole(out, markdown(table))
         except OSError as error:
             raise DaemonError(f"{out}: {error.strerror}; choose another file with --out") from error
     if as_json:
@@ -59,11 +60,7 @@ def run_wiring(
 
 
 def _watched(work: list[Job], processes: int | None, *, silent: bool) -> Iterator[WiringOutcome]:
-    outcomes = run_study(work, processes)
-    if silent:
-        yield from outcomes
-        return
-    yield from track(outcomes, total=len(work), description="runs", console=Console(stderr=True), transient=True)
+    yield from tracked(run_study(work, processes), len(work), "runs", quiet=silent)
 
 
 def _print(table: list[WiringRow]) -> None:

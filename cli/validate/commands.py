@@ -5,15 +5,9 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.completion import datasets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
-
-
-def datasets() -> list[str]:
-    """Return the names of the public data sets, for the shell's completion."""
-    from tendond.offline.validation.datasets.catalogue import names
-
-    return names()
 
 
 def validate(
@@ -50,8 +44,12 @@ def validate(
             "--every", min=2, max=1000, help="Hold out one block in so many, instead of the data set's own part."
         ),
     ] = None,
-    length: Annotated[float | None, typer.Option("--length", help="Backbone of a CSV file's robot [m].")] = None,
-    radius: Annotated[float | None, typer.Option("--radius", help="Its tendons' distance from the axis [m].")] = None,
+    length: Annotated[
+        float | None, typer.Option("--length", min=0.0, max=10.0, help="Backbone of a CSV file's robot [m].")
+    ] = None,
+    radius: Annotated[
+        float | None, typer.Option("--radius", min=0.0, max=1.0, help="Its tendons' distance from the axis [m].")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for report, figure, JSON, correction. Default: none written.")
     ] = None,

@@ -12,6 +12,7 @@ from tendond.daemon.errors import UsageError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.correction.learned import save
 from tendond.offline.files import write_whole
+from tendond.offline.progress import working
 from tendond.offline.validation.datasets.catalogue import Entry, load
 from tendond.offline.validation.datasets.poses import Poses, split_evenly
 from tendond.offline.validation.evaluate import Request, evaluate
@@ -56,7 +57,7 @@ def run_validate(
     through = count or (entry.poses if entry is not None else POSES)
     request = Request(None if chosen == AUTO else chosen, through, near, apart, residual)
     announce_compilation(say)
-    with Console(stderr=True).status("") as status:
+    with working(f"validating on {poses.name}", quiet=as_json) as status:
         found = evaluate(poses, design, request, lambda text: status.update(f"fitting {text}"))
     target = entry.target if entry is not None else None
     if as_json:

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tendond.schemas.base import Vector3
@@ -10,7 +11,9 @@ from tendond.schemas.messages import Message, Status, TendonCommand, TendonState
 FRAMES_PER_SECOND = 10.0
 TRAIL_POSES = 1000
 ERRORS = 200
-RATE_SECONDS = 2.0
+RATE_SECONDS = 4.0
+"""Time over which a rate is measured: a camera's jitter of 2 ms is then 0.1 % of it."""
+
 SILENT_SECONDS = 1.0
 """Time without a command after which there is no controller: it sends one each cycle, armed or not."""
 
@@ -20,25 +23,48 @@ STATUS_SILENT_SECONDS = 2.5
 
 @dataclass
 class Stream:
-    """Newest message of a kind, its arrival time [s], and earlier sequence numbers with their times."""
+    """Newest message of a kind, its arrival time [s], and the numbers and stamps of those before.
+
+    Messages are taken from the bus a frame at a time, and only the newest of a frame may be left: their arrival says
+    little about their rate, unlike their publisher's stamps and sequence numbers.
+    """
 
     message: Message | None = None
     at: float = -math.inf
-    _numbers: deque[tuple[float, int]] = field(default_factory=lambda: deque(maxlen=100))
+    _numbers: deque[tuple[float, float, int]] = field(default_factory=deque)
+    """Arrival [s], stamp [s] and sequence number."""
 
     def add(self, message: Message, now: float) -> None:
         """Add a message that arrived at `now` [s]."""
-        if self._numbers and message.seq < self._numbers[-1][1]:  # its publisher has restarted
+        last = self.message
+        if last is not None and (message.seq < last.seq or message.source != last.source):  # another publisher
             self._numbers.clear()
-        self._numbers.append((now, message.seq))
+        self._numbers.append((now, 1e-9 * message.stamp_ns, message.seq))
+        while self._numbers[0][0] < now - RATE_SECONDS:
+            self._numbers.popleft()
         self.message, self.at = message, now
 
     def rate(self, now: float) -> float:
-        """Rate over the last two seconds [Hz], by sequence numbers; 0 if they have stopped."""
-        recent = [(at, seq) for at, seq in self._numbers if at >= now - RATE_SECONDS]
-        if len(recent) < 2 or recent[-1][0] <= recent[0][0]:
+        """Rate at which the publisher sends [Hz], by its stamps over the last seconds; 0 if it has stopped."""
+        recent = [one for one in self._numbers if one[0] >= now - RATE_SECONDS]
+        if len(recent) < 2:
             return 0.0
-        return (recent[-1][1] - recent[0][1]) / (recent[-1][0] - recent[0][0])
+        numbers = [float(seq) for _, _, seq in recent]
+        times = [stamp for _, stamp, _ in recent]
+        if times[-1] <= times[0]:  # a publisher without a clock
+            times = [at for at, _, _ in recent]
+        return slope(times, numbers) if times[-1] > times[0] else 0.0
+
+    @property
+    def span(self) -> float:
+        """Time over which a rate can be measured [s]: between the first and the last stamp."""
+        return self._numbers[-1][1] - self._numbers[0][1] if self._numbers else 0.0
+
+
+def slope(x: Sequence[float], y: Sequence[float]) -> float:
+    """Return the slope of the line through points that fits best by least squares; x has at least two values."""
+    mean = sum(x) / len(x)
+    return sum((a - mean) * b for a, b in zip(x, y, strict=True)) / sum((a - mean) ** 2 for a in x)
 
 
 class BusSnapshot:

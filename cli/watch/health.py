@@ -13,6 +13,20 @@ def labelled(label: str, value: Text) -> Text:
     return Text.assemble((f" {label:<{LABEL - 1}}", DIM), value)
 
 
+def folded(row: Text, width: int) -> list[Text]:
+    """Divide a row that is wider at spaces, and indent what is below like a value; colours are kept."""
+    rows: list[Text] = []
+    while row.cell_len > width > LABEL + 8:
+        place = row.plain.rfind(" ", LABEL + 1, width + 1)
+        if place < 0:
+            break
+        first, row = row.divide([place])
+        first.rstrip()
+        rows.append(first)
+        row = Text.assemble(" " * LABEL, row[1:])
+    return [*rows, row]
+
+
 def health_rows(status: Status) -> list[Text]:
     """Write loop, filter, sensors, what was rejected, and the log."""
     loop = status.loop

@@ -6,11 +6,12 @@ from rich.text import Text
 
 from tendond.cli.watch.bus_snapshot import SILENT_SECONDS, BusSnapshot, Stream
 from tendond.cli.watch.canvas import Canvas
-from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, health_rows, labelled, sensors_in_words
+from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, folded, health_rows, labelled, sensors_in_words
 from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.text import bar, millimetre, millimetres, padded, sparkline, wrapped
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import Mode
+from tendond.schemas.messages import Mode, Status
+from tendond.schemas.remedies import clearing
 
 MODE_STYLES = {
     Mode.STARTING: "black on white",
@@ -29,7 +30,7 @@ MIN_PLOT_HEIGHT = 8
 SCALES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
-def frame(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, height: int) -> Text:
+def frame(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, height: int, option: str = "") -> Text:
     """Draw a frame that fits.
 
     Args:
@@ -37,10 +38,11 @@ def frame(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, heig
         config: the rig's configuration, for its name, limits and length.
         now: time on the clock of `snapshot` [s].
         width, height: size of the terminal, in characters.
+        option: that names the rig, in the command that clears a fault.
     """
     body = max(1, height - 1)
     left_width = min(LEFT_WIDTH, width)
-    left = _left(snapshot, config, now, left_width)[:body]
+    left = _left(snapshot, config, now, left_width, option)[:body]
     right = (
         _plots(snapshot, config, now, width - left_width - 1, body) if width - left_width - 1 >= MIN_PLOT_WIDTH else []
     )
@@ -57,12 +59,18 @@ def frame(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, heig
     return Text("\n", no_wrap=True, end="").join(rows[:height])
 
 
-def line(snapshot: BusSnapshot, config: RigConfig, now: float) -> str:
-    """Write the frame's numbers in a line."""
+def _to_clear(status: Status, config: RigConfig, option: str) -> str:
+    return clearing(status.reason, option, has_servos=config.servo is not None)
+
+
+def line(snapshot: BusSnapshot, config: RigConfig, now: float, option: str = "") -> str:
+    """Write the frame's numbers in a line; `option` as for `frame`."""
     status = snapshot.status
     if status is None or snapshot.is_silent(now):
         return _waiting(config)
     parts = [f"{status.mode.value} ({status.reason})", f"tip {' '.join(_tip(snapshot).split())}"]
+    if status.mode is Mode.FAULT:
+        parts.insert(1, _to_clear(status, config, option))
     if snapshot.error is not None:
         parts.append(f"to target {millimetre(snapshot.error)} mm")
     command = snapshot.command or status
@@ -96,12 +104,13 @@ def _head(snapshot: BusSnapshot, config: RigConfig, now: float, width: int) -> T
     return head
 
 
-def _left(snapshot: BusSnapshot, config: RigConfig, now: float, width: int) -> list[Text]:
+def _left(snapshot: BusSnapshot, config: RigConfig, now: float, width: int, option: str) -> list[Text]:
     """Write numbers and bars."""
     status = snapshot.status
     rows = [Text()]
     if status is not None and status.mode is Mode.FAULT:
         rows += [Text(part, style=BAD) for part in wrapped(status.reason, width)]
+        rows += [Text(part, style=WARN) for part in wrapped(_to_clear(status, config, option), width)]
     if snapshot.tendons is not None and snapshot.tendons.fault:
         rows += [Text(part, style=BAD) for part in wrapped(f"servos: {snapshot.tendons.fault}", width)]
     occluded = snapshot.pose is not None and not snapshot.pose.valid
@@ -117,7 +126,7 @@ def _left(snapshot: BusSnapshot, config: RigConfig, now: float, width: int) -> l
     rows.append(Text())
     if status is not None:
         rows += health_rows(status)
-    return rows
+    return [part for row in rows for part in folded(row, width)]
 
 
 def _tip(snapshot: BusSnapshot) -> str:

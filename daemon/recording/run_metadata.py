@@ -35,16 +35,16 @@ def run_metadata(config: RigConfig) -> dict[str, str]:
 
 
 def _revision() -> str:
-    """Return the revision of the working copy, if it is one."""
+    """Return the revision of the working copy, if it is one; no lock of its is taken, as `describe --dirty` would."""
     try:
-        result = subprocess.run(
-            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
-            cwd=Path(__file__).resolve().parent,
-            capture_output=True,
-            text=True,
-            timeout=2.0,
-            check=True,
-        )
+        revision = _git("describe", "--always", "--abbrev=12")
+        changes = _git("--no-optional-locks", "status", "--porcelain", "--untracked-files=no")
     except (OSError, subprocess.SubprocessError):
         return "unknown"
+    return f"{revision}-dirty" if changes else revision
+
+
+def _git(*arguments: str) -> str:
+    folder = Path(__file__).resolve().parent
+    result = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, text=True, timeout=2.0, check=True)
     return result.stdout.strip()

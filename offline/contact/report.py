@@ -10,6 +10,7 @@ import numpy as np
 
 from tendond.offline.contact.cases import Case
 from tendond.offline.contact.run import BASE, LATER, Outcome
+from tendond.offline.files import whole, write_whole
 
 FOUND_TIME, FOUND_SHARE = 0.1, 0.9
 """Time within which a contact is to be found [s], and part of them that are."""
@@ -169,7 +170,7 @@ def write(outcomes: Sequence[Outcome], rows: Sequence[ContactRow], free: Sequenc
     Raises:
         OSError: a file cannot be written.
     """
-    with (out / "results.csv").open("w", encoding="utf-8", newline="") as stream:
+    with whole(out / "results.csv") as draft, draft.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         moments = [f"{name}_{later}" for later in LATER for name in ("place", "force", "covered")]
         writer.writerow(("case", "seed", "place", "found_s", *moments, "released_s", "alarms", "free_s", "tip_m"))
@@ -180,5 +181,5 @@ def write(outcomes: Sequence[Outcome], rows: Sequence[ContactRow], free: Sequenc
             ends = one.released, one.alarms, one.free, one.tip
             writer.writerow((one.case.name, one.seed, one.place, one.found, *values, *ends))
     summary = {"contacts": [asdict(row) for row in rows], "free": [asdict(row) for row in free]}
-    (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    (out / "report.md").write_text("# Contacts anywhere along the body\n\n" + markdown(rows, free), encoding="utf-8")
+    write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
+    write_whole(out / "report.md", "# Contacts anywhere along the body\n\n" + markdown(rows, free))

@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.files import whole
 from tendond.offline.logs.arrays import Arrays
 
 
@@ -39,7 +40,7 @@ def export(run: Arrays, path: Path) -> int:
 
 def _write_csv(run: Arrays, path: Path) -> int:
     columns = run.columns()
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    with whole(path) as draft, draft.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(columns)
         for row in zip(*(column.tolist() for column in columns.values()), strict=True):
@@ -54,5 +55,6 @@ def _write_parquet(run: Arrays, path: Path) -> int:
     columns = {name: pa.array(column, from_pandas=column.dtype.kind == "f") for name, column in run.columns().items()}
     notes = {f"tendond.{key}": value for key, value in run.metadata.items()}
     table = pa.table(columns).replace_schema_metadata({**notes, "tendond.rig.json": run.config.model_dump_json()})
-    pq.write_table(table, path)
+    with whole(path) as draft:
+        pq.write_table(table, draft)
     return len(columns)

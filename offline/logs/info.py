@@ -13,6 +13,7 @@ from tendond.offline.logs.run import Run, no_cycles, open_run
 from tendond.offline.logs.ticks import left_out_before
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord, LoopTiming
+from tendond.schemas.remedies import clearing
 
 
 def info(path: Path) -> dict[str, Any]:
@@ -21,7 +22,8 @@ def info(path: Path) -> dict[str, Any]:
     Keys: files, bytes, complete, damage (texts), metadata, calibration (of the servos; null without), started (UTC),
     duration_s, messages (by topic), cycles, first_tick, last_tick, missing_ticks (in the log), left_out (of the log on
     purpose, while the arm was idle), missed_deadlines (of the loop), modes (tick, mode, reason at each change), faults
-    (tick, reason), rejected (inputs, by reason), readings (of sensors, by name), snapshots.
+    (tick, reason, to_clear: the commands that do), rejected (inputs, by reason), readings (of sensors, by name),
+    snapshots.
 
     Raises:
         LogError: not one of ours, without configuration, without one cycle that can be read, or of another version.
@@ -81,7 +83,11 @@ def info(path: Path) -> dict[str, Any]:
         "left_out": left_out,
         "missed_deadlines": missed,
         "modes": modes,
-        "faults": [change for change in modes if change["mode"] == Mode.FAULT.value],
+        "faults": [
+            change | {"to_clear": clearing(change["reason"], has_servos=run.config.servo is not None)}
+            for change in modes
+            if change["mode"] == Mode.FAULT.value
+        ],
         "rejected": dict(rejected),
         "readings": dict(readings),
         "snapshots": counts["state"],

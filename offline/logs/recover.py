@@ -10,6 +10,7 @@ from tendond import __version__
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.channels import CYCLE, STATE
 from tendond.daemon.recording.mcap_file import CHUNK_BYTES
+from tendond.offline.files import whole
 from tendond.offline.logs.container import Damage, LogError, records
 from tendond.offline.logs.ticks import left_out_before, ranges, tick_of
 
@@ -47,7 +48,9 @@ def recover(path: Path, out: Path) -> Recovered:
     ticks: list[int] = []
     left_out: list[tuple[int, int]] = []
     try:
-        with out.open("xb") as stream:
+        if out.exists():
+            raise FileExistsError
+        with whole(out) as draft, draft.open("wb") as stream:
             writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
             writer.start(library=f"tendond {__version__}")
             schemas, channels, topics = {0: 0}, {}, {}
@@ -87,16 +90,12 @@ def recover(path: Path, out: Path) -> Recovered:
                         elif topic == STATE.topic and (stretch := left_out_before(record.data)) is not None:
                             left_out.append(stretch)
             writer.finish()
+            if not found.messages:
+                raise LogError(f"{path}: nothing in it is whole, so nothing can be saved; use another log")
     except FileExistsError as error:
         raise UsageError(f"{out}: exists already; choose another file with --out") from error
-    except LogError:
-        out.unlink(missing_ok=True)
-        raise
     except OSError as error:
         raise UsageError(f"{out}: cannot be written: {error.strerror}; choose another file with --out") from error
-    if not found.messages:
-        out.unlink()
-        raise LogError(f"{path}: nothing in it is whole, so nothing can be saved; use another log")
     found.cycles = len(ticks)
     if ticks:
         found.first, found.last = ticks[0], ticks[-1]

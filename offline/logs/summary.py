@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from tendond.offline.files import write_whole
 from tendond.offline.logs.injections import recoveries
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import SETTLED, metrics, tracking
@@ -63,7 +64,7 @@ def write_summary(log: LogFile, path: Path) -> dict[str, Any]:
     """`summary` as JSON at `path`, whose folder is made; returned as well."""
     values = summary(log)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(values, indent=2) + "\n")
     return values
 
 

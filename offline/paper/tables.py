@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from tendond.offline.files import whole, write_whole
 from tendond.offline.logs.metrics import Metrics
 from tendond.offline.logs.published import Published
 from tendond.offline.paper.published import EXPERIMENT, LAWS, SIMULATION
@@ -196,11 +197,11 @@ def write_tables(runs: Runs, folder: Path, simulation: str, edge: str, experimen
     _write_csv(folder / "scenarios.csv", head, rows)
     for name, scenario in (("results", simulation), ("results_edge", edge)):
         text = json.dumps(results(runs, scenario, experiment), indent=2)
-        (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+        write_whole(folder / f"{name}.json", text + "\n")
 
 
 def _write_csv(path: Path, head: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    with whole(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(head)
         writer.writerows(rows)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendond.daemon.errors import UsageError
+from tendond.offline.files import write_whole
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.paths import Array, TipPath
@@ -64,7 +65,7 @@ def write_page(log: LogFile, path: Path) -> Path:
         parts.append(f"<h2>{heading}</h2>{drawn}")
     head = f"<head><meta charset='utf-8'><title>{escape(log.name)}</title><style>{CSS}</style></head>"
     body = "\n".join(parts)
-    path.write_text(f"<!doctype html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n", encoding="utf-8")
+    write_whole(path, f"<!doctype html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n")
     return path
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from tendond.daemon.errors import DaemonError
+from tendond.offline.files import whole
 from tendond.offline.plots.appearance import appearance
-from tendond.offline.plots.style import style
+from tendond.offline.plots.style import place_parts, style
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,10 @@ class Output:
         self.check([name])
         self.folder.mkdir(parents=True, exist_ok=True)
         with style():
+            place_parts(figure)
             for path in self.paths(name):
-                figure.savefig(path)
+                with whole(path) as draft:
+                    figure.savefig(draft)
         return self.paths(name)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from tendond import __version__
+from tendond.offline.files import write_whole
 from tendond.offline.logs.container import LogError
 from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tallies
 from tendond.offline.logs.info import info
@@ -66,7 +67,7 @@ def write_report(file: Path, out: Path, published_for: Callable[[LogFile], Publi
         LogError: see `load`.
         OSError: the page cannot be written.
     """
-    out.write_text(page(load(file), info(file), published_for), encoding="utf-8")
+    write_whole(out, page(load(file), info(file), published_for))
     return out
 
 
@@ -151,7 +152,10 @@ def _numbers(numbers: dict[str, Any]) -> str:
 
 def _health(facts: dict[str, Any]) -> str:
     rejected = ", ".join(f"{count} {reason}" for reason, count in facts["rejected"].items()) or "none"
-    faults = "; ".join(f"cycle {fault['tick']}: {fault['reason']}" for fault in facts["faults"]) or "none"
+    faults = (
+        "; ".join(f"cycle {fault['tick']}: {fault['reason']}; {fault['to_clear']}" for fault in facts["faults"])
+        or "none"
+    )
     whole = facts["complete"] and not facts["damage"]
     missing, missed = facts["missing_ticks"], facts["missed_deadlines"]
     rows = [

@@ -15,6 +15,7 @@ from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
+from tendond.offline.files import whole
 from tendond.offline.plots.appearance import appearance
 
 logging.getLogger("fontTools").setLevel(logging.ERROR)  # it tells of every table of a font that a PDF takes up
@@ -234,7 +235,8 @@ def save(figure: Figure, path: Path) -> Path:
     with style():
         place_parts(figure)
         for one in paths:
-            figure.savefig(one)
+            with whole(one) as draft:
+                figure.savefig(draft)
     return paths[0]
 
 

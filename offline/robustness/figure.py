@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.typing import ColorType
 from numpy.typing import NDArray
 
+from tendond.offline.files import whole
 from tendond.offline.robustness.evaluate import RIPPLE_GOAL_MM, SETTLING_GOAL, PointResult
 from tendond.offline.robustness.points import AXES, FEEDBACKS, Point
 from tendond.offline.robustness.run import Rows
@@ -94,7 +95,8 @@ def draw(rows: Rows, path: Path) -> Path:
             ha="left",
             fontsize=10,
         )
-        figure.savefig(path)
+        with whole(path) as draft:
+            figure.savefig(draft)
     return path
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tendond.daemon.errors import DaemonError
 from tendond.model.estimation.kalman.sensors import Markers
+from tendond.offline.files import whole
 from tendond.offline.logs.arrays import Arrays
 from tendond.offline.logs.export import export
 from tendond.offline.logs.log import LogFile
@@ -109,7 +110,8 @@ def write_table(run: Arrays, out: Path) -> int:
     if out.suffix != ".npz":
         return export(run, out)
     try:
-        np.savez_compressed(out, allow_pickle=False, **run.arrays, units=np.array(json.dumps(run.units)))
+        with whole(out) as draft:
+            np.savez_compressed(draft, allow_pickle=False, **run.arrays, units=np.array(json.dumps(run.units)))
     except OSError as error:
         raise DaemonError(f"{out}: cannot be written: {error.strerror}; choose another file with --out") from error
     return len(run.arrays)

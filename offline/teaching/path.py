@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.files import whole
 from tendond.schemas.messages import TipPose
 
 Array = NDArray[np.float64]
@@ -130,7 +131,7 @@ def write_path(rows: Array, columns: Columns, path: Path) -> int:
     """
     picked = {"direction": (0, 1, 2, 3, 4, 5, 6), "position": (0, 1, 2, 3), "xz": (0, 1, 3), "yz": (0, 2, 3)}[columns]
     try:
-        with path.open("w", encoding="utf-8", newline="") as stream:
+        with whole(path) as draft, draft.open("w", encoding="utf-8", newline="") as stream:
             writer = csv.writer(stream)
             writer.writerow(("time [s]", *HEADINGS[columns]))
             for row in rows[:, picked].tolist():

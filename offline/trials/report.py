@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from tendond.offline.files import whole, write_whole
 from tendond.offline.trials.measure import TrialOutcome
 from tendond.offline.trials.paths import MATCHED_RMS_MM, UNLIKE_RMS_MM, Trial
 
@@ -23,7 +24,7 @@ def write(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any
     Raises:
         OSError: a file cannot be written.
     """
-    with (out / "results.csv").open("w", encoding="utf-8", newline="") as stream:
+    with whole(out / "results.csv") as draft, draft.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(("trajectory", "plant", *COLUMNS, "notes", "meets"))
         for trial, outcome in zip(some, outcomes, strict=True):
@@ -35,8 +36,8 @@ def write(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any
         for trial, outcome in zip(some, outcomes, strict=True)
     ]
     values = {"trajectories": trajectories, "planar": planar}
-    (out / "summary.json").write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
-    (out / "report.md").write_text(_report(some, outcomes, planar), encoding="utf-8")
+    write_whole(out / "summary.json", json.dumps(values, indent=2) + "\n")
+    write_whole(out / "report.md", _report(some, outcomes, planar))
 
 
 def _report(some: list[Trial], outcomes: list[TrialOutcome], planar: dict[str, Any]) -> str:

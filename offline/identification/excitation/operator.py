@@ -6,11 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import zenoh
-from rich.console import Console
-from rich.progress import Progress
 
 from tendond.bus.client import BusError, StoppedError, open_client
 from tendond.bus.operator import ask, status_in
+from tendond.bus.subscription import Subscription
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.offline.identification.excitation.plan import IdentificationPlan, Request
 from tendond.offline.identification.recordings.weights import WEIGHT_NOTE
@@ -23,8 +22,10 @@ from tendond.offline.processes import (
     start,
     tip_in_words,
 )
+from tendond.offline.progress import bars
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.messages import Mode, Status
+from tendond.schemas.keys import SIMULATOR_TRUTH, key
+from tendond.schemas.messages import Mode, SimulatorTruth, Status
 from tendond.schemas.requests import ControlAction, ControlReply, ControlRequest
 
 PATIENCE_SECONDS = 10.0
@@ -100,6 +101,8 @@ class _Operator:
         say: Callable[[str], None],
     ) -> None:
         self._rig = config.rig.name
+        self._drive = config.simulator.drive
+        self._truth = Subscription(session, key(config.rig.name, SIMULATOR_TRUTH), SimulatorTruth)
         self._session = session
         self._controller = controller
         self._say = say
@@ -109,11 +112,12 @@ class _Operator:
 
         Raises:
             DaemonError: a fault, or a request that was refused repeatedly; the tendons are released.
+            UsageError: the rig is a simulator with an ideal drive.
         """
-        console = Console()
-        with Progress(*progress_columns(), console=console, disable=not console.is_terminal) as progress:
+        with bars(*progress_columns()) as progress:
             task = progress.add_task("waiting", total=plan.duration, state="")
             self._await_tip()
+            self._refuse_ideal_drive()
             try:
                 before = 0.0
                 last = time.monotonic()
@@ -137,6 +141,21 @@ class _Operator:
             if time.monotonic() > deadline:
                 raise DaemonError(f"no pose of the tip within {START_SECONDS:g} s: start the camera's driver")
             time.sleep(POLL_SECONDS)
+
+    def _refuse_ideal_drive(self) -> None:
+        """Refuse a simulator that imposes the tensions, before the arm moves: its log could not be fitted to.
+
+        Raises:
+            UsageError: it is one.
+        """
+        if self._drive != "tension":
+            return
+        time.sleep(POLL_SECONDS)  # for its truth, which comes with each pose
+        if self._truth.newest() is not None:
+            raise UsageError(
+                f"rig '{self._rig}' is a simulator with an ideal drive, which imposes the tensions: there is no servo "
+                'to identify and no tendon end to fit to; set simulator.drive = "displacement" and restart it'
+            )
 
     def _sees_the_tip(self) -> bool:
         """Check for a pose; a controller that is still starting does not reply."""

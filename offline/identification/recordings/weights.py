@@ -1,14 +1,19 @@
 """Known weights on the tip, from the command line or a log's metadata."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from tendond.daemon.errors import UsageError
 from tendond.offline.identification.recordings.recording import DataError
 from tendond.offline.logs.arrays import Arrays
+from tendond.schemas.mistaken_units import unit_hint
 
 WEIGHT_NOTE = "weight"
 """Name in a log's metadata of the known weight on its tip [kg]."""
+
+LARGEST = 10.0
+"""Largest weight that is taken for one [kg]."""
 
 
 def weight_of(arrays: Arrays, path: Path, weights: Mapping[str, float]) -> float:
@@ -33,7 +38,7 @@ def parse_weight(text: str) -> float:
         ValueError: not a number from 0 to 10.
     """
     value = float(text)
-    if not 0.0 <= value <= 10.0:
+    if not 0.0 <= value <= LARGEST:
         raise ValueError
     return value
 
@@ -47,10 +52,15 @@ def parse_weights(options: list[str]) -> dict[str, float]:
     weights = {}
     for option in options:
         name, sign, text = option.rpartition("=")
+        hint = ""
         try:
             weights[name] = parse_weight(text)
         except ValueError:
             sign = ""
+            with suppress(ValueError):
+                hint = unit_hint(float(text), LARGEST, "kg")
         if not sign or not name:
-            raise UsageError(f"--weight {option}: give LOG=KG with 0 to 10 kg, for instance --weight loaded.mcap=0.05")
+            raise UsageError(
+                f"--weight {option}: give LOG=KG with 0 to 10 kg, for instance --weight loaded.mcap=0.05{hint}"
+            )
     return weights

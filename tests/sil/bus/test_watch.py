@@ -7,17 +7,28 @@ import pty
 import re
 import select
 import signal
+import socket
 import struct
 import subprocess
 import sys
 import termios
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from random import Random
 
 import pytest
+import zenoh
 
+from tendond.cli.rig.watch import Listener
+from tendond.schemas.config.rig import check_config
+from tendond.schemas.keys import TIP_POSE, key
+from tendond.schemas.messages import TipPose
+from tendond.schemas.wire import encode
+from tests.rig.tracker import free_port
+from tests.sil.background import running
 from tests.sil.bus.live import Live
 from tests.sil.rig import PATIENCE_SECONDS, Rig, rig
 
@@ -158,3 +169,39 @@ def test_watch_once_and_watch_in_a_pipe(live: Live) -> None:
     assert piped.stderr is not None
     assert piped.stderr.read() == ""
     piped.stderr.close()
+
+
+@pytest.mark.parametrize("rate", [100.0, 250.0])
+def test_the_rate_that_is_shown_is_that_of_a_camera_with_jitter_and_a_burst(rate: float) -> None:
+    """A real publisher, whose mean rate is measured by its own stamps; the frames are read as the live view does."""
+    endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    own = zenoh.Config()
+    own.insert_json5("listen/endpoints", f'["{endpoint}"]')
+    own.insert_json5("scouting/multicast/enabled", "false")
+    config = check_config({"rig": {"name": "eve"}, "bus": {"endpoint": endpoint}}, "test")
+    ending, jitter, sent = threading.Event(), Random(3), list[int]()
+
+    def publish() -> None:
+        began, number = time.monotonic(), 0
+        while not ending.is_set():
+            held = 2.0 <= (time.monotonic() - began) % 4.0 < 2.15  # held up, then a burst
+            while not held and time.monotonic() > began + (number + jitter.uniform(0.0, 0.3)) / rate:
+                sent.append(time.monotonic_ns())
+                pose = TipPose(seq=number, stamp_ns=sent[-1], position=(0.0, 0.0, 0.5), orientation=(1.0, 0.0, 0, 0))
+                session.put(key("eve", TIP_POSE), encode(pose))
+                number += 1
+            time.sleep(0.2 / rate)
+
+    with zenoh.open(own) as session, running(publish, ending):
+        listener = Listener(config)
+        shown: list[float] = []
+        try:
+            while len(shown) < 70:
+                listener.listen()
+                shown.append(listener.snapshot.pose_stream.rate(time.monotonic()))
+                time.sleep(0.1)
+        finally:
+            listener.close()
+    true = (len(sent) - 1) / (1e-9 * (sent[-1] - sent[0]))
+    assert all(one == pytest.approx(true, rel=0.05) for one in shown[20:]), (true, shown)
+    assert sorted(shown[20:])[25] == pytest.approx(true, rel=0.02)

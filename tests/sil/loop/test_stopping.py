@@ -137,4 +137,17 @@ def test_arm_waits_until_the_arm_tracks_and_says_why_where_it_does_not(tmp_path:
             assert "tendond: the arm does not track: " in found
             assert "asked to stop" in found
             one.until(session, lambda s: s.mode is Mode.IDLE)
+            arming = one.start("arm", "--wait")
+            one.until(session, lambda s: s.mode is Mode.PRETENSION)
+            assert arming.stdout is not None
+            assert "armed" in arming.stdout.readline() + arming.stdout.readline()  # it waits
+            arming.send_signal(signal.SIGINT)
+            found = waited(arming, 130)
+            assert "tendond: no longer waiting: the controller goes on by itself (pretension, then tracking); " in found
+            assert f"'tendond stop --config {one.config}' releases the tendons" in found
+            one.until(session, lambda s: s.mode is Mode.TRACKING)
+            found = waited(one.start("stop", "--wait"), 0)
+            assert one.status(session).mode is Mode.IDLE
+            assert "the tendons are released" in found.splitlines()[-1]
+            assert "nothing to stop: the rig is idle" in waited(one.start("stop", "--wait"), 0)
         assert one.end(controller)[0] == 0

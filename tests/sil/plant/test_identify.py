@@ -61,3 +61,13 @@ def test_ctrl_c_releases_the_tendons(tmp_path: Path) -> None:
     records = load(tmp_path / "run.mcap").records
     assert not records[-1].command.armed
     assert max(records[-1].command.tension) == 0.0
+
+
+def test_a_simulator_with_an_ideal_drive_is_refused_before_the_arm_moves(tmp_path: Path) -> None:
+    with rig(tmp_path, CONFIG.replace('drive = "displacement"', 'drive = "tension"')) as one:
+        one.start("simulate")
+        operator = begin(one)
+        _, said = operator.communicate(timeout=120.0)
+    assert operator.returncode == 2
+    assert "tendond: rig 'sil' is a simulator with an ideal drive, which imposes the tensions" in said
+    assert {record.mode for record in load(tmp_path / "run.mcap").records} <= {Mode.STARTING, Mode.IDLE}

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tendond import __version__
+from tendond.cli.manual.site import GENERATED
 from tendond.cli.program import MOVED
 from tendond.schemas.config.renamed import IN_SECONDS, REMOVED, RENAMED
 
@@ -83,3 +84,19 @@ def test_the_tests_that_the_documents_name_exist(page: str, line: str) -> None:
     for name in re.findall(r"[\w.]+", " ".join(chosen)):
         if name not in ("or", "and", "not"):
             assert any(name in text for text in texts), name
+
+
+LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
+CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_link_leads_to_a_file_where_the_repository_itself_is_read(path: Path) -> None:
+    for target in LINK.findall(CODE.sub("", path.read_text(encoding="utf-8"))):
+        if "://" not in target and not target.startswith("mailto:"):
+            assert (path.parent / target).exists(), target
+
+
+def test_a_page_that_the_documentation_generates_says_so_in_the_repository() -> None:
+    for uri in GENERATED:
+        assert "make docs" in (ROOT / "docs" / uri).read_text(encoding="utf-8")

@@ -1,11 +1,14 @@
 """The live view: what it draws fits whatever the terminal is, and says what has been snapshot."""
 
 import math
+from random import Random
 
 import pytest
+from rich.text import Text
 
 from tendond.cli.watch.bus_snapshot import BusSnapshot
 from tendond.cli.watch.canvas import Canvas
+from tendond.cli.watch.health import BAD, folded, labelled
 from tendond.cli.watch.plain import shown
 from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.screen import frame, line
@@ -48,6 +51,12 @@ def watched(*, mode: Mode = Mode.TRACKING, reason: str = "armed by the operator"
         if i % 10 == 0:
             snapshot.tick(now)
     return snapshot
+
+
+def left_column(snapshot: BusSnapshot) -> str:
+    """Words left of the plots, without the folds."""
+    rows = frame(snapshot, CONFIG, 2.0, 80, 24).plain.splitlines()
+    return " ".join(" ".join(row[:43] for row in rows).split())
 
 
 @pytest.mark.parametrize("size", [(80, 24), (200, 60), (120, 16), (43, 12), (20, 5), (1, 1)])
@@ -180,7 +189,7 @@ def test_the_room_that_is_left_for_logs_is_shown_in_days() -> None:
     assert snapshot.status is not None
     loop = snapshot.status.loop.model_copy(update={"log_days_left": 12.34})
     snapshot.add(snapshot.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
-    assert "0 entries dropped, space for 12.3 days" in frame(snapshot, CONFIG, 2.0, 80, 24).plain
+    assert "0 entries dropped, space for 12.3 days" in left_column(snapshot)
 
 
 def test_the_tensions_at_the_tip_are_shown_where_the_model_has_friction() -> None:
@@ -192,3 +201,48 @@ def test_the_tensions_at_the_tip_are_shown_where_the_model_has_friction() -> Non
         text = frame(snapshot, CONFIG, 2.0, 80, 24).plain
         assert ("51.25" in text) == there
         assert max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 250.0, 1000.0])
+def test_the_rate_is_the_publishers_though_poses_are_taken_a_frame_at_a_time(rate: float) -> None:
+    snapshot = BusSnapshot()
+    jitter = Random(7)
+    kept: list[TipPose] = []
+    frames = 0
+    for i in range(int(5.0 * rate)):
+        stamp = i / rate + jitter.uniform(-0.2, 0.2) / rate
+        if 2.0 < i / rate < 2.1:  # held up in the camera, then sent at once
+            stamp = 2.1
+        pose = TipPose(seq=i, stamp_ns=int(1e9 * (1.0 + stamp)), position=(0.0, 0.0, 0.5), orientation=(1.0, 0, 0, 0))
+        kept = [*kept, pose][-32:]
+        if i / rate >= 0.1 * frames + jitter.uniform(0.0, 0.05):
+            frames += 1
+            for one in kept:
+                snapshot.add(one, i / rate)
+            kept = []
+            if i / rate > 1.0:
+                assert snapshot.pose_stream.rate(i / rate) == pytest.approx(rate, rel=0.03)
+    assert snapshot.pose_stream.rate(5.0) == pytest.approx(rate, rel=0.005)
+    assert snapshot.pose_stream.rate(15.0) == 0.0
+
+
+def test_a_value_wider_than_its_column_goes_on_below_beside_the_plots() -> None:
+    snapshot = watched()
+    assert snapshot.status is not None
+    loop = snapshot.status.loop.model_copy(update={"phase_locked": True, "pose_wait_ms_median": 0.14})
+    snapshot.add(snapshot.status.model_copy(update={"loop": loop, "seq": 8}), 2.0)
+    rows = frame(snapshot, CONFIG, 2.0, 80, 24).plain.splitlines()
+    assert max(map(len, rows)) == 80
+    assert "…" not in "".join(rows)
+    assert all(row[43:44] in "┌│└" for row in rows[1:]), "the plots have a straight edge"
+    assert "locked to the poses, a pose waits 0.14 ms" in left_column(snapshot)
+
+
+def test_a_folded_row_keeps_its_words_and_colours() -> None:
+    row = labelled("refused", Text("the tip of the arm does not rest yet, wait until it does", style=BAD))
+    parts = folded(row, 30)
+    assert len(parts) > 1
+    assert all(part.cell_len <= 30 for part in parts)
+    assert " ".join(" ".join(part.plain for part in parts).split()) == " ".join(row.plain.split())
+    assert all(any(span.style == BAD for span in part.spans) for part in parts)
+    assert [part.plain for part in folded(labelled("x", Text("y" * 50)), 30)] == [labelled("x", Text("y" * 50)).plain]

@@ -18,6 +18,7 @@ from tendond.offline.identification.recordings.checks import check, errors
 from tendond.offline.identification.recordings.load import load_recording
 from tendond.offline.identification.simulation.simulate import Simulation
 from tendond.schemas.config.rig import check_config
+from tests.unit.cli.commands import tendond
 from tests.unit.identification.recordings import TRUE, recording
 
 ARM = """
@@ -169,3 +170,13 @@ def test_values_of_an_arm_come_back_from_its_configuration(arm: Path) -> None:
     config = load_config(arm / "arm.toml")
     believed = with_values(config, {"E": 1.05, "Bbt": 0.8, "C": 2.0, "tip_mass": 0.02})
     assert nominal(config) | {"E": 1.05, "Bbt": 0.8, "tip_mass": 0.02} == nominal(believed)
+
+
+def test_an_error_of_a_log_is_said_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = check_config({"limits": {"slack": 0.001}}, "ideal")
+    plan = propose(config, ("sway",), 0.5)
+    dry_run(config, replace(plan, requests=plan.requests[:3], duration=plan.parts[1][0]), tmp_path / "ideal.mcap")
+    ended = tendond(capsys, "identify", str(tmp_path / "ideal.mcap"), "--out", str(tmp_path / "out"))
+    assert ended.status == 1
+    (line,) = [line for line in ended.said.splitlines() if "ideal drive" in line]
+    assert line.startswith(f"tendond: {tmp_path / 'ideal.mcap'}: ideal drive: ")

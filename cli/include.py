@@ -5,8 +5,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from tendond.schemas.config.migration.version import version_objection, without_version
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
-from tendond.schemas.config.version import version_objection, without_version
 
 INCLUDE = "include"
 Tables = dict[str, Any]

@@ -24,9 +24,9 @@ from tendond.offline.cycle_time import cycle_lines
 from tendond.offline.equilibria_check import equilibrium_lines
 from tendond.offline.progress import working
 from tendond.offline.robot_check import RobotReport, robot_report
+from tendond.schemas.config.migration.version import CONFIG_VERSION, KEY
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
-from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.explain import Objection, dotted, in_file
 
 INCOMPLETE = "cross-key checks run after these are fixed"

@@ -8,9 +8,9 @@ from pathlib import Path
 from tendond.cli.common import say
 from tendond.cli.include import read_text
 from tendond.daemon.errors import UsageError
-from tendond.schemas.config.migrate import Migration, MigrationError, migrate
+from tendond.schemas.config.migration.migrate import Migration, MigrationError, migrate
+from tendond.schemas.config.migration.version import CONFIG_VERSION
 from tendond.schemas.config.rig import ConfigError
-from tendond.schemas.config.version import CONFIG_VERSION
 
 
 def run_migrate(file: Path, *, write: bool) -> None:

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 from tendond.cli.manual.config_text import OPTIONAL, VERSION_MEANING, comment_of, to_toml
 from tendond.daemon.control.laws import LAWS
+from tendond.schemas.config.migration.version import CONFIG_VERSION, KEY
 from tendond.schemas.config.rates import DERIVED
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.keywords import Table, keys_of, tables
 
 HEADING = """\

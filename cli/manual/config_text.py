@@ -6,8 +6,8 @@ from copy import deepcopy
 from typing import Any
 
 from tendond.daemon.control.laws import LAWS
+from tendond.schemas.config.migration.version import CONFIG_VERSION, KEY
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.version import CONFIG_VERSION, KEY
 from tendond.schemas.errors.keywords import Key, Node, schema_of, tables
 
 Values = Mapping[str, Any]

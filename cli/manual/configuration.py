@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from tendond.cli.manual.config_text import to_toml
 from tendond.cli.manual.markdown import code, escaped, summary, table
 from tendond.daemon.control.laws import LAWS
+from tendond.schemas.config.migration.version import CONFIG_VERSION
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.version import CONFIG_VERSION
 from tendond.schemas.errors.keywords import Key, keys_of, tables
 
 _HEAD = """\

@@ -18,6 +18,7 @@ from tendond.schemas.config.control import (
 )
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
+from tendond.schemas.config.migration.version import KEY, version_objection, without_version
 from tendond.schemas.config.observer import ObserverSection
 from tendond.schemas.config.rates import with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
@@ -29,7 +30,6 @@ from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
 from tendond.schemas.config.servo import ServoSection, servo_objections
 from tendond.schemas.config.simulator import SimulatorSection
-from tendond.schemas.config.version import KEY, version_objection, without_version
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.errors.explain import Objection, in_file, objections
 from tendond.schemas.errors.keywords import Path

@@ -12,8 +12,8 @@ from tendond import __version__
 from tendond.daemon.recording.mcap_file import McapFile
 from tendond.daemon.recording.run_files import CONFIG
 from tendond.daemon.recording.storage.run_notes import RunNotes, notes_path, write_notes
+from tendond.schemas.config.migration.version import CONFIG_VERSION
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.version import CONFIG_VERSION
 from tests.deploy.installation import ROOT, Installation, build
 
 NEXT = "99.0.0"
@@ -29,7 +29,7 @@ def later_version(source: Path, folder: Path) -> Path:
     init.write_text(init.read_text().replace(f'"{__version__}"', f'"{NEXT}"'))
     unit = copy / "deploy" / "systemd" / "tendond-controller@.service"
     unit.write_text(unit.read_text().replace("WatchdogSec=5", "WatchdogSec=6"))
-    version = copy / "tendond" / "schemas" / "config" / "version.py"
+    version = copy / "tendond" / "schemas" / "config" / "migration" / "version.py"
     line, other = (f"CONFIG_VERSION = {number}\n" for number in (CONFIG_VERSION, CONFIG_VERSION + 1))
     assert line in version.read_text()
     version.write_text(version.read_text().replace(line, other))

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tendond.schemas.config.migrate import MigrationError, migrate
+from tendond.schemas.config.migration.migrate import MigrationError, migrate
+from tendond.schemas.config.migration.version import CONFIG_VERSION
 from tendond.schemas.config.renamed import IN_SECONDS, REMOVED, RENAMED, RenamedKeyWarning
 from tendond.schemas.config.rig import ConfigError, RigConfig, parse_config
-from tendond.schemas.config.version import CONFIG_VERSION
 from tests.golden.scripts import FOLDER
 from tests.unit.cli.commands import tendond
 

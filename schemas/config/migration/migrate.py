@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tendond import TendondError
+from tendond.schemas.config.migration.version import CONFIG_VERSION, KEY, version_objection, without_version
 from tendond.schemas.config.renamed import (
     IN_SECONDS,
     REMOVED,
@@ -16,7 +17,6 @@ from tendond.schemas.config.renamed import (
     period_of,
     with_new_names,
 )
-from tendond.schemas.config.version import CONFIG_VERSION, KEY, version_objection, without_version
 from tendond.schemas.errors.toml_lines import key_lines
 
 _SIGNIFICANT = re.compile(r"\s*[^\s#]")

@@ -6,7 +6,7 @@ KEY = "version"
 """Key of the version, before the first table."""
 
 CONFIG_VERSION = 2
-"""Version of the present names. Version 1: counts of cycles and the names in `renamed.py`.
+"""Version of the present names. Version 1: counts of cycles and the names in `schemas/config/renamed.py`.
 
 Raised by a change that older versions of tendond would misread or refuse; `migrate.py` then converts from the one
 before.

@@ -1,0 +1,1 @@
+"""Versions of configuration files, and the migration from one to the next."""

@@ -8,12 +8,13 @@ from typing import Any
 
 import pytest
 
-from tendond.cli.config.answers import MATERIALS, QUESTIONS, AnswerError, Question, contradictions, material, number
+from tendond.cli.config.answers import QUESTIONS, AnswerError, Question, contradictions, material, number
 from tendond.cli.config.asking import ask
 from tendond.cli.config.new import run_new
 from tendond.daemon.errors import UsageError
 from tendond.offline.trying.task import has_own_task, trial
 from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.config.rod.materials import MATERIALS
 from tendond.schemas.config.rod.presets import ABOUT, PRESETS
 from tests.unit.cli.commands import tendond
 

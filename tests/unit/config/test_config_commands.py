@@ -188,7 +188,7 @@ def test_check_notes_a_bend_that_the_nodes_do_not_resolve(
     )
     ended = tendond(capsys, "config", "check", written(tmp_path, f"{rod}[limits]\ntension_max = {tension_max}\n"))
     assert ended.status == 0
-    assert ("note: rod.nodes: at limits.tension_max = 300 N" in ended.out) is noted
+    assert ("note: rod.nodes (by default): at limits.tension_max = 300 N" in ended.out) is noted
 
 
 ARM = '[rod]\npreset = "rao-2021"\n'

@@ -4,10 +4,12 @@ from typing import Any
 
 import pytest
 
+from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.offline.config_check import remarks
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
 from tendond.schemas.config.rod.swing import swings
+from tendond.schemas.requests import ControlAction
 
 
 def of(rod: dict[str, Any], **tables: Any) -> RigConfig:
@@ -58,6 +60,27 @@ def test_light_damping_or_a_heavy_tip_on_a_robot_damped_less_than_the_papers_swi
     assert why(tendon=tendons) == "a tendon ends before its tip"
     assert why(tendon=[{"position": [0.02, 0.0], "friction": 0.1}, {"position": [-0.02, 0.0]}]) == ""
     assert why(precurvature=[0.0, 0.5, 0.0]) == ""
+
+
+FAST: dict[str, Any] = {
+    "length": 0.2, "radius": 7e-4, "youngs_modulus": 54e9, "density": 13966.0, "drag": [0.0, 0.0, 0.0],
+    "tendon_positions": [[0.01, 0.0], [0.0, 0.01], [-0.01, 0.0], [0.0, -0.01]],
+}  # fmt: skip
+TASK: dict[str, Any] = {
+    "reference": {"across": 0.07, "kind": "minimum_jerk", "duration": 2.0},
+    "limits": {"tension_max": 9.9}, "pretension": {"tension": 0.4, "tension_min": 0.4},
+}  # fmt: skip
+
+
+def test_a_fast_arm_needs_more_damping_for_the_papers_law() -> None:
+    assert of({**FAST, "damping_ratio": 0.05}, **TASK).control.law == "sensitivity"
+    assert of({**FAST, "damping_ratio": 0.08}, **TASK).control.law == "backstepping"
+    assert "5 %, below 7 %" in swings(of({**FAST, "damping_ratio": 0.05}).rod, 0.01)
+    for ratio, law, mode in ((0.05, "backstepping", "fault"), (0.05, "sensitivity", "tracking"),
+                             (0.08, "backstepping", "tracking")):  # fmt: skip
+        config = of({**FAST, "damping_ratio": ratio}, control={"law": law}, **TASK)
+        *_, last = watched_loop(config, 600, {5: ControlAction.ARM})
+        assert (last.record.mode.value, law) == (mode, law)
 
 
 def test_the_papers_law_on_a_robot_that_may_swing_is_remarked() -> None:

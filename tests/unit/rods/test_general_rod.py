@@ -123,7 +123,7 @@ def test_a_state_from_its_text_steps_to_the_last_bit_as_the_one_in_memory(preset
         ({}, "general", "general"),
         ({"preset": "nitinol"}, None, "general"),  # 2 % of damping
         ({"preset": "nitinol"}, "shooting", "shooting"),
-        ({"preset": "nitinol", "damping_ratio": 0.06}, None, "shooting"),
+        ({"preset": "nitinol", "damping_ratio": 0.08}, None, "shooting"),
         ({"preset": "rao-2021"}, None, "general"),
         ({"preset": "rao-2021", "damping_ratio": 0.5}, None, "general"),
     ],

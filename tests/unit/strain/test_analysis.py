@@ -144,7 +144,7 @@ def test_the_how_to_prints_what_its_robot_is() -> None:
     ("text", "said"),
     [
         ("[rod]\nradius = 2e-3\n[limits]\ntension_max = 500.0\n", "rod.yield_strain: at limits.tension_max = 500 N"),
-        ("[rod]\nradius = 0.5e-3\n", "more than a turn: lower it"),
+        ("[rod]\nradius = 0.5e-3\n", "more than a turn: write a lower one"),
         ("[rod]\nyoungs_modulus = 2e9\n[limits]\ntension_max = 0.1\n[pretension]\ntension = 0.05\ntension_min = 0.01\n",
          "of its length under its own weight"),
         ("[rod]\nbending_damping = [0, 0, 0]\n", "next to no damping"),

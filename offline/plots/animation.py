@@ -89,7 +89,8 @@ class Scene:
     def _draw_still(self, width: int) -> None:
         """Draw all that does not move, and make what does."""
         self._figure = Figure(SIZE, dpi=width / SIZE[0])
-        self._canvas: Any = FigureCanvasAgg(self._figure)
+        canvas: Any = FigureCanvasAgg  # which has no types
+        self._canvas = canvas(self._figure)
         flat = len(self._kept) == 2
         place = FLAT_PLACE if flat else SPACE_PLACE
         self._space: Any = self._figure.add_axes(place, projection=None if flat else "3d")

@@ -41,7 +41,7 @@ def run_animate(
     """
     from tendond.offline.logs.log import load
     from tendond.offline.logs.metrics import runs
-    from tendond.offline.plots.movie import check_formats, write_movies
+    from tendond.offline.movies.files import check_formats, write_movies
     from tendond.offline.plots.output import check_new
 
     check_formats(formats)
@@ -59,7 +59,7 @@ def run_animate(
     if first >= last:
         raise UsageError(f"--from {first:g}: the run has {run.time[-1]:.2f} s")
     times = np.arange(first, last + 1e-9, speed / rate)
-    from tendond.offline.plots.animation import COLOURS, Scene
+    from tendond.offline.movies.scene import COLOURS, Scene
 
     scene = Scene(log, run, width, (first, last))
     try:

@@ -60,7 +60,10 @@ def plot(
 
 def compare(
     files: LogFiles,
-    out: Annotated[Path, typer.Option("--out", help="Folder for table and figure.")] = Path("out/compare"),
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for table and figure. Default: out/compare, out/compare-2, ..."),
+    ] = None,
     table: Annotated[
         str | None,
         typer.Option("--table", metavar="FORMAT", help="Print and write it as csv, markdown or latex (booktabs)."),

@@ -9,6 +9,8 @@ from tendond.cli.common import say
 from tendond.daemon.errors import DaemonError
 from tendond.offline.plots.appearance import Appearance, appearing
 
+COMPARED = Path("out/compare")
+
 PAGE = "html"
 """Format of the interactive page."""
 
@@ -76,12 +78,20 @@ def _draw(log: Any, out: Path, force: bool) -> list[Path]:
 
 
 def run_compare(
-    files: list[Path], out: Path, look: Appearance, form: str | None, *, repeats: bool, as_json: bool, force: bool
+    files: list[Path],
+    out: Path | None,
+    look: Appearance,
+    form: str | None,
+    *,
+    repeats: bool,
+    as_json: bool,
+    force: bool,
 ) -> None:
-    """Print the table and draw the curves.
+    """Print the table, then write it and draw the curves.
 
     Args:
-        files: the logs. out: folder for table and figure. look: appearance of the figure.
+        files: the logs. look: appearance of the figure.
+        out: folder for table and figure; default: `COMPARED`, or where that is taken the same with a number.
         form: of the table, see `FORMS`; none: for the terminal.
         repeats: mean and confidence interval of runs with the same configuration.
         as_json: print JSON. force: replace files.
@@ -108,27 +118,38 @@ def run_compare(
                 say(log.cut)
         found = compared(logs)
     table = table_of(as_groups(found) if repeats else found)
-    written = out / f"metrics.{(FORMS[form or 'csv']).ending}"
+    if as_json:
+        print(json.dumps({one.name: one.as_json() for one in found}, indent=2))
+    elif form is None:
+        on_terminal(table, notes(found))
+    else:
+        print(FORMS[form].write(table, notes(found)), end="")
+    out = out or (COMPARED if force else _free(COMPARED))
+    kind = FORMS[form or "csv"]
+    written = out / f"metrics.{kind.ending}"
     with appearing(look):
         output = Output(out, force=force)
         check_new([written, *output.paths("compare")], force=force)
         try:
             out.mkdir(parents=True, exist_ok=True)
-            write_whole(written, FORMS[form or "csv"].write(table, notes(found)))
+            write_whole(written, kind.write(table, notes(found)))
             figures = output.save(overlay(found), "compare")
         except OSError as error:
             raise not_writable(out, error) from error
-    if as_json:
-        print(json.dumps({one.name: one.as_json() for one in found}, indent=2))
-        return
     show: Callable[[str], None] = print if form is None else say
-    if form is None:
-        on_terminal(table, notes(found))
-    else:
-        print(FORMS[form].write(table, notes(found)), end="")
-    show(f"table    {written}")
-    for path in figures:
-        show(f"figure   {path}")
+    if not as_json:
+        show(f"table    {written}")
+        for path in figures:
+            show(f"figure   {path}")
+
+
+def _free(folder: Path) -> Path:
+    """Return the folder, or the first with a number behind its name that does not exist."""
+    found, number = folder, 1
+    while found.exists():
+        number += 1
+        found = folder.with_name(f"{folder.name}-{number}")
+    return found
 
 
 def not_writable(out: Path, error: OSError) -> DaemonError:

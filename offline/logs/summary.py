@@ -60,6 +60,14 @@ def summary(log: LogFile) -> dict[str, Any]:
     }
 
 
+def recovered(summary: dict[str, Any]) -> list[tuple[str, float | None]]:
+    """Return a label and the time of recovery [s] for each injection of a summary; none where there was no recovery."""
+    return [
+        (f"recovery {number}, {one['what']} at {one['time_s']:.2f} s", one["recovery_s"])
+        for number, one in enumerate(summary["recoveries"], 1)
+    ]
+
+
 def write_summary(log: LogFile, path: Path) -> dict[str, Any]:
     """`summary` as JSON at `path`, whose folder is made; returned as well."""
     values = summary(log)
@@ -87,9 +95,8 @@ def table(summary: dict[str, Any], law: str, paper: Published | None = None) -> 
     for name, unit, value, form, key in rows:
         theirs = [_cell(getattr(paper, key), form)] if paper else []
         result.add_row(name, unit, _cell(value, form, missing="never"), *theirs)
-    for number, one in enumerate(summary["recoveries"], 1):
-        theirs = [""] if paper else []
-        result.add_row(f"recovery {number} ({one['what']})", "s", _cell(one["recovery_s"], ".2f", "never"), *theirs)
+    for label, seconds in recovered(summary):
+        result.add_row(label, "s", _cell(seconds, ".2f", "never"), *([""] if paper else []))
     result.add_section()
     for name, unit, value, form in (
         ("missed deadlines", f"of {summary['cycles']}", summary["missed_ticks"], "d"),

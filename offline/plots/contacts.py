@@ -76,14 +76,14 @@ def draw_contacts(place: Axes, force: Axes, records: Sequence[CycleRecord], colo
     places = _columns([None if one is None else (one.place, one.first_place, one.last_place) for one in known])
     place.fill_between(time, 1e3 * places[:, 1], 1e3 * places[:, 2], color=OURS, alpha=0.2)
     place.plot(time, 1e3 * places[:, 0], color=OURS)
-    place.set(ylabel="[mm]", title="Contact: place along the body, and those not excluded")
+    place.set(ylabel="place [mm]", title="Contact: place along the body, and those not excluded")
     forces = _columns([None if one is None else one.force for one in known])
     deviations = _columns([None if one is None else one.force_deviation for one in known])
     for i, colour in enumerate(colours):
         half = 2.0 * deviations[:, i]
         force.fill_between(time, forces[:, i] - half, forces[:, i] + half, color=colour, alpha=0.2)
         force.plot(time, forces[:, i], color=colour, label=f"{'xyz'[i]} ± 2σ")
-    force.set(ylabel="[N]", title="Contact: force")
+    force.set(ylabel="force [N]", title="Contact: force")
     force.legend(loc="upper right", fontsize=appearance().points(9), ncols=3)
 
 

@@ -91,7 +91,7 @@ def _force(axes: Axes, run: Arrays) -> None:
     known = np.concatenate([force, *([run["truth.tip_force"]] if "truth.tip_force" in run.names else [])])
     low, high = float(np.nanmin(known)), float(np.nanmax(known))
     margin = 0.3 * max(high - low, float(np.nanmin(deviation)))
-    axes.set(ylabel="[N]", title="Force on the tip", ylim=(low - margin, high + margin))
+    axes.set(ylabel="force [N]", title="Force on the tip", ylim=(low - margin, high + margin))
     axes.legend(loc="upper right", fontsize=appearance().points(9), ncols=3)
 
 
@@ -100,7 +100,7 @@ def _tip(axes: Axes, run: Arrays) -> None:
     axes.plot(run["time"], bound, color=REFERENCE, ls="--", label="95 % of the tip lie within")
     if np.isfinite(error).any():
         axes.plot(run["time"], error, color=OURS, label="error of the model's tip")
-    axes.set(ylabel="[mm]", yscale="log", title="Tip", ylim=(0.01 * float(np.nanmin(bound)), None))
+    axes.set(ylabel="tip [mm]", yscale="log", title="Tip", ylim=(0.01 * float(np.nanmin(bound)), None))
     axes.legend(loc="lower right", fontsize=appearance().points(9))
 
 
@@ -110,4 +110,4 @@ def _consistency(axes: Axes, run: Arrays) -> None:
     level(axes, 1.0, "as expected")
     if np.nanmax(values) > CONSISTENCY_MARKED:
         level(axes, CONSISTENCY_MARKED, "too far", PAPERS)
-    axes.set(title="Consistency", ylim=(0.0, 1.2 * max(1.0, float(np.nanmax(values)))))
+    axes.set(ylabel="consistency [-]", title="Consistency", ylim=(0.0, 1.2 * max(1.0, float(np.nanmax(values)))))

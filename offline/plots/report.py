@@ -17,7 +17,7 @@ from tendond.offline.logs.info import info
 from tendond.offline.logs.log import LogFile, load
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
-from tendond.offline.logs.summary import LABELS, summary
+from tendond.offline.logs.summary import LABELS, recovered, summary
 from tendond.offline.plots.contacts import COLUMNS, found_contacts
 from tendond.offline.plots.figures import overview, shapes_figure
 from tendond.offline.plots.filter import filter_figure, has_filter
@@ -27,8 +27,7 @@ from tendond.offline.plots.timeline import loop_timing, timeline
 from tendond.schemas.config.rig import RigConfig
 
 MAX_EVENTS = 200
-MAX_ROWS = 20
-"""Rows of a list in the configuration from which on only the first and the last are shown."""
+MAX_ROWS = 20  # of a list in the configuration; of a longer one, the first and the last
 
 HEADLINES = ("settling_s", "overshoot_percent", "steady_state_error_mm", "path_mm", "peak_tension_n", "cycle_ms_p99")
 
@@ -143,10 +142,7 @@ def _numbers(numbers: dict[str, Any]) -> str:
         for name, (label, unit) in LABELS.items()
         if numbers[name] is not None or name.endswith("iterations")
     ]
-    for number, one in enumerate(numbers["recoveries"], 1):
-        label = f"recovery {number}, {one['what']} at {one['time_s']:.2f} s"
-        value = "never" if one["recovery_s"] is None else _number(one["recovery_s"], 3)
-        rows.append((label, value, "s", "recoveries"))
+    rows += [(label, "never" if s is None else _number(s, 3), "s", "recoveries") for label, s in recovered(numbers)]
     return _table(("", "value", "unit", "in summary.json"), rows, numeric=(1,))
 
 
@@ -216,14 +212,13 @@ def _calibration(log: LogFile) -> list[str]:
 
 
 def _keys(path: str, value: Any) -> list[tuple[str, str]]:
-    """List a value by the names of its keys; tables in a list by their numbers, a long list by its ends."""
+    """List a value by its keys; tables in a list by their numbers, a long list by its ends."""
     if isinstance(value, dict) and value:
         return [item for key, inner in value.items() for item in _keys(f"{path}.{key}" if path else key, inner)]
-    if isinstance(value, (list, tuple)) and any(isinstance(inner, dict) for inner in value):
+    if isinstance(value, list) and any(isinstance(inner, dict) for inner in value):
         return [item for number, inner in enumerate(value) for item in _keys(f"{path}[{number}]", inner)]
-    if isinstance(value, (list, tuple)) and len(value) > MAX_ROWS:
-        return [(path, f"{len(value)} rows, from {value[0]} to {value[-1]}")]
-    return [(path, str(value))]
+    short = not isinstance(value, list) or len(value) <= MAX_ROWS
+    return [(path, str(value) if short else f"{len(value)} rows, from {value[0]} to {value[-1]}")]
 
 
 def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: Sequence[int] = ()) -> str:

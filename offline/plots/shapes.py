@@ -55,7 +55,7 @@ def draw_shapes(axes: Axes, log: LogFile, run: Tracking) -> None:
     axes.set(xlabel=f"{'xyz'[plane[0]]} [mm]", ylabel=f"{'xyz'[plane[1]]} [mm]", aspect="equal")
     gravity_arrow(axes, gravity[plane], np.vstack([path, *drawn]))
     title(axes, "Rod while it moves")
-    legend_above(axes)
+    legend_above(axes, share=0.8)
     axes.figure.colorbar(colours, ax=axes, label=appearance().time_label, shrink=0.85)
 
 

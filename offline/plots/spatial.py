@@ -56,6 +56,10 @@ def space_figure(log: LogFile, run: Tracking | None = None) -> Figure:
         space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         for axis, extent in zip((space.xaxis, space.yaxis, space.zaxis), size, strict=True):
             axis.set_major_locator(MaxNLocator(max(1, round((3 if narrow else MAX_TICKS) * extent / size.max()))))
+        if narrow:  # labels of three axes have little room
+            space.tick_params(labelsize=appearance().points(7))
+            for axis in (space.xaxis, space.yaxis, space.zaxis):
+                axis.label.set_size(appearance().points(8))
         space.set_box_aspect(size.copy(), zoom=0.8 if narrow else 0.93)
         elevation, azimuth = path.view
         space.view_init(elev=elevation, azim=azimuth)

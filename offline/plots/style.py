@@ -93,13 +93,18 @@ def headline(figure: Figure, text: str) -> None:
         figure.suptitle(text, x=0.01, ha="left", fontsize=appearance().points(12))
 
 
-def legend_above(axes: Axes) -> None:
-    """Name the curves above the axes, where no curve can be; nothing where none has a name."""
+def legend_above(axes: Axes, share: float = 1.0) -> None:
+    """Name the curves above the axes, where no curve can be; nothing where none has a name.
+
+    Args:
+        axes: the axes.
+        share: of the place of a panel that they have, beside a colour bar.
+    """
     handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
     size = appearance().points(9)
-    room = 72.0 * _figure_width(axes) / _columns_of_panels(axes) - 8.0 * size  # less what the axis takes
+    room = 72.0 * share * _figure_width(axes) / _columns_of_panels(axes) - 6.5 * size  # less what the axis takes
     columns = next((n for n in range(len(labels), 1, -1) if _width(labels, n, size) <= room), 1)
     rows = -(-len(labels) // columns)
     axes.legend(
@@ -121,10 +126,9 @@ def legend_above(axes: Axes) -> None:
 
 
 def _width(labels: list[str], columns: int, size: float) -> float:
-    """Return the width of a legend with so many columns, filled one after the other [points]."""
-    rows = -(-len(labels) // columns)
-    parts = [labels[i : i + rows] for i in range(0, len(labels), rows)]
-    return sum(1.06 * max(_text_width(label, size) for label in part) + 4.4 * size for part in parts)
+    """Return the width of a legend with so many columns, as matplotlib fills them [points]."""
+    parts = np.array_split(labels, columns)
+    return sum(max(_text_width(label, size) for label in part) + 4.2 * size for part in parts)
 
 
 def _text_width(text: str, size: float) -> float:

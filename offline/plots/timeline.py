@@ -57,7 +57,7 @@ def timeline(log: LogFile) -> Figure:
             xlabel="time [s]",
             yticks=range(len(rows)),
             yticklabels=rows,
-            ylim=(-0.6, len(rows) - 0.1),
+            ylim=(-0.6, len(rows) + 0.3),
             xlim=(first, last),
         )
         title(axes, "Modes and events")
@@ -65,12 +65,10 @@ def timeline(log: LogFile) -> Figure:
 
 
 def loop_timing(log: LogFile) -> Figure:
-    """Work and lateness of every cycle, and how they are distributed."""
+    """Work and lateness of every cycle, and how they are distributed, of a log with timings: a clock ran."""
     with style():
         figure = new_figure(*SIZE)
         over_time, distribution = figure.subplots(1, 2, width_ratios=(2, 1))
-        if not log.timings:
-            over_time.text(0.5, 0.5, "no clock ran: lockstep or replay", ha="center", transform=over_time.transAxes)
         period = log.config.loop.period
         at = [timing.tick * period for timing in log.timings]
         series = {
@@ -91,9 +89,10 @@ def loop_timing(log: LogFile) -> Figure:
 
 
 def draw_timeline(log: LogFile, output: Output | Path) -> list[Path]:
-    """Draw both."""
+    """Draw the timeline, and the loop's timing where a clock ran."""
     output = Output(output) if isinstance(output, Path) else output
-    return output.save(timeline(log), "timeline") + output.save(loop_timing(log), "timing")
+    timing = output.save(loop_timing(log), "timing") if log.timings else []
+    return output.save(timeline(log), "timeline") + timing
 
 
 def _span(log: LogFile) -> tuple[float, float]:

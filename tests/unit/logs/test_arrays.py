@@ -16,6 +16,7 @@ from tendond.offline.logs.log import load as load_log
 from tendond.offline.logs.units import UNITS, column_name, components
 from tendond.schemas.record import CycleRecord
 from tests.golden.scripts import CYCLES, FOLDER
+from tests.unit.logs.commands import run_command
 
 NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
 
@@ -132,3 +133,14 @@ def test_parquet_keeps_every_digit(tmp_path: Path) -> None:
 def test_a_table_of_another_kind_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"end it in .csv or .parquet"):
         export(load(NORMAL), tmp_path / "run.xlsx")
+
+
+@pytest.mark.parametrize("command", ["export", "smooth"])
+def test_parquet_without_pyarrow_is_refused_before_the_log_is_read(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    result = run_command("log", command, str(tmp_path / "none.mcap"), "--out", str(tmp_path / "run.parquet"))
+    assert result.returncode == 2
+    assert "pip install 'tendond[parquet]'" in result.stderr

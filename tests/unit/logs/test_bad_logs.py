@@ -84,6 +84,7 @@ COMMANDS = {
     "smooth": ("log", "smooth"),
     "compare": ("log", "compare"),
     "plot": ("plot",),
+    "animate": ("animate",),
     "report": ("log", "report"),
     "view": ("log", "view"),
 }
@@ -93,8 +94,8 @@ WORKS = {  # health is what `log info` is for, and repair what `log recover` is 
     *(("info", "damaged"), ("recover", "damaged"), ("recover", "no-attachment"), ("recover", "future")),
     *(("recover", "future-configuration"), ("recover", "future-calibration"), ("recover", "future-state")),
     *(("view", "damaged"), ("view", "future"), ("view", "future-state")),  # serves until then
-    *((command, "future-state") for command in ("info", "export", "smooth", "compare", "plot", "report", "variant")),
-    ("closed-loop", "future-state"),
+    *((command, "future-state") for command in ("info", "export", "smooth", "compare", "plot", "animate", "report")),
+    *((command, "future-state") for command in ("variant", "closed-loop")),
 }
 
 

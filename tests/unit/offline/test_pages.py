@@ -117,7 +117,7 @@ def test_the_interactive_page_draws_its_curves_without_network(tmp_path: Path) -
 
 
 def test_plot_writes_png_svg_or_html(tmp_path: Path) -> None:
-    figures = len(runs(load(FAULTS))) * (len(NAMES) + 1) + 2  # and space; timeline, timing
+    figures = len(runs(load(FAULTS))) * (len(NAMES) + 1) + 1  # and space; timeline
     for form, count in (("svg", figures), ("html", 1)):
         result = run_command("plot", str(FAULTS), "--out", str(tmp_path / form), "--format", form)
         assert result.returncode == 0, result.stderr

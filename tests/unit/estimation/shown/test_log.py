@@ -85,7 +85,7 @@ def test_plot_and_report_have_the_figure_only_where_there_is_a_filter(
     monkeypatch.setattr(report, "_image", lambda _, name: f'<img alt="{name}">')  # drawing takes seconds
     done = tendond(capsys, "plot", str(filtered.path), "--out", str(tmp_path))
     assert done.status == 0, done.said
-    assert (tmp_path / "filter.png").stat().st_size > 20_000
+    assert (tmp_path / f"{filtered.path.stem}-filter.png").stat().st_size > 20_000
     assert 'alt="Filter"' in write_report(filtered.path, tmp_path / "run.html").read_text(encoding="utf-8")
     normal = load_log(NORMAL)
     assert not has_filter(normal)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from tendond.offline.logs.log import load
 from tendond.offline.logs.metrics import runs
-from tendond.offline.plots.animation import Scene
+from tendond.offline.movies.scene import Scene
 from tests.golden.scripts import FOLDER
 from tests.unit.logs.commands import run_command
 from tests.unit.offline.figures.logs import approach, idle

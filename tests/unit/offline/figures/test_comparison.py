@@ -113,6 +113,7 @@ def test_the_command_prints_and_writes_the_table_in_the_format_that_is_asked_for
     assert "compare.svg" in result.stderr
     again = run_command("log", "compare", str(NORMAL), "--table", form, "--format", "svg", "--out", str(tmp_path))
     assert again.returncode == 1
+    assert again.stdout == result.stdout
     assert "exists already" in again.stderr
 
 
@@ -127,3 +128,10 @@ def test_the_tip_of_a_replay_on_the_same_inputs_is_said_to_be_the_recordings(tmp
     assert line in result.stdout
     as_json = run_command("log", "compare", str(other), "--out", str(tmp_path / "json"), "--json")
     assert json.loads(as_json.stdout)["other"]["tip_metrics_of"] == "normal.mcap"
+
+
+def test_comparisons_without_a_folder_have_one_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(3):
+        assert run_command("log", "compare", str(NORMAL)).returncode == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["compare", "compare-2", "compare-3"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking
-from tendond.offline.logs.paths import RodShape, TipPath
+from tendond.offline.logs.paths import TipPath
 from tendond.offline.plots.spatial import box_limits, gravity_in_space
 from tendond.offline.plots.style import DARK, LINES, OURS, PAPERS, REFERENCE, gravity_arrow, line_look, style
 
@@ -89,7 +89,8 @@ class Scene:
     def _draw_still(self, width: int) -> None:
         """Draw all that does not move, and make what does."""
         self._figure = Figure(SIZE, dpi=width / SIZE[0])
-        self._canvas: Any = FigureCanvasAgg(self._figure)
+        canvas: Any = FigureCanvasAgg  # which has no types
+        self._canvas = canvas(self._figure)
         flat = len(self._kept) == 2
         place = FLAT_PLACE if flat else SPACE_PLACE
         self._space: Any = self._figure.add_axes(place, projection=None if flat else "3d")
@@ -217,7 +218,7 @@ class Scene:
         gap = times[after] - times[before]
         part = float(np.clip((time - times[before]) / gap, 0.0, 1.0)) if gap > 0.0 else 1.0
         self._put(self._rod, 1e3 * _between(shapes[before].points, shapes[after].points, part))
-        for line, one, other in zip(self._tendons, *_tendons(shapes[before], shapes[after]), strict=False):
+        for line, one, other in zip(self._tendons, shapes[before].tendons, shapes[after].tendons, strict=False):
             self._put(line, 1e3 * _between(one, other, part))
 
     def _put(self, line: Any, points: Array) -> None:
@@ -246,7 +247,3 @@ class Scene:
 
 def _between(one: Array, other: Array, part: float) -> Array:
     return other if one.shape != other.shape else (1.0 - part) * one + part * other
-
-
-def _tendons(one: RodShape, other: RodShape) -> tuple[list[Array], list[Array]]:
-    return list(one.tendons), list(other.tendons)

@@ -1,0 +1,1 @@
+"""Movies of a run: its pictures, and the files that hold them."""

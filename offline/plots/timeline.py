@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.log import LogFile
@@ -71,6 +72,9 @@ def loop_timing(log: LogFile) -> Figure:
             over_time.legend(loc="upper right", fontsize=9)
         over_time.set(xlabel="time [s]", ylabel="[ms]", title="Loop timing", xlim=_span(log))
         distribution.set(xlabel="[ms]", ylabel="cycles")
+        if log.timings:
+            distribution.yaxis.set_major_formatter("{x:g}")  # 100, not 10²: a formula takes a tenth of a second
+            distribution.yaxis.set_minor_formatter(NullFormatter())
     return figure
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.injections import injections
@@ -85,6 +86,9 @@ def loop_timing(log: LogFile) -> Figure:
         over_time.set(xlabel="time [s]", ylabel="work, lateness [ms]", xlim=_span(log))
         title(over_time, "Loop timing")
         distribution.set(xlabel="work, lateness [ms]", ylabel="cycles")
+        if log.timings:
+            distribution.yaxis.set_major_formatter("{x:g}")  # 100, not 10²: a formula takes a tenth of a second
+            distribution.yaxis.set_minor_formatter(NullFormatter())
     return figure
 
 

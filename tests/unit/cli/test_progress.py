@@ -37,6 +37,7 @@ def _impatient(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Let every command be one that takes long."""
     monkeypatch.setattr(progress, "FIRST_SECONDS", 0.0)
     monkeypatch.setattr(progress, "PAUSE_SECONDS", 0.02)
+    monkeypatch.delenv(progress.VARIABLE, raising=False)
     monkeypatch.chdir(tmp_path)
 
 
@@ -69,6 +70,13 @@ def test_the_lines_count_and_come_ever_more_rarely(
     lines = capsys.readouterr().err.splitlines()
     assert 2 <= len(lines) < 10  # of 0.8 s: after 0.01, 0.03, 0.07, 0.15, 0.31, 0.63 s
     assert all(line.startswith("tendond: runs ") and " of 40, " in line for line in lines)
+
+
+def test_nothing_is_printed_where_the_environment_says_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(progress.VARIABLE, "off")
+    assert tendond(capsys, "log", "info", str(NORMAL)).said == ""
 
 
 def test_work_is_silent_within_the_first_second(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tendond.offline import progress
-from tendond.offline.progress import tracked, working
+from tendond.offline.progress import Lines, tracked, working
 from tests.unit.cli.commands import tendond
 from tests.unit.cli.test_unusable_files import FAULTS, NORMAL
 
@@ -25,6 +25,7 @@ SLOW = [
     ("log what-if {} --law sliding_mode --out other.mcap", "running normal.mcap again"),
     ("config check", "setting up built-in configuration"),
     ("identify plan", "planning, and running the plan on the simulator"),
+    ("doctor --no-servos", "checking: wake-up"),
     ("run --lockstep --cycles 1 --profile paper --log /proc/no.mcap", "setting up rig 'paper'"),
 ]
 """Commands that may take longer than a second, and the beginning of their lines."""
@@ -35,6 +36,13 @@ AS_JSON = ["log info {}", "log compare {} {} --out compared", "replay {}", "conf
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Let every command be one that takes long."""
+    stop = Lines.stop
+
+    def stop_late(self: Lines) -> None:
+        time.sleep(0.05)
+        stop(self)
+
+    monkeypatch.setattr(Lines, "stop", stop_late)
     monkeypatch.setattr(progress, "FIRST_SECONDS", 0.0)
     monkeypatch.setattr(progress, "PAUSE_SECONDS", 0.02)
     monkeypatch.delenv(progress.VARIABLE, raising=False)

@@ -35,6 +35,7 @@ EPILOG = """\
 \b
 Exit status: 0 success; 1 refused or failed; 2 invalid usage or configuration;
 130 interrupted. Results go to standard output, messages to standard error.
+TENDOND_PROGRESS=off silences the progress of long work.
 Run `tendond COMMAND --help` for details and an example.
 """
 

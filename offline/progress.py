@@ -1,9 +1,10 @@
 """Progress of what takes longer than a second, on standard error: bars on a terminal, lines to a pipe.
 
 A pipe gets the first line after a second and further ones ever more rarely, so that a log of an hour has a few dozen
-of them. With `quiet`, as where a command's output is JSON, nothing is printed.
+of them. Nothing is printed with `quiet`, as where a command's output is JSON, or with TENDOND_PROGRESS=off.
 """
 
+import os
 import sys
 import threading
 import time
@@ -27,6 +28,9 @@ T = TypeVar("T")
 
 FIRST_SECONDS, PAUSE_SECONDS, PAUSE_MAX = 1.0, 5.0, 60.0
 """Time before the first line, and between the next two; each pause is twice the one before, up to the last [s]."""
+
+VARIABLE = "TENDOND_PROGRESS"
+"""Environment variable that says "off" where no progress is wanted."""
 
 WORDS = ("newest", "state", "missed")
 """Fields of a task that its lines have as well."""
@@ -84,6 +88,7 @@ class Lines(Progress):
 def bars(*columns: ProgressColumn | str, quiet: bool = False) -> Progress:
     """Return progress with these columns: bars on a terminal, lines to a pipe, nothing where `quiet`."""
     console = Console(stderr=True)
+    quiet = quiet or os.environ.get(VARIABLE) == "off"
     if quiet or not console.is_terminal:
         return Lines(*columns, quiet=quiet)
     return Progress(*columns, console=console, transient=True)

@@ -19,6 +19,9 @@ REAL_TIME = ("sil", "rig")
 # Child processes inherit it. With it the tests of the margin take a tenth of the processor's time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# What a command prints does not depend on how busy the machine is. Child processes inherit it.
+os.environ.setdefault("TENDOND_PROGRESS", "off")
+
 LONGEST = (
     "deploy/test_install",
     "cluster/test_robustness_cluster",

@@ -113,8 +113,11 @@ def bench_profiles() -> None:
     Example: tendond bench profiles
     """
     from tendond.offline.bench.profiles import table
+    from tendond.offline.progress import working
 
-    print(table())
+    with working("running both laws on each profile"):
+        found = table()
+    print(found)
 
 
 @bench.command("replay")
@@ -142,8 +145,11 @@ def bench_friction() -> None:
     Example: tendond bench friction
     """
     from tendond.offline.bench.friction import table
+    from tendond.offline.progress import working
 
-    print(table())
+    with working("pulling tendons with friction"):
+        found = table()
+    print(found)
 
 
 @bench.command("safety")
@@ -161,8 +167,10 @@ def bench_safety(
     from dataclasses import asdict
 
     from tendond.offline.bench.safety import measure_filter
+    from tendond.offline.progress import working
 
-    costs = measure_filter(repeats)
+    with working("timing the safety filter", quiet=json):
+        costs = measure_filter(repeats)
     if json:
         print(jsons.dumps([asdict(one) for one in costs], indent=2))
         return

@@ -12,6 +12,7 @@ from tendond.cli.doctor import bus, camera, commissioning, files, machine, senso
 from tendond.cli.doctor.check import Check, CheckOutcome, CheckResult, Rig, failed, passed
 from tendond.daemon.control.laws import select_law
 from tendond.daemon.errors import LawError, UsageError
+from tendond.offline.progress import working
 from tendond.schemas.config.rig import ConfigError, RigConfig
 
 CHECKS: dict[str, Check] = {
@@ -65,7 +66,7 @@ def examine(
         _show("configuration", result)
     if config is not None:
         rig = Rig(config, config_file, log_folder or _logs(config_file), query_servos, probe)
-        for name, one in results_of(rig):
+        for name, one in results_of(rig, quiet=as_json):
             results[name] = one
             if not as_json:
                 _show(name, one)
@@ -78,11 +79,12 @@ def examine(
         raise FailedChecksError(f"{len(failures)} of {len(results)} checks failed: {', '.join(failures)}")
 
 
-def results_of(rig: Rig) -> Iterator[tuple[str, CheckResult]]:
-    """Run the checks that apply, and yield their results."""
+def results_of(rig: Rig, *, quiet: bool = False) -> Iterator[tuple[str, CheckResult]]:
+    """Run the checks that apply, and yield their results; without progress if `quiet`."""
     for name, check in CHECKS.items():
         try:
-            result = check(rig)
+            with working(f"checking: {name}", quiet=quiet):
+                result = check(rig)
         except (OSError, ValueError) as error:  # an unexpected machine: the other checks continue
             result = failed(f"check failed: {type(error).__name__}: {error}", "check it by hand")
         if result is not None:

@@ -100,7 +100,7 @@ def test_law_and_reference_are_set_while_idle_and_refused_with_the_reason(bench:
     assert "no law is called" in bench.ask(ControlRequest(action=ControlAction.LAW, law="pid"))
     said = bench.rig.command("rig", "law", "sliding_mode")
     assert (said.returncode, said.stdout) == (0, "law: sliding_mode\n")
-    refused = bench.rig.command("rig", "reference", "across=2.0")
+    refused = bench.rig.command("rig", "reference", "across=0.8")
     assert refused.returncode == 1
     assert "the nearest is" in refused.stderr
     wrong = bench.rig.command("rig", "reference", "acros=0.2")

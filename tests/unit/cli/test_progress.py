@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tendond.offline import progress
-from tendond.offline.progress import tracked, working
+from tendond.offline.progress import Lines, tracked, working
 from tests.unit.cli.commands import tendond
 from tests.unit.cli.test_unusable_files import FAULTS, NORMAL
 
@@ -25,6 +25,7 @@ SLOW = [
     ("log what-if {} --law sliding_mode --out other.mcap", "running normal.mcap again"),
     ("config check", "setting up built-in configuration"),
     ("identify plan", "planning, and running the plan on the simulator"),
+    ("doctor --no-servos", "checking: wake-up"),
     ("run --lockstep --cycles 1 --profile paper --log /proc/no.mcap", "setting up rig 'paper'"),
 ]
 """Commands that may take longer than a second, and the beginning of their lines."""
@@ -35,8 +36,16 @@ AS_JSON = ["log info {}", "log compare {} {} --out compared", "replay {}", "conf
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Let every command be one that takes long."""
+    stop = Lines.stop
+
+    def stop_late(self: Lines) -> None:
+        time.sleep(0.05)
+        stop(self)
+
+    monkeypatch.setattr(Lines, "stop", stop_late)
     monkeypatch.setattr(progress, "FIRST_SECONDS", 0.0)
     monkeypatch.setattr(progress, "PAUSE_SECONDS", 0.02)
+    monkeypatch.delenv(progress.VARIABLE, raising=False)
     monkeypatch.chdir(tmp_path)
 
 
@@ -69,6 +78,13 @@ def test_the_lines_count_and_come_ever_more_rarely(
     lines = capsys.readouterr().err.splitlines()
     assert 2 <= len(lines) < 10  # of 0.8 s: after 0.01, 0.03, 0.07, 0.15, 0.31, 0.63 s
     assert all(line.startswith("tendond: runs ") and " of 40, " in line for line in lines)
+
+
+def test_nothing_is_printed_where_the_environment_says_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(progress.VARIABLE, "off")
+    assert tendond(capsys, "log", "info", str(NORMAL)).said == ""
 
 
 def test_work_is_silent_within_the_first_second(

@@ -215,8 +215,9 @@ def test_the_rate_is_the_publishers_though_poses_are_taken_a_frame_at_a_time(rat
             stamp = 2.1
         pose = TipPose(seq=i, stamp_ns=int(1e9 * (1.0 + stamp)), position=(0.0, 0.0, 0.5), orientation=(1.0, 0, 0, 0))
         kept = [*kept, pose][-32:]
-        if i / rate >= 0.1 * frames + jitter.uniform(0.0, 0.05):
-            frames += 1
+        busy = 4.2 < i / rate < 4.7  # the viewer's own machine
+        if i / rate >= 0.1 * frames + jitter.uniform(0.0, 0.05) and not busy:
+            frames = round(10.0 * i / rate) + 1
             for one in kept:
                 snapshot.add(one, i / rate)
             kept = []

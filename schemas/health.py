@@ -104,6 +104,8 @@ class FilterHealth(Schema):
         stiffness: of the robot, relative to that configured [-]; stiffness_deviation: its standard deviation [-].
         consistency: mean square of the innovations over a second, in units of their expected spread [-]; 1 is right.
         contact: force on the body that was found; left out where there is none, or none is sought.
+        tip_mass: on the tip beside that configured [kg]; tip_mass_deviation: its standard deviation [kg]; left out
+            where it is taken as known.
         force_vector: on the tip [N], in the base's frame. tip_covariance, force_covariance: of tip and force, xx, xy,
             xz, yy, yz, zz [m^2, N^2]; for viewers, left out by earlier versions.
     """
@@ -118,6 +120,8 @@ class FilterHealth(Schema):
     force_vector: Vector3 | None = Field(None, exclude_if=lambda value: value is None)
     tip_covariance: Six | None = Field(None, exclude_if=lambda value: value is None)
     force_covariance: Six | None = Field(None, exclude_if=lambda value: value is None)
+    tip_mass: float | None = Field(None, exclude_if=lambda value: value is None)
+    tip_mass_deviation: float | None = Field(None, exclude_if=lambda value: value is None)
 
     @property
     def is_inconsistent(self) -> bool:
@@ -132,8 +136,11 @@ class FilterHealth(Schema):
 
     @property
     def tip_in_words(self) -> str:
-        """Bound of the tip, and the stiffness with its deviation, for people."""
-        return f"{1e3 * self.tip_bound:.1f} mm, stiffness {self.stiffness:.2f}±{self.stiffness_deviation:.2f}"
+        """Bound of the tip, and stiffness and mass with their deviations, for people."""
+        known = f"{1e3 * self.tip_bound:.1f} mm, stiffness {self.stiffness:.2f}±{self.stiffness_deviation:.2f}"
+        if self.tip_mass is None or self.tip_mass_deviation is None:
+            return known
+        return f"{known}, mass {1e3 * self.tip_mass:+.1f}±{1e3 * self.tip_mass_deviation:.1f} g"
 
     @property
     def in_words(self) -> str:

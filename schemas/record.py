@@ -101,6 +101,8 @@ class FilterEstimate(Schema):
             deviation [N].
         bend_error: bending moments along each section, about x and y, at its end [N m].
         stiffness: of the robot, relative to that configured [-]; stiffness_deviation: its standard deviation [-].
+        tip_mass: on the tip beside that configured [kg]; tip_mass_deviation: its standard deviation [kg]; left out
+            where it is taken as known.
         consistency: mean square of the innovations over a second, in units of their expected spread [-]; 1 is right.
         load_tick: cycle at which a load was last taken to have come at once; none: none was.
         contact: force on the body that was found; left out where there is none, or none is sought.
@@ -116,6 +118,8 @@ class FilterEstimate(Schema):
     consistency: float
     load_tick: int | None
     contact: ContactEstimate | None = Field(None, exclude_if=lambda value: value is None)
+    tip_mass: float | None = Field(None, exclude_if=lambda value: value is None)
+    tip_mass_deviation: float | None = Field(None, exclude_if=lambda value: value is None)
 
 
 class ObserverEstimate(Schema):

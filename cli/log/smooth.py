@@ -76,6 +76,9 @@ def _show(one: Summary) -> None:
     if one.jumps:
         print(f"load        came, went or changed at {', '.join(f'{time:.2f}' for time in one.jumps)} s")
     print(f"stiffness   {1e2 * one.stiffness:+.2g} % +- {1e2 * one.stiffness_deviation:.2g} % of the model's")
+    if one.tip_mass is not None and one.tip_mass_deviation is not None:
+        mass, spread = 1e3 * one.tip_mass, 1e3 * one.tip_mass_deviation
+        print(f"mass        {mass:+.2g} +- {spread:.2g} g on the tip beside the model's")
     if one.unmeasured:
         print(f"not seen    {', '.join(one.unmeasured)}: known no better than assumed")
     if one.alike:

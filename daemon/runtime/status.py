@@ -77,6 +77,8 @@ def filter_health(observer: ObserverEstimate) -> FilterHealth | None:
         force_vector=observer.force,
         tip_covariance=found.tip_covariance,
         force_covariance=found.force_covariance,
+        tip_mass=found.tip_mass,
+        tip_mass_deviation=found.tip_mass_deviation,
     )
 
 

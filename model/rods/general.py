@@ -24,6 +24,7 @@ from tendond.model.rod.tip import Tip
 from tendond.model.rods.backbone import Backbone, interpolated
 from tendond.model.rods.equivalent import arm_stiffness, equivalent_rod
 from tendond.model.rods.stations import BodyLoads, Stations
+from tendond.model.rods.tip_load import TipLoad
 from tendond.model.strain.derivatives.linearise import Linearisation
 from tendond.model.strain.derivatives.results import InputSensitivity
 from tendond.model.strain.friction.along import stretches, tension_along
@@ -46,7 +47,8 @@ class GeneralState:
         strain: strains and rates.
         tensions: of the tendons, at the servos' ends [N], shape (n,). tip_force: world frame [N], shape (3,).
         position: of the tip [m]; velocity: mean of it over the last step [m/s]; world frame, shape (3,).
-        stiffness: factor on the robot's [-]. body: loads along the body, if any.
+        stiffness: factor on the robot's [-]. tip_mass: on the tip beside the robot's own [kg].
+        body: loads along the body, if any.
     """
 
     strain: StrainState
@@ -56,6 +58,7 @@ class GeneralState:
     velocity: Array
     stiffness: float = 1.0
     body: BodyLoads | None = None
+    tip_mass: float = 0.0
 
     @property
     def residual(self) -> float:
@@ -81,6 +84,7 @@ class GeneralRod:
         compliance: as given.
         strain_rod: the rod in strain coordinates. backbone: points and frames along it; stations: where forces may act.
         tendon_stiffness: of each tendon, the shooting rod's for those that are given none [N/m], shape (n,).
+        tip_load: where a mass on the tip is that a state has beside the robot's own.
 
     Raises:
         ParameterError: a robot that cannot be, or without a tendon.
@@ -93,6 +97,7 @@ class GeneralRod:
         self.strain_rod = StrainRod(robot, time_step)
         self.strain_rod.layout.stiffness[:] /= compliance
         self._stiffness, self._factor = self.strain_rod.layout.stiffness.copy(), 1.0
+        self.tip_load = TipLoad(self.strain_rod)
         self.parameters: RodParameters = equivalent_rod(self.strain_rod)
         stiffness, share, places = arm_stiffness(robot)
         self.arm_stiffness = stiffness / compliance
@@ -140,12 +145,13 @@ class GeneralRod:
             ParameterError: see `loads`.
             ConvergenceError: none was found.
         """
-        loads, factor = self.loads(tensions, tip_force, body), 1.0 if start is None else start.stiffness
-        self._scale(factor)
+        loads = self.loads(tensions, tip_force, body)
+        factor, mass = (1.0, 0.0) if start is None else (start.stiffness, start.tip_mass)
+        self._scale(factor, mass)
         found = self.strain_rod.solve_static(loads, None if start is None else start.strain)
         position = self.strain_rod.tip(found)[0]
         force = np.array(tip_force, dtype=float)
-        return GeneralState(found, loads.tension, force, position, np.zeros(3), factor, body)
+        return GeneralState(found, loads.tension, force, position, np.zeros(3), factor, body, mass)
 
     def step(
         self, state: GeneralState, tensions: ArrayLike | None = None, *, tip_force: ArrayLike = ZERO
@@ -169,31 +175,36 @@ class GeneralRod:
     def _after(self, before: GeneralState, strain: StrainState, tensions: Array, tip_force: ArrayLike) -> GeneralState:
         position = self.strain_rod.tip(strain)[0]
         velocity = (position - before.position) / self.time_step
-        return GeneralState(strain, tensions, np.array(tip_force, dtype=float), position, velocity, before.stiffness)
+        force = np.array(tip_force, dtype=float)
+        return GeneralState(strain, tensions, force, position, velocity, before.stiffness, tip_mass=before.tip_mass)
 
-    def moved(self, state: GeneralState, strain: Array, rate: Array, stiffness: float) -> GeneralState:
+    def moved(
+        self, state: GeneralState, strain: Array, rate: Array, stiffness: float, tip_mass: float = 0.0
+    ) -> GeneralState:
         """Return a state that is moved, as an estimator moves it.
 
         Args:
             state: the state. strain: added to its strains, shape (n,). rate: to their rates [1/s], shape (n,).
-            stiffness: its new factor on the robot's stiffness [-].
+            stiffness: its new factor on the robot's stiffness [-]. tip_mass: its new mass on the tip [kg].
         """
         before = state.strain
         earlier = None if before.earlier is None else (before.earlier[0] + rate, before.earlier[1] + rate)
         after = replace(before, strain=before.strain + strain, rate=before.rate + rate, earlier=earlier)
         velocity = state.velocity + self.strain_rod.tip_jacobian(after) @ rate
+        position = self.strain_rod.tip(after)[0]
         return replace(
-            state, strain=after, position=self.strain_rod.tip(after)[0], velocity=velocity, stiffness=stiffness
+            state, strain=after, position=position, velocity=velocity, stiffness=stiffness, tip_mass=tip_mass
         )
 
     def use(self, state: GeneralState) -> None:
-        """Let the kernels take the stiffness of a state."""
-        self._scale(state.stiffness)
+        """Let the kernels take the stiffness and the mass of a state."""
+        self._scale(state.stiffness, state.tip_mass)
 
-    def _scale(self, factor: float) -> None:
+    def _scale(self, factor: float, mass: float) -> None:
         if factor != self._factor:
             self.strain_rod.layout.stiffness[:] = factor * self._stiffness
             self._factor = factor
+        self.tip_load.put(mass)
 
     def tip(self, state: GeneralState) -> Tip:
         """Return the tip, with a_c and b_c of the coming step; zeros where that has no solution: laws hold then."""
@@ -238,7 +249,7 @@ class GeneralRod:
         return np.asarray(self.tip(state).input_gain[:, tendon] * self.time_step)
 
     def _ahead(self, state: GeneralState, tensions: Array, tip_force: Array) -> InputSensitivity:
-        self._scale(state.stiffness)
+        self.use(state)
         return self._linear.inputs(state.strain, self.loads(tensions, tip_force, state.body))
 
     def node_positions(self, state: GeneralState) -> Array:

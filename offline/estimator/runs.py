@@ -7,12 +7,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
+from tendond.daemon.control.estimation.estimator import MASS_ERROR
 from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.kalman.memory import Reading
 from tendond.model.estimation.kalman.noise import Noise, noise_of
 from tendond.model.estimation.kalman.sensors import Markers
+from tendond.model.estimation.margin import default_tip_mass
 from tendond.model.rods.general import GeneralRod, GeneralState
-from tendond.model.strain.robot import Robot
+from tendond.model.strain.robot import Body, Robot
 from tendond.offline.estimator.fixed_gain import FixedGain
 
 Array = NDArray[np.float64]
@@ -42,6 +44,8 @@ class Case:
         gap: time without any measurement, once a second, from 2 s on [s].
         lost: part of the markers that are not seen, at random.
         swapped: two markers' labels are exchanged for 0.2 s, each second.
+        mass: largest unknown mass on the tip, of the usual one with which a loop is to be stable [-].
+        weighed: the filter has the mass on the tip among its parameters.
     """
 
     name: str
@@ -53,6 +57,8 @@ class Case:
     gap: float = 0.0
     lost: float = 0.0
     swapped: bool = False
+    mass: float = 0.0
+    weighed: bool = True
 
 
 @dataclass(frozen=True)
@@ -82,7 +88,7 @@ class Run:
         time: [s]. tip: error of the estimated tip [m]. shape: RMS error along the backbone [m].
         force: error of the estimated force on the tip [N]; load: true force [N], each (cycles, 3).
         tip_square, force_square: squares of the errors in units of their expected spread.
-        consistency: of the innovations. stiffness: error of the estimated stiffness.
+        consistency: of the innovations. stiffness: error of the estimated stiffness. mass: of the mass on the tip [kg].
         fixed: error of the tip by each fixed-gain observer [m], shape (cycles, observers).
     """
 
@@ -95,15 +101,17 @@ class Run:
     force_square: Array
     consistency: Array
     stiffness: Array
+    mass: Array
     fixed: Array
 
 
-def robot_like(robot: Robot, rng: np.random.Generator, unlike: Unlike) -> GeneralRod:
-    """Return a robot that differs from the model: its stiffness, and the friction of its tendons."""
+def robot_like(robot: Robot, rng: np.random.Generator, unlike: Unlike, mass: float = 0.0) -> GeneralRod:
+    """Return a robot that differs from the model: in stiffness, friction of its tendons, and a mass on its tip [kg]."""
     friction = float(rng.uniform(*unlike.friction))
     tendons = tuple(replace(one, friction=friction) for one in robot.tendons)
     stiffness = 1.0 + float(rng.uniform(-unlike.stiffness, unlike.stiffness))
-    return GeneralRod(replace(robot, tendons=tendons), PERIOD, 1.0 / stiffness)
+    bodies = (*robot.bodies, Body(robot.length, mass)) if mass > 0.0 else robot.bodies
+    return GeneralRod(replace(robot, tendons=tendons, bodies=bodies), PERIOD, 1.0 / stiffness)
 
 
 def tensions_along(rng: np.random.Generator, case: Case, tendons: int, largest: float) -> Array:
@@ -118,13 +126,16 @@ def tensions_along(rng: np.random.Generator, case: Case, tendons: int, largest: 
 def noise_for(robot: Robot, tension_error: float = SHARE, tension_error_time: float = SHARE_TIME) -> Noise:
     """Return the filter's noise for these runs; arguments as the keys of [observer]."""
     parameters = GeneralRod(robot, PERIOD).parameters
-    return noise_of(parameters, POSITION, ORIENTATION, tension_error, tension_error_time, 0.1)
+    mass = MASS_ERROR * default_tip_mass(parameters)
+    return noise_of(parameters, POSITION, ORIENTATION, tension_error, tension_error_time, 0.1, mass)
 
 
 def run_one(robot: Robot, case: Case, seed: int, unlike: Unlike = Unlike(), noise: Noise | None = None) -> Run:
     """Run the estimator once, from a seed."""
     rng = np.random.default_rng(seed)
-    plant = robot_like(robot, rng, unlike)
+    mass = case.mass * default_tip_mass(GeneralRod(robot, PERIOD).parameters)
+    mass *= float(np.random.default_rng(seed).uniform(0.25, 1.0))  # the others' draws are those without it
+    plant = robot_like(robot, rng, unlike, mass)
     robot = replace(robot, tendons=tuple(replace(one, friction=unlike.known) for one in robot.tendons))
     model = GeneralRod(robot, PERIOD)
     parameters = model.parameters
@@ -135,6 +146,7 @@ def run_one(robot: Robot, case: Case, seed: int, unlike: Unlike = Unlike(), nois
     direction = rng.normal(size=3)
     load = case.load * unit * rng.uniform(0.3, 1.0) * direction / np.linalg.norm(direction)
     known = noise_for(robot) if noise is None else noise
+    known = known if case.weighed else replace(known, tip_mass=0.0)
     places = np.array(case.markers) * parameters.length
     sensors = [Markers(places, np.zeros(3), np.full(3 * len(places), POSITION))] if case.markers else []
     estimator = Estimator(model, known, sensors)
@@ -167,6 +179,7 @@ def run_one(robot: Robot, case: Case, seed: int, unlike: Unlike = Unlike(), nois
                 _square(estimate.force - force, factors.along(np.eye(errors.size)[errors.force])),
                 estimate.consistency,
                 (1.0 + estimate.stiffness_error) * plant.compliance - 1.0,
+                estimate.tip_mass - mass,
                 [float(np.linalg.norm(truth.position - one.tip)) for one in fixed],
             )
         )

@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 
 CASES = (
     Case("free motion"),
+    Case("the same, mass on the tip taken as known", weighed=False),
+    Case("unknown mass on the tip", mass=0.2),
+    Case("the same, taken as known", mass=0.2, weighed=False),
     Case("load on the tip", load=2.0),
     Case("load, three markers and no pose", pose=False, markers=(1 / 3, 2 / 3, 1.0), load=2.0),
     Case(
@@ -49,7 +52,8 @@ class Summary:
         shape, shape_worst: RMS error along the backbone, of all runs and the largest of a cycle.
         covered: share of the tip's errors within their ellipsoids of 95 %; force_covered: of the force's.
         force: median error of a load beside its size; none without one.
-        stiffness: RMS error of the stiffness at the end. consistency: mean at the end.
+        stiffness, mass: RMS error of the stiffness and of the mass on the tip [kg] at the end.
+        consistency: mean at the end.
     """
 
     case: Case
@@ -62,13 +66,16 @@ class Summary:
     force_covered: float
     force: float | None
     stiffness: float
+    mass: float
     consistency: float
 
     @property
     def missed(self) -> list[str]:
         """Goals that are missed."""
         faults = self.case.gap > 0.0
-        wrong = []
+        wrong: list[str] = []
+        if self.case.mass and not self.case.weighed:  # is for comparison
+            return wrong
         if self.fixed is not None and self.tip > RATIO * self.fixed[0]:
             wrong.append(f"tip {self.tip / self.fixed[0]:.2f} of {self.fixed[1]}'s, goal {RATIO:g}")
         allowed = SHAPE_LOAD if self.case.load else SHAPE_FREE
@@ -100,6 +107,7 @@ def summarise(case: Case, runs: Sequence[Run], length: float) -> Summary:
         force_covered=float(np.mean([run.force_square[first:] < CHI_SQUARE for run in runs])),
         force=_force_error(case, runs) if case.load else None,
         stiffness=_rms(np.array([run.stiffness[-1] for run in runs])),
+        mass=_rms(np.array([run.mass[-1] for run in runs])),
         consistency=float(np.mean([run.consistency[-1] for run in runs])),
     )
 
@@ -124,7 +132,7 @@ def _rms(values: Array) -> float:
 
 HEADING = (
     "| case | runs | tip [mm] | best fixed gains [mm] | shape [% L] | worst [% L] | tip in 95 % | force in 95 % | load"
-    " | stiffness | consistency | |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    " | stiffness | mass [g] | consistency | |\n" + 13 * "| --- " + "|"
 )
 
 
@@ -146,6 +154,7 @@ def _row(one: Summary, length: float) -> str:
         f"{100 * one.force_covered:.1f} %",
         "-" if one.force is None else f"{100 * one.force:.1f} %",
         f"{100 * one.stiffness:.1f} %",
+        f"{1e3 * one.mass:.2f}",
         f"{one.consistency:.2f}",
         "; ".join(one.missed) or "pass",
     )

@@ -28,6 +28,8 @@ UNITS = {
     "residual": "N",
     "stamp_ns": "ns",
     "surface": "m/s",
+    "tip_mass": "kg",
+    "tip_mass_deviation": "kg",
     "target": "m",
     "tension": "N",
     "tension_deviation": "N",

@@ -35,7 +35,7 @@ class Path:
 
     Attributes:
         states: before the step of the instant. stepped: after it, before it is moved to the next one's place; K - 1.
-        errors: followed strains and rates, then force, errors of tensions, of moments and of stiffness, shape (K, N).
+        errors: followed strains and rates, then force, errors of tensions, moments, stiffness and tip mass, (K, N).
     """
 
     states: Sequence[GeneralState]
@@ -51,7 +51,7 @@ class PathModel:
 
     Attributes:
         estimator: as given. stretch: as given. rest: the model before the first instant. start: the estimator there.
-        causes: places of force and errors of tensions, moments and stiffness. decay: of these over a step, (N - 2 k,).
+        causes: places of force and errors of tensions, moments, stiffness and mass. decay: of these, (N - 2 k,).
 
     Raises:
         ConvergenceError: the model has no rest.
@@ -70,7 +70,8 @@ class PathModel:
         """Return the followed strains and rates of a state, then the causes as estimated, shape (N,)."""
         kept, strain = self.estimator.errors.kept, state.strain
         causes = (estimate.force, estimate.tension_error, estimate.bend_error, [estimate.stiffness_error])
-        return np.concatenate((strain.strain[kept], strain.rate[kept], *causes))
+        mass = [estimate.tip_mass] * (self.estimator.noise.tip_mass > 0.0)
+        return np.concatenate((strain.strain[kept], strain.rate[kept], *causes, mass))
 
     def estimate(self, errors: Array) -> EstimatorState:
         """Return the estimator's state with these causes; `errors`: shape (N,)."""
@@ -81,13 +82,14 @@ class PathModel:
             tension_error=errors[layout.tension],
             bend_error=errors[layout.bend],
             stiffness_error=float(errors[layout.stiffness]),
+            tip_mass=layout.tip_mass_of(errors),
         )
 
     def follow(self, errors: Array) -> Path:
         """Return the path on which the followed errors are those given, and the finer modes follow them.
 
         Args:
-            errors: see `Path`; a stiffness beyond what is believed is brought back.
+            errors: see `Path`; a stiffness or a mass beyond what is believed is brought back.
 
         Raises:
             ConvergenceError: the model has no solution on it.
@@ -95,6 +97,8 @@ class PathModel:
         layout = self.estimator.errors
         errors = errors.copy()
         errors[:, layout.stiffness] = np.clip(errors[:, layout.stiffness], -STIFFNESS_MAX, STIFFNESS_MAX)
+        least = self.estimator.rod.tip_load.least
+        errors[:, layout.tip_mass] = np.maximum(errors[:, layout.tip_mass], least)
         states, stepped = [self._moved(self.rest, errors[0])], []
         for instant, here, there in zip(self.stretch.instants, errors, errors[1:], strict=False):
             stepped.append(self.estimator.step(self.estimate(here), states[-1], instant.tensions))
@@ -106,7 +110,7 @@ class PathModel:
         strain, rate = np.zeros((2, rod.strain_rod.modes))
         strain[layout.kept] = errors[layout.strain] - state.strain.strain[layout.kept]
         rate[layout.kept] = errors[layout.rate] - state.strain.rate[layout.kept]
-        return rod.moved(state, strain, rate, 1.0 + float(errors[layout.stiffness]))
+        return rod.moved(state, strain, rate, 1.0 + float(errors[layout.stiffness]), layout.tip_mass_of(errors))
 
     def problem(self, path: Path) -> Problem:
         """Return the linear model of deviations from a path."""
@@ -122,7 +126,7 @@ class PathModel:
             ConvergenceError: it has no rest there.
         """
         rod, estimate = self.estimator.rod, self.estimate(errors)
-        state = replace(self.rest, stiffness=1.0 + estimate.stiffness_error)
+        state = replace(self.rest, stiffness=1.0 + estimate.stiffness_error, tip_mass=estimate.tip_mass)
         rod.use(state)
         pulls, inner = estimate.acting(self.stretch.before), self.estimator.errors.inner_moments(estimate.bend_error)
         for _ in range(TURNS):
@@ -148,12 +152,11 @@ class PathModel:
     def _line(self, path: Path, k: int) -> Line:
         """Return the linear model of a step."""
         before, after, here, there = path.states[k], path.stepped[k], path.errors[k], path.errors[k + 1]
-        moment = self.estimator.advance(self.start, before, after).moments[0]
-        assert moment.top is not None
-        assert moment.noise is not None
+        known = self.estimator.filter
+        top, noise = known.transition(before, after), known.step_noise(after.tensions)
         reached = self.vector(after, self.estimate(here))
         reached[self.causes] *= self.decay
-        return Line(moment.top, self.decay, reached - there, moment.noise)
+        return Line(top, self.decay, reached - there, noise)
 
     def taken(self, path: Path) -> list[list[Taken]]:
         """Return the measurements at each instant, against the path."""

@@ -21,7 +21,16 @@ Array = NDArray[np.float64]
 POINTS = 10
 """Points of the backbone, evenly spaced, the last of them the tip."""
 
-UNITS = {"tip": "m", "shape": "m", "force": "N", "tension": "N", "moment": "N m", "time": "s", "measured": "m"}
+UNITS = {
+    "tip": "m",
+    "shape": "m",
+    "force": "N",
+    "tension": "N",
+    "moment": "N m",
+    "time": "s",
+    "measured": "m",
+    "mass": "kg",
+}
 """Units by the last part of a name that is no number; the others have none."""
 
 
@@ -39,7 +48,9 @@ def known(stretch: SmoothedStretch) -> dict[str, Known]:
     found = {f"shape.{i}": Known(shape.value[:, i], shape.deviation[:, i]) for i in range(POINTS)}
     found["tip"] = found.pop(f"shape.{POINTS - 1}")
     parts = {"force": errors.force, "error.tension": errors.tension, "error.moment": errors.bend}
-    parts["error.stiffness"] = slice(errors.stiffness, errors.size)
+    parts["error.stiffness"] = slice(errors.stiffness, errors.stiffness + 1)
+    if errors.size > errors.tip_mass.start:
+        parts["error.mass"] = errors.tip_mass
     spread = np.sqrt(np.maximum(np.einsum("kii->ki", stretch.found.covariance), 0.0))
     found |= {name: Known(stretch.path.errors[:, part], spread[:, part]) for name, part in parts.items()}
     model = stretch.model
@@ -92,7 +103,7 @@ def _columns(log: LogFile, number: int, stretch: SmoothedStretch) -> dict[str, N
     columns |= {"forward.tip": forward.tip, "forward.deviation.tip": forward.tip_deviation}
     columns |= {"forward.force": forward.errors[:, errors.force], "forward.deviation.force": forward.force_deviation}
     for name, values in columns.items():
-        found[name] = values[rows, 0] if values.shape[1] == 1 and name.endswith("stiffness") else values[rows]
+        found[name] = values[rows, 0] if values.shape[1] == 1 and name.endswith(("stiffness", "mass")) else values[rows]
     return found
 
 

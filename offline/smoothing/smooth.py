@@ -14,6 +14,7 @@ from tendond.offline.logs.log import LogFile
 from tendond.offline.smoothing.passes import SmoothedStretch, smooth_stretch
 from tendond.offline.smoothing.stretches import Stretch, stretches
 from tendond.schemas.config.rig import RigConfig
+from tendond.schemas.messages import Mode
 
 Progress = Callable[[int, int, str], None]
 
@@ -39,7 +40,9 @@ def smooth_log(log: LogFile, progress: Progress = lambda number, count, what: No
     estimator = estimator_of(log.config, str(log.path))
     wanted = stretches(log.config, log.records)
     if not wanted:
-        raise LogError(f"{log.path}: the arm was never armed, so there is nothing to smooth; use another log")
+        probed = any(one.mode is Mode.PROBE for one in log.records)
+        what = "armed, but its tendons were only probed" if probed else "never armed"
+        raise LogError(f"{log.path}: the arm was {what}, so there is nothing to smooth; use another log")
     found: list[SmoothedStretch] = []
     left_out = []
     for number, stretch in enumerate(wanted):

@@ -29,6 +29,7 @@ class Summary:
         force: the largest on the tip [N], deviation: of its components [N], time: of it [s].
         jumps: times at which a load was found to have come [s].
         stiffness: of the robot, relative to the model's [-], stiffness_deviation: of it.
+        tip_mass: on the tip beside the model's [kg], tip_mass_deviation: of it; none where it is taken as known.
         unmeasured: quantities of which the measurements say nothing at that time; alike: pairs not told apart.
     """
 
@@ -47,6 +48,8 @@ class Summary:
     jumps: tuple[float, ...]
     stiffness: float
     stiffness_deviation: float
+    tip_mass: float | None
+    tip_mass_deviation: float | None
     unmeasured: tuple[str, ...]
     alike: tuple[str, ...]
 
@@ -58,6 +61,7 @@ def summarise(stretch: SmoothedStretch) -> Summary:
     largest = int(np.argmax(np.linalg.norm(path[:, errors.force], axis=1)))
     spread = np.sqrt(np.maximum(np.diag(covariance[largest]), 0.0))
     residual = [one.lack[:3] for taken in stretch.model.taken(stretch.path) for one in taken if one.sensor == 0]
+    weighed = errors.size > errors.tip_mass.start
     ticks = [one.tick for one in instants if one.tick is not None]
     return Summary(
         first=ticks[0],
@@ -75,6 +79,8 @@ def summarise(stretch: SmoothedStretch) -> Summary:
         jumps=tuple(instants[k].time for k in sorted(stretch.jumps)),
         stiffness=float(path[largest, errors.stiffness]),
         stiffness_deviation=float(spread[errors.stiffness]),
+        tip_mass=float(path[largest, -1]) if weighed else None,
+        tip_mass_deviation=float(spread[-1]) if weighed else None,
         unmeasured=tuple(_unmeasured(stretch, largest)),
         alike=tuple(_alike(stretch, largest)),
     )
@@ -89,7 +95,12 @@ def _names(stretch: SmoothedStretch) -> Sequence[str]:
     errors = stretch.model.estimator.errors
     tensions, bends = errors.tension.stop - errors.tension.start, len(errors.bends)
     names = [f"force {axis}" for axis in "xyz"] + [f"tension {i}" for i in range(tensions)]
-    return [*names, *(f"moment {i}" for i in range(bends)), "stiffness"]
+    return [
+        *names,
+        *(f"moment {i}" for i in range(bends)),
+        "stiffness",
+        *(["mass"] if errors.size > errors.tip_mass.start else []),
+    ]
 
 
 def _unmeasured(stretch: SmoothedStretch, k: int) -> Iterator[str]:

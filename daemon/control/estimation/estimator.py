@@ -33,6 +33,10 @@ MASS_SHARE = 0.2
 force that drifts would have to be as slow as those."""
 
 
+MASS_ERROR = 1.0 / 3.0
+"""Standard deviation of the mass on the tip, of the largest that a controller need not know: it is three of them."""
+
+
 def observer_kind(config: RigConfig) -> str:
     """Return the kind of observer: the configured one; with direct feedback there is only an offset."""
     if config.control.feedback == "direct":
@@ -72,7 +76,14 @@ def configured_noise(config: RigConfig, rod: GeneralRod) -> Noise:
         section.tension_error,
         section.tension_error_time,
         section.stiffness_error,
+        tip_mass_error(config, rod),
     )
+
+
+def tip_mass_error(config: RigConfig, rod: GeneralRod) -> float:
+    """Standard deviation of the mass on the tip, beside that configured [kg]; 0: it is known."""
+    given = config.observer.tip_mass_error
+    return MASS_ERROR * usual_tip_mass(config, rod.parameters) if given is None else given
 
 
 def estimator_with(config: RigConfig, rod: GeneralRod, noise: Noise, contacts: Noise | None = None) -> Estimator:
@@ -114,7 +125,9 @@ def filter_estimate(estimator: Estimator | None, estimate: ObserverState | Estim
         tension_deviation=tuple(deviation[3 : 3 + tendons]),
         bend_error=tuple(estimate.bend_error.tolist()),
         stiffness=1.0 + estimate.stiffness_error,
-        stiffness_deviation=deviation[-1],
+        stiffness_deviation=deviation[errors.stiffness - errors.force.start],
+        tip_mass=estimate.tip_mass if estimator.noise.tip_mass > 0.0 else None,
+        tip_mass_deviation=deviation[-1] if estimator.noise.tip_mass > 0.0 else None,
         consistency=estimate.consistency,
         load_tick=estimate.jumped if estimate.jumped >= 0 else None,
         contact=_contact(estimate.contact),

@@ -1,7 +1,7 @@
 """The task in space: all tendons move the tip, by the model's linearisation of the coming step; no further solves."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from tendond.daemon.control.tasks.observation import Prediction, SpatialObservat
 from tendond.daemon.control.tasks.task import Decide, Ruling, Situation, Task
 from tendond.model.errors import ConvergenceError
 from tendond.model.rod.parameters import RodParameters
+from tendond.model.rods.general import GeneralState
+from tendond.model.rods.interface import ModelState
 from tendond.model.rods.selection import solver_of
 from tendond.model.tendons.allocation import Allocation
 from tendond.schemas.config.reference import ReferenceSection
@@ -53,10 +55,9 @@ class SpatialTask:
         tip, period, elapsed, offset = situation.tip, self.period, situation.elapsed, situation.offset
         target, target_velocity = np.array(situation.reference.position), np.array(situation.reference.velocity)
         position, velocity = situation.position, situation.velocity
+        model, force = _weighed(situation)
         try:
-            step = situation.rod.predict(
-                situation.model, situation.acting, self.allocation.shares, situation.observer.tip_force
-            )
+            step = situation.rod.predict(model, situation.acting, self.allocation.shares, force)
         except ConvergenceError:  # the step itself will say so
             return SpatialObservation(position, velocity, target, target_velocity, situation.tension, period, None)
         then = self.reference.goal(elapsed + period)
@@ -71,6 +72,18 @@ class SpatialTask:
             ahead, jacobian = step.position + beside, step.position_jacobian
         prediction = Prediction(ahead, jacobian, then.place, then.jacobian, self.allocation)
         return SpatialObservation(position, velocity, target, target_velocity, situation.tension, period, prediction)
+
+
+def _weighed(situation: Situation) -> tuple[ModelState, Array]:
+    """Return the model's state and the force on its tip [N], shape (3,), for a law that moves the tip within a cycle.
+
+    Of a mass that the filter has found there, it is given the weight alone: for the inertia of a heavy tip its agility
+    does not suffice, and it would swing the arm (`swing.TIP_LOAD_MAX`).
+    """
+    model, force = situation.model, situation.observer.tip_force
+    if not isinstance(model, GeneralState) or model.tip_mass <= 0.0:
+        return model, force
+    return replace(model, tip_mass=0.0), force + model.tip_mass * np.array(situation.rod.parameters.gravity)
 
 
 class Space:

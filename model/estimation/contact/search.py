@@ -92,7 +92,7 @@ class ContactSearch:
         self._carry, self._heed, self._weigh = Bound(carry), Bound(heed), Bound(weigh)
         self._whiten, self._propagate, self._correct = Bound(whiten), Bound(propagate), Bound(correct)
         self._calm = np.ones(n - k)
-        self._calm[3:-1] = CALM
+        self._calm[errors.drive] = CALM
         self._room, self._weight = np.zeros((n, 2 * n - k)), np.zeros(2 * n - k)
         self._pushed, self._two = np.zeros((k, 3 * p)), np.zeros((2, n))
         self._three = np.zeros((3, 3))

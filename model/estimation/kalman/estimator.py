@@ -159,6 +159,7 @@ class Estimator:
         change, errors = last.after - last.moved, self.errors
         moments[-1] = replace(last, moved=last.after)
         stiffness = min(max(estimate.stiffness_error + float(change[errors.stiffness]), -STIFFNESS_MAX), STIFFNESS_MAX)
+        tip_mass = max(estimate.tip_mass + errors.tip_mass_of(change), self.rod.tip_load.least)
         estimate = EstimatorState(
             moments=tuple(moments),
             front=front,
@@ -172,10 +173,11 @@ class Estimator:
             jumped=jumped,
             quiet=quiet,
             contacts=contacts,
+            tip_mass=tip_mass,
         )
         strain, rate = np.zeros(self.rod.strain_rod.modes), np.zeros(self.rod.strain_rod.modes)
         strain[errors.kept], rate[errors.kept] = change[errors.strain], change[errors.rate]
-        return estimate, self.rod.moved(state, strain, rate, 1.0 + stiffness)
+        return estimate, self.rod.moved(state, strain, rate, 1.0 + stiffness, tip_mass)
 
     def step(self, estimate: EstimatorState, state: GeneralState, tensions: Array) -> GeneralState:
         """Return the model's state a step later, under tensions [N], shape (m,), with all errors as estimated.
@@ -193,7 +195,8 @@ class Estimator:
     def advance(self, estimate: EstimatorState, before: GeneralState, after: GeneralState) -> EstimatorState:
         """Go on by a cycle: the model has made a step from one state to the other."""
         newest = estimate.moments[-1]
-        top, noise = self.filter.transition(before, after), self.filter.step_noise(after.tensions)
+        known = estimate.moments[estimate.front - estimate.moments[0].tick].factors
+        top, noise = self.filter.transition(before, after, known), self.filter.step_noise(after.tensions)
         contacts = estimate.contacts
         pushes = None if contacts is None else self.filter.pushes(contacts.forces, after.tensions)
         newest = replace(newest, top=top, noise=noise, pushes=pushes)
@@ -209,8 +212,8 @@ class Estimator:
             moments = (second, *moments[2:])
         kept = float(self.filter.decay[3])
         tension, bend = kept * estimate.tension_error, kept * estimate.bend_error
-        known = replace(estimate, tension_error=tension, bend_error=bend, contacts=contacts)
-        return replace(known, moments=moments, front=front)
+        estimate = replace(estimate, tension_error=tension, bend_error=bend, contacts=contacts)
+        return replace(estimate, moments=moments, front=front)
 
     def tip_covariance(self, estimate: EstimatorState, factors: Factors) -> Array:
         """Return the covariance of the tip's position [m^2], shape (3, 3), by that of the errors now."""

@@ -34,12 +34,12 @@ class Filter:
         rod: the model. noise: what is uncertain. sensors: all of them, the tip's pose first.
 
     Attributes:
-        errors: where each stands. decay: of force, tensions and moments, stiffness over a step, shape (N - 2 k,).
+        errors: where each stands. decay: of force, tensions and moments, stiffness and mass over a step, (N - 2 k,).
     """
 
     def __init__(self, rod: GeneralRod, noise: Noise, sensors: Sequence[Sensor]) -> None:
         self._rod, self._noise, self._sensors = rod, noise, sensors
-        self.errors = ErrorLayout(rod.strain_rod)
+        self.errors = ErrorLayout(rod.strain_rod, noise.tip_mass > 0.0)
         strain, n, k = rod.strain_rod, self.errors.size, len(self.errors.kept)
         self._layout = without_friction(strain.layout) if np.any(strain.layout.friction > 0.0) else strain.layout
         self._work, self._paths = scratch_for(self._layout), empty_paths(strain.layout)
@@ -47,11 +47,12 @@ class Filter:
         self._matrix, self._two = np.zeros((k, k)), np.zeros((2, n))
         self._room, self._weight = np.zeros((n, 2 * n - 2 * k)), np.zeros(2 * n - 2 * k)
         self.decay = np.ones(n - 2 * k)
-        self.decay[3:-1] = math.exp(-rod.time_step / noise.tension_time)
+        self.decay[self.errors.drive] = math.exp(-rod.time_step / noise.tension_time)
         self._arms = np.array([math.hypot(*place) for place in rod.parameters.tendon_positions])
         self._find, self._propagate, self._correct = Bound(find_transition), Bound(propagate), Bound(correct)
         self._respond = Bound(find_responses)
         self._standing = np.eye(n)[: 2 * k], np.ones(n - 2 * k)
+        self._weighed = np.empty((2 * k, 3 * len(rod.tip_load.points)))
 
     def _believed(self, moment: Moment) -> tuple[Moment, float]:
         """Leave out what cannot belong to this robot; return the mean square of the innovations as well."""
@@ -99,6 +100,7 @@ class Filter:
         top, decay = self._standing
         noise = np.zeros(len(decay))
         noise[:3] = self._noise.load_jump**2
+        noise[self.errors.tip_mass.start - 2 * len(self.errors.kept) :] = self._noise.tip_mass**2
         factors = self._propagated(top, decay, noise, moment.factors)
         return replace(moment, columns=factors.columns, spread=factors.spread, jumped=True)
 
@@ -135,8 +137,12 @@ class Filter:
         self._propagate.call(top, decay, noise, factors.columns, self._weight, self._room, columns, spread)
         return Factors(columns, spread)
 
-    def transition(self, before: GeneralState, after: GeneralState) -> Array:
-        """Transition of strains and rates over a step, shape (2 k, N); where it has no model, they stay as they are."""
+    def transition(self, before: GeneralState, after: GeneralState, factors: Factors | None = None) -> Array:
+        """Transition of strains and rates over a step, shape (2 k, N); where it has no model, they stay as they are.
+
+        Args:
+            before, after: the model. factors: covariance of its errors, about then; none: its motion is taken as known.
+        """
         rod, kept = self._rod, self.errors.kept
         loads = hold(
             rod.strain_rod.layout,
@@ -148,7 +154,36 @@ class Filter:
         rod.use(before)
         given = self._layout, loads, before.strain.strain, rod.time_step, kept, self.errors.bends, self.errors.arms
         found = self._find.call(*given, self._tip, before.stiffness, self._work, self._matrix, top)
+        top[:, self.errors.tip_mass] = 0.0
+        if found and self._noise.tip_mass > 0.0:
+            top[:, self.errors.tip_mass] = self._by_mass(before, after, top, factors)[:, None]
         return top if found and np.all(np.isfinite(top)) else self._standing[0].copy()
+
+    def _by_mass(self, before: GeneralState, after: GeneralState, top: Array, factors: Factors | None) -> Array:
+        """Strains and rates by a mass on the tip, after the step whose transition was found last [1/kg], (2 k,).
+
+        It is a force: its weight, less what its acceleration a takes. A wrong state accelerates the model, but not the
+        robot, and a mass that is told from that is told from noise (W. A. Fuller, "Measurement Error Models", 1987).
+        So of a with the variance V only a (a'a)^2 / ((a'a)^2 + V^2) counts: hardly any of noise, and nearly all of a
+        swing. With a'a / (a'a + V) 5 g too little on a slender arm were found as 2.
+        """
+        rod, load, shape, h, k = (
+            self._rod,
+            self._rod.tip_load,
+            self._work.after,
+            self._rod.time_step,
+            len(self.errors.kept),
+        )
+        acceleration = (after.velocity - before.velocity) / h
+        if factors is not None:
+            change = top[k:].copy()
+            change[:, k : 2 * k] -= np.eye(k)
+            rows = shape.jacobian[self._tip][:, self.errors.kept] @ change / h
+            square, variance = float(acceleration @ acceleration), float(np.trace(factors.along(rows)))
+            acceleration *= square**2 / max(square**2 + variance**2, 1e-300)
+        forces = np.outer(load.shares, np.array(rod.robot.gravity) - acceleration)
+        self._respond.call(self._matrix, shape.jacobian, load.points, self.errors.kept, h, self._weighed)
+        return np.asarray(self._weighed @ forces.reshape(-1))
 
     def pushes(self, fed: Array, tensions: Array) -> Pushes:
         """Return what forces along the body do in the step whose transition was found last.
@@ -163,11 +198,11 @@ class Filter:
         return Pushes(push, fed, np.zeros_like(fed), shape.rotation[stations.nodes, 2::3], tensions)
 
     def step_noise(self, tensions: Array) -> Array:
-        """Variance that a step adds to force, tensions and stiffness, shape (N - 2 k,)."""
+        """Variance that a step adds to force, tensions, moments, stiffness and mass, shape (N - 2 k,)."""
         known, period = self._noise, self._rod.time_step
         noise = np.zeros(len(self.decay))
         noise[:3] = known.load_rate**2 * period
-        noise[3:-1] = (1.0 - self.decay[3] ** 2) * self._drive_variance(tensions)
+        noise[self.errors.drive] = (1.0 - self.decay[3] ** 2) * self._drive_variance(tensions)
         return noise
 
     def _drive_variance(self, tensions: Array) -> Array:
@@ -182,8 +217,9 @@ class Filter:
         errors, known, rod = self.errors, self._noise, self._rod
         k, n = len(errors.kept), errors.size
         causes = np.zeros(n - 2 * k)
-        causes[:3], causes[-1] = known.load_start**2, known.stiffness**2
-        causes[3:-1] = self._drive_variance(state.tensions)
+        causes[:3], causes[errors.stiffness - 2 * k] = known.load_start**2, known.stiffness**2
+        causes[errors.tip_mass.start - 2 * k :] = known.tip_mass**2
+        causes[errors.drive] = self._drive_variance(state.tensions)
         rod.use(state)
         loads = rod.loads(state.tensions, state.tip_force, state.body)
         tangent = rod.strain_rod.tangent(state.strain, loads)
@@ -192,7 +228,11 @@ class Filter:
         elastic = rod.strain_rod.layout.stiffness @ state.strain.strain / state.stiffness
         bent = np.zeros((k, len(errors.bends)))
         bent[errors.bends, np.arange(len(errors.bends))] = errors.arms
-        pushes = np.column_stack((by_force[errors.kept], by_tension[errors.kept], bent, -elastic[errors.kept]))
+        columns = [by_force[errors.kept], by_tension[errors.kept], bent, -elastic[errors.kept]]
+        if known.tip_mass > 0.0:
+            carried = rod.strain_rod.shape(state.strain).jacobian[rod.tip_load.points][:, :, errors.kept]
+            columns.append(np.einsum("p,pck,c->k", rod.tip_load.shares, carried, rod.robot.gravity))
+        pushes = np.column_stack(columns)
         by_causes = np.linalg.solve(tangent[np.ix_(errors.kept, errors.kept)], pushes)
         covariance = np.zeros((n, n))
         covariance[2 * k :, 2 * k :] = np.diag(causes)

@@ -35,6 +35,7 @@ class Noise:
         tension_share: of a tendon's tension, relative to it [-]; tension_floor: of a tension beside that [N];
             tension_time: over which these errors change [s].
         stiffness: of the robot's stiffness, relative to it [-]; 0: it is known.
+        tip_mass: of the mass on the tip [kg]; 0: it is known.
         unmodelled: of any place on the robot, by what the errors do not tell [m].
         shape: of the strains at the start, bend of a mode over the robot's length [rad].
     """
@@ -50,10 +51,17 @@ class Noise:
     stiffness: float
     unmodelled: float = 0.0
     shape: float = SHAPE_START
+    tip_mass: float = 0.0
 
 
 def noise_of(
-    rod: RodParameters, position: float, orientation: float, tension_share: float, tension_time: float, stiffness: float
+    rod: RodParameters,
+    position: float,
+    orientation: float,
+    tension_share: float,
+    tension_time: float,
+    stiffness: float,
+    tip_mass: float = 0.0,
 ) -> Noise:
     """Return the noise of a robot; arguments as the attributes of `Noise`, loads and tensions by its stiffness."""
     load = rod.bending_stiffness / rod.length**2
@@ -69,4 +77,5 @@ def noise_of(
         tension_time=tension_time,
         stiffness=stiffness,
         unmodelled=UNMODELLED * rod.length,
+        tip_mass=tip_mass,
     )

@@ -27,6 +27,7 @@ class EstimatorState:
         jumped: tick at which a load was last taken to have come; -1: never.
         quiet: ticks after it until the next may be.
         contacts: the search for contacts; none: none is sought.
+        tip_mass: on the tip beside the robot's own [kg].
     """
 
     moments: tuple[Moment, ...]
@@ -41,6 +42,7 @@ class EstimatorState:
     jumped: int = -1
     quiet: int = 0
     contacts: ContactState | None = None
+    tip_mass: float = 0.0
 
     @property
     def contact(self) -> Contact | None:

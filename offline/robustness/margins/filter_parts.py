@@ -51,7 +51,7 @@ class PlantParts:
 class ModelParts:
     """Model, filter and law over a cycle, x as the plant's.
 
-    The filter's causes are force, tension errors and moments; its stiffness is a constant, and is left out.
+    The filter's causes are force, tension errors and moments; stiffness and tip mass are constants, and are left out.
 
     Attributes:
         period: of the cycle [s].
@@ -149,7 +149,7 @@ def model_parts(setup: CycleSetup, tensions: Array) -> ModelParts:
 
     push = np.column_stack((found.by_force, differences(bent, np.zeros(b), np.full(b, 1e-4 * unit))))
     gain, carry = _gain_and_carry(estimator, started, rest)
-    causes = errors.size - 1 - 2 * k
+    causes = errors.stiffness - 2 * k
     keep = np.arange(2 * k + causes)
     whole = np.zeros((2 * n + causes, 2 * k + causes))
     whole[errors.kept, np.arange(k)] = 1.0
@@ -160,7 +160,7 @@ def model_parts(setup: CycleSetup, tensions: Array) -> ModelParts:
     return ModelParts(
         period=rod.time_step, step=found.a, pull=found.b * taut, push=push,
         pose=np.concatenate((outputs.position, outputs.rotation)),
-        decay=estimator.filter.decay[:-1].copy(),
+        decay=estimator.filter.decay[:causes].copy(),
         gain=whole @ gain[keep], carry=whole @ carry[np.ix_(keep, keep)] @ whole.T,
         law=law_matrix(setup, started, rest, m),
     )  # fmt: skip

@@ -1,11 +1,15 @@
 """The linear model of the errors against the rod's own exact derivatives, and against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tendond.model.rods.general import GeneralRod
 from tendond.model.rods.stations import BodyLoads
 from tendond.model.strain.derivatives.linearise import Linearisation
-from tests.unit.estimation.robots import estimator_of, rod
+from tendond.model.strain.robot import Body
+from tests.unit.estimation.robots import PERIOD, ROBOT, estimator_of, rod
 
 PULLED = np.array([5.0, 0.5, 2.0, 1.0])
 
@@ -53,3 +57,32 @@ def test_moments_and_stiffness_move_the_model_as_their_columns_say() -> None:
     ]
     column = (ends[0] - ends[1])[errors.kept] / (2.0 * size)
     assert top[: len(errors.kept), errors.stiffness] == pytest.approx(column, abs=0.01 * np.abs(column).max())
+
+
+def test_a_mass_on_the_tip_moves_the_model_as_its_column_says() -> None:
+    tool = replace(ROBOT, bodies=(*ROBOT.bodies, Body(ROBOT.length, 0.02, offset=(0.0, 0.0, 0.03))))
+    for robot in (ROBOT, tool):
+        model = GeneralRod(robot, PERIOD)
+        estimator = estimator_of(model, tip_mass=0.02)
+        errors, states = estimator.errors, [model.solve_static(PULLED)]
+        for tick in range(40):
+            states.append(model.step(states[-1], PULLED * (1.0 + 0.3 * np.sin(0.1 * tick))))
+        before, pulls, more = states[-1], states[-1].tensions, 1e-4
+        after = model.step(before, pulls)
+        heavier = model.step(replace(before, tip_mass=more), pulls)
+        column = (heavier.strain.strain - after.strain.strain)[errors.kept] / more
+        own = estimator.filter.transition(before, after)[: len(errors.kept), -1]
+        assert own == pytest.approx(column, abs=0.1 * np.abs(column).max())
+
+
+def test_what_accelerates_the_model_alone_tells_no_mass() -> None:
+    """A state that is uncertain accelerates it: then the weight is left in the column."""
+    model = rod()
+    estimator = estimator_of(model, tip_mass=0.02)
+    rest = model.solve_static(PULLED)
+    before = model.moved(rest, np.full(model.strain_rod.modes, 1e-3), np.zeros(model.strain_rod.modes), 1.0)
+    after = model.step(before, PULLED)
+    still = estimator.filter.transition(rest, model.step(rest, PULLED))[:, -1]
+    sure = estimator.filter.transition(before, after)[:, -1]
+    unsure = estimator.filter.transition(before, after, estimator.start(rest).moments[0].factors)[:, -1]
+    assert np.abs(unsure - still).max() < 0.5 * np.abs(sure - still).max()

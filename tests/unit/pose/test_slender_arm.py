@@ -144,3 +144,27 @@ def test_what_is_named_stays_and_what_old_logs_have_too() -> None:
     for old in ({"rules": 1}, {"solver": "shooting"}, {"feedback": "direct"}):
         assert rig(control=old, rod=heavy(damping_ratio=0.1)).control.law == "backstepping"
     assert check_config({"rod": {"tip_mass": 0.05}}, "paper").control.law == "backstepping"
+
+
+@pytest.mark.parametrize(
+    ("plant", "more"), [({"weight": {"mass": 0.005}}, 0.005), ({"rod": {"tip_mass": 0.01}}, -0.005)]
+)
+def test_the_filter_finds_a_mass_on_the_tip_that_it_does_not_know(plant: dict[str, Any], more: float) -> None:
+    config = rig({**plant, **UNLIKE[0]}, observer={"kind": "kalman", **UNLIKE[1]})
+    runs = list(watched_loop(config, 500, {2: ControlAction.ARM}))
+    record, tips = runs[-1].record, np.array([one.truth.position for one in runs[-100:]])
+    known = record.observer.filter
+    assert record.mode is Mode.TRACKING
+    assert known is not None
+    assert known.tip_mass == pytest.approx(more, abs=0.1 * abs(more))
+    assert known.consistency < 2.0
+    assert np.linalg.norm(tips[-1] - np.array(record.reference.position)) < 0.2e-3
+    assert np.ptp(tips, axis=0).max() < 0.5e-3
+
+
+def test_without_the_mass_among_its_parameters_it_is_lost() -> None:
+    observer = {"kind": "kalman", "tip_mass_error": 0.0, **UNLIKE[1]}
+    runs = list(
+        watched_loop(rig({"weight": {"mass": 0.005}, **UNLIKE[0]}, observer=observer), 300, {2: ControlAction.ARM})
+    )
+    assert runs[-1].record.mode is Mode.FAULT

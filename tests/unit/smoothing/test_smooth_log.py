@@ -16,6 +16,7 @@ from tendond.offline.logs.log import load
 from tendond.offline.smoothing.smooth import estimator_of
 from tendond.offline.smoothing.stretches import BEFORE, stretches
 from tendond.schemas.config.rig import RigConfig, parse_config
+from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleRecord
 from tendond.schemas.requests import ControlAction
 from tests.unit.cli.commands import few_lines, tendond
@@ -126,10 +127,12 @@ def test_what_cannot_be_smoothed_is_said_in_a_line(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     idle = rewritten(log, tmp_path / "idle.mcap", lambda topic, data: data if _tick(topic, data) < ARM else None)
+    probed = rewritten(log, tmp_path / "probed.mcap", lambda topic, data: _probing(topic, data))
     blind = rewritten(log, tmp_path / "blind.mcap", lambda topic, data: _without_pose(topic, data))
     bare = rewritten(log, tmp_path / "bare.mcap", attach=False)
     for arguments, words in (
         ((str(idle),), "never armed"),
+        ((str(probed),), "only probed"),
         ((str(blind),), "no pose was admitted"),
         ((str(bare),), "configuration"),
         ((str(log), "--out", str(tmp_path / "out.txt")), "end it in .csv, .parquet, .npz"),
@@ -143,6 +146,16 @@ def test_what_cannot_be_smoothed_is_said_in_a_line(
 
 def _tick(topic: str, data: bytes) -> int:
     return int(json.loads(data)["tick"]) if topic == CYCLE.topic else -1
+
+
+def _probing(topic: str, data: bytes) -> bytes | None:
+    """The log of an arm that was stopped in the probe."""
+    if topic != CYCLE.topic:
+        return data
+    record = CycleRecord.model_validate_json(data)
+    if record.tick >= ARM + 20:
+        return None
+    return data if record.tick < ARM else record.model_copy(update={"mode": Mode.PROBE}).model_dump_json().encode()
 
 
 def _without_pose(topic: str, data: bytes) -> bytes:

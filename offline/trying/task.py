@@ -76,8 +76,8 @@ def trial(config: RigConfig, target: tuple[float, ...] | None) -> Trial:
         )
         if "limits" in tables:
             remarks.append(
-                f"limits.tension_max = {first.tension_max():g} N for this trial: the file names none, and the default is "
-                f"{config.limits.tension_max:g} N"
+                f"limits.tension_max = {first.tension_max():g} N for this trial: the file names none, and the default "
+                f"is {config.limits.tension_max:g} N"
             )
     data = config.model_dump()
     changed = {name: {**data[name], **table} if isinstance(table, dict) else table for name, table in tables.items()}

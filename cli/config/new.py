@@ -15,7 +15,7 @@ from tendond.cli.warm.progress import compile_with_progress
 from tendond.daemon.errors import DaemonError, UsageError
 from tendond.offline.files import write_whole
 from tendond.offline.kernels import parts_of
-from tendond.offline.trying.first_target import first_target
+from tendond.offline.trying.first_target import RESERVE, SERVO_RESERVE, first_target
 from tendond.offline.trying.task import task_of
 from tendond.schemas.config.rig import ConfigError, parse_config
 from tendond.schemas.config.rod.presets import PRESETS
@@ -59,7 +59,8 @@ def run_new(
     head = f"# Written by `tendond config new`; every key: `tendond config show {shlex.quote(str(file))}`. SI units.\n"
     robot = parse_config(f"{rod}\n[loop]\nperiod = {round(1.0 / answers['rate'], 9)}\n", "the robot")
     compile_with_progress(parts_of(robot), len(robot.rod.tendon_positions))
-    task = task_text(task_of(robot, first_target(robot)))
+    reserve = RESERVE if answers["servos"] == "none" else SERVO_RESERVE
+    task = task_text(task_of(robot, first_target(robot), reserve))
     text = "\n".join([head, rig_text(name or _name_of(file), answers), rod, task])
     try:
         write_whole(file, text)

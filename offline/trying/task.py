@@ -7,7 +7,7 @@ from typing import Any
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.errors import UsageError
 from tendond.drivers.dynamixel.serial.table import TICK
-from tendond.offline.trying.first_target import FirstTarget, first_target
+from tendond.offline.trying.first_target import RESERVE, FirstTarget, first_target
 from tendond.schemas.config.machine import BusSection, RigSection
 from tendond.schemas.config.reference import SPACE_KINDS, TARGETS, ReferenceSection
 from tendond.schemas.config.rig import RigConfig, check_config
@@ -76,8 +76,8 @@ def trial(config: RigConfig, target: tuple[float, ...] | None) -> Trial:
         )
         if "limits" in tables:
             remarks.append(
-                f"limits.tension_max = {first.tension_max:g} N for this trial: the file names none, and the default is "
-                f"{config.limits.tension_max:g} N"
+                f"limits.tension_max = {first.tension_max():g} N for this trial: the file names none, and the default "
+                f"is {config.limits.tension_max:g} N"
             )
     data = config.model_dump()
     changed = {name: {**data[name], **table} if isinstance(table, dict) else table for name, table in tables.items()}
@@ -89,8 +89,12 @@ def has_own_task(section: ReferenceSection) -> bool:
     return bool(OWN_TASK & section.model_fields_set) or section.kind in SPACE_KINDS
 
 
-def task_of(config: RigConfig, first: FirstTarget) -> dict[str, Any]:
-    """Return the tables that a first target needs: [reference], and limits and pretension that nothing else names."""
+def task_of(config: RigConfig, first: FirstTarget, reserve: float = RESERVE) -> dict[str, Any]:
+    """Return the tables that a first target needs: [reference], and limits and pretension that nothing else names.
+
+    Args:
+        config: of the rig. first: the target. reserve: largest tension, by that of the target.
+    """
     section = config.reference
     reference: dict[str, Any] = {"across": first.across}
     if "kind" not in section.model_fields_set:
@@ -98,8 +102,9 @@ def task_of(config: RigConfig, first: FirstTarget) -> dict[str, Any]:
     if "duration" not in section.model_fields_set:
         reference["duration"] = DURATION
     tables: dict[str, Any] = {"reference": reference}
-    if "tension_max" not in config.limits.model_fields_set and first.tension_max < config.limits.tension_max:
-        tables["limits"] = {"tension_max": first.tension_max}
+    tension_max = first.tension_max(reserve)
+    if "tension_max" not in config.limits.model_fields_set and tension_max < config.limits.tension_max:
+        tables["limits"] = {"tension_max": tension_max}
     own, part = config.pretension.model_fields_set, PRETENSION * first.tension
     pretension = {
         name: float(f"{part:.1g}")

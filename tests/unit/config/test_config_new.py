@@ -12,6 +12,7 @@ from tendond.cli.config.answers import QUESTIONS, AnswerError, Question, contrad
 from tendond.cli.config.asking import ask
 from tendond.cli.config.new import run_new
 from tendond.daemon.errors import UsageError
+from tendond.offline.equilibria_check import equilibria
 from tendond.offline.trying.task import has_own_task, trial
 from tendond.schemas.config.rig import RigConfig, parse_config
 from tendond.schemas.config.rod.materials import MATERIALS
@@ -63,6 +64,8 @@ def test_the_answers_given_as_options_are_in_the_file(tmp_path: Path, capsys: py
     assert config.servo is not None
     assert "damping_ratio = 0.06" in file.read_text()
     assert trial(config, None).config.simulator.drive == "displacement"
+    target = next(one for one in equilibria(config) if one.target)
+    assert config.limits.tension_max > 4.5 * target.tension, "loads that servos report pass the probe"
 
 
 @pytest.mark.parametrize("preset", PRESETS)

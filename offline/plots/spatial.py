@@ -120,7 +120,7 @@ def _draw(axes: Axes, run: TipPath, kept: list[int]) -> None:
         line(run.shapes[i].points, color=_colour(run.arcs[i] / max(run.arcs[-1], 1e-12)), lw=0.9)
     if run.shapes:
         for path in run.shapes[-1].tendons:
-            line(_smooth(path), color=TENDON, lw=0.8)
+            line(smooth_path(path), color=TENDON, lw=0.8)
         line(run.shapes[-1].points, color="black", lw=2.4, label="rod at the end")
     line(run.reference, color=REFERENCE, lw=3.0, alpha=0.5, label="reference")
     line(run.tip, color=OURS, lw=1.2, label="tip")
@@ -132,7 +132,7 @@ def _colour(part: float) -> Any:
     return ScalarMappable(Normalize(0.0, 1.0), COLOURS).to_rgba(np.array([part]))[0]
 
 
-def _smooth(path: Array) -> Array:
+def smooth_path(path: Array) -> Array:
     """Interpolate a tendon's few points in a log, by the distance along them: they are not equally far apart."""
     at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     if len(path) < 4 or np.diff(at).min() <= 0.0:

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from tendond.offline.logs.log import LogFile
 from tendond.offline.logs.metrics import Tracking
 from tendond.offline.logs.paths import TipPath
+from tendond.offline.movies.motion import arrow, between, held_force
 from tendond.offline.plots.spatial import box_limits, gravity_in_space
+from tendond.offline.plots.spline import smooth
 from tendond.offline.plots.style import DARK, LINES, OURS, PAPERS, REFERENCE, gravity_arrow, line_look, style
 
 Array = NDArray[np.float64]
@@ -64,10 +66,9 @@ class Scene:
         first = int(np.searchsorted([record.tick for record in log.records], run.ticks[0]))
         records = log.records[first : first + len(run.ticks)]
         self._estimate = np.array([record.observer.force for record in records])
-        truth = dict(zip(log.truth_ticks, (one.tip_force for one in log.truth), strict=True))
-        self._truth = np.array([truth.get(int(tick), (0.0, 0.0, 0.0)) for tick in run.ticks]) if truth else None
+        self._truth = held_force(log, run.ticks) if log.truth else None
         sizes = [float(np.linalg.norm(one, axis=1).max()) for one in (self._estimate, self._truth) if one is not None]
-        self._largest = max([*sizes, FORCE_FLOOR * float(run.tension.max()), 1e-9])
+        self._largest = max(*sizes, FORCE_FLOOR * float(run.tension.max()), 1e-9)
         self._reach = FORCE_LENGTH * 1e3 * log.config.rod.backbone_length
         self._gravity = np.array(log.config.rod.base_gravity)
         self._span = span
@@ -116,7 +117,7 @@ class Scene:
 
     def _still_scene(self) -> None:
         space, kept = self._space, self._kept
-        low, high = box_limits(self._path)
+        low, high = self._limits()
         space.plot(*(1e3 * self._path.reference[:, kept]).T, color=REFERENCE, lw=3.0, alpha=0.5, label="reference")
         if self._path.target is not None:
             target = 1e3 * np.array([self._path.target])[:, kept]
@@ -133,6 +134,13 @@ class Scene:
             elevation, azimuth = self._path.view
             space.view_init(elev=elevation, azim=azimuth)
             gravity_in_space(space, self._gravity, low, high - low)
+
+    def _limits(self) -> tuple[Array, Array]:
+        """Return the corners of all that is drawn at any time, the forces' arrows too [mm]."""
+        low, high = box_limits(self._path)
+        forces = [self._estimate, *([] if self._truth is None else [self._truth])]
+        ends = np.vstack([1e3 * self._run.tip + self._reach * force / self._largest for force in forces])
+        return np.minimum(low, ends.min(axis=0)), np.maximum(high, ends.max(axis=0))
 
     def _fill(self, low: Array, high: Array) -> None:
         """Set the limits of a plane so that it has one scale, and fills its place."""
@@ -217,9 +225,9 @@ class Scene:
         before = max(after - 1, 0)
         gap = times[after] - times[before]
         part = float(np.clip((time - times[before]) / gap, 0.0, 1.0)) if gap > 0.0 else 1.0
-        self._put(self._rod, 1e3 * _between(shapes[before].points, shapes[after].points, part))
+        self._put(self._rod, 1e3 * between(shapes[before].points, shapes[after].points, part))
         for line, one, other in zip(self._tendons, shapes[before].tendons, shapes[after].tendons, strict=False):
-            self._put(line, 1e3 * _between(one, other, part))
+            self._put(line, 1e3 * smooth(between(one, other, part)))
 
     def _put(self, line: Any, points: Array) -> None:
         if len(self._kept) == 2:
@@ -233,17 +241,5 @@ class Scene:
         if size < MIN_FORCE * self._largest:
             self._put(line, np.full((1, 3), np.nan))
             return
-        along = self._reach * force / self._largest
-        end = place + along
-        aside = np.cross(along, [0.0, 1.0, 0.0] if len(self._kept) == 2 and 1 not in self._kept else [1.0, 0.0, 0.0])
-        if np.linalg.norm(aside) < 1e-9:
-            aside = np.cross(along, [0.0, 0.0, 1.0])
-        length = float(np.linalg.norm(along))
-        head = min(HEAD * self._reach, 0.5 * length)
-        aside *= 0.5 * head / max(float(np.linalg.norm(aside)), 1e-9)
-        back = -head * along / length
-        self._put(line, np.array([place, end, end + back + aside, end, end + back - aside]))
-
-
-def _between(one: Array, other: Array, part: float) -> Array:
-    return other if one.shape != other.shape else (1.0 - part) * one + part * other
+        in_plane = len(self._kept) == 2 and 1 not in self._kept
+        self._put(line, arrow(place, self._reach * force / self._largest, HEAD * self._reach, across=int(in_plane)))

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ from PIL import Image
 
 from tendond.offline.logs.log import load
 from tendond.offline.logs.metrics import runs
+from tendond.offline.movies.motion import arrow, held_force
 from tendond.offline.movies.scene import Scene
 from tests.golden.scripts import FOLDER
 from tests.unit.logs.commands import run_command
-from tests.unit.offline.figures.logs import approach, idle
+from tests.unit.offline.figures.logs import approach, idle, write_simulated
 from tests.unit.offline.records import write_log
 
 NORMAL = FOLDER / "normal.mcap"
@@ -105,3 +107,20 @@ def test_another_ending_is_refused(tmp_path: Path) -> None:
     result = run_command("animate", str(NORMAL), "--out", str(tmp_path / "run.avi"))
     assert result.returncode == 2
     assert "end its name in .gif, .mp4, .apng" in result.stderr
+
+
+def test_a_cycle_without_truth_keeps_the_force_of_the_one_before(tmp_path: Path) -> None:
+    log = load(write_simulated(tmp_path / "a.mcap", approach(0, 30)))
+    pushed = replace(log, truth=[one.model_copy(update={"tip_force": (float(one.seq), 0.0, 0.0)}) for one in log.truth])
+    sparse = replace(pushed, truth=pushed.truth[::3], truth_ticks=pushed.truth_ticks[::3])
+    assert [force[0] for force in held_force(sparse, np.arange(7))] == [0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 6.0]
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -3.0), (1.0, 1.0, 1.0)])
+def test_an_arrow_ends_where_its_force_does_and_its_head_is_behind(along: tuple[float, float, float]) -> None:
+    points = arrow(np.zeros(3), np.array(along), 0.2, across=1)
+    end, direction = points[1], np.array(along) / np.linalg.norm(along)
+    np.testing.assert_allclose(end, along)
+    for tip in (points[2], points[4]):
+        assert (tip - end) @ direction == pytest.approx(-0.2)
+        assert np.linalg.norm(np.cross(tip - end, direction)) == pytest.approx(0.1)

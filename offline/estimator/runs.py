@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from tendond.daemon.control.estimation.estimator import MASS_ERROR
 from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.kalman.memory import Reading
 from tendond.model.estimation.kalman.noise import Noise, noise_of
@@ -28,6 +27,9 @@ POSITION, ORIENTATION = 1e-4, 2e-3
 SHARE, SHARE_TIME = 0.07, 3.0
 """Error of a tension, of it, in the filter's noise, and the time over which it changes [s]: chosen, so that ellipsoids
 of 95 % hold that of a load too. Smaller and slower ones place the tip better."""
+
+MASS_ERROR = 1.0 / 3.0
+"""Deviation of the mass on the tip in the filter's noise, of the usual one with which a loop is to be stable."""
 
 REST = 1.0
 """Time at rest at the beginning [s]."""
@@ -58,7 +60,7 @@ class Case:
     lost: float = 0.0
     swapped: bool = False
     mass: float = 0.0
-    weighed: bool = True
+    weighed: bool = False
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ Array = NDArray[np.float64]
 
 CASES = (
     Case("free motion"),
-    Case("the same, mass on the tip taken as known", weighed=False),
+    Case("the same, mass on the tip among the parameters", weighed=True),
     Case("unknown mass on the tip", mass=0.2),
-    Case("the same, taken as known", mass=0.2, weighed=False),
+    Case("the same, among the parameters", mass=0.2, weighed=True),
     Case("load on the tip", load=2.0),
     Case("load, three markers and no pose", pose=False, markers=(1 / 3, 2 / 3, 1.0), load=2.0),
     Case(

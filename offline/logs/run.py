@@ -27,9 +27,6 @@ from tendond.schemas.config.renamed import RenamedKeyWarning
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.errors.explain import explain
 
-BEFORE: dict[str, dict[str, float]] = {"control": {"rules": 1}, "observer": {"tip_mass_error": 0.0}}
-"""Keys whose default is another one than what held before there were these keys, by section, with what held."""
-
 
 def no_cycles(path: Path, *, complete: bool = True) -> LogError:
     """Return the error of a log without cycles; `complete`: it was finished."""
@@ -213,13 +210,10 @@ def _config(path: Path, data: bytes) -> RigConfig:
 
 
 def _with_its_rules(data: Any) -> Any:
-    """Return a recorded configuration with what held when it was written, of keys that were not there yet."""
-    if not isinstance(data, dict):
+    """Return a recorded configuration with the rules that held when it was written: 1 before they had a number."""
+    if not isinstance(data, dict) or not isinstance(control := data.get("control", {}), dict) or "rules" in control:
         return data
-    for section, held in BEFORE.items():
-        if isinstance(given := data.get(section, {}), dict):
-            data = {**data, section: {**held, **given}}
-    return data
+    return {**data, "control": {**control, "rules": 1}}
 
 
 def _calibration(path: Path, data: bytes) -> Calibration:

@@ -63,10 +63,8 @@ class ObserverSection(Schema):
             description="standard deviation of the robot's stiffness, of that configured [-]; 0: known; kalman",
         ),
     ] = 0.1
-    tip_mass_error: NotNegative | None = Field(
-        None,
-        description="standard deviation of the mass on the tip, of that configured [kg]; 0: known; default: a third of"
-        " tip_mass_max, or of its default; kalman",
+    tip_mass_error: NotNegative = Field(
+        0.0, description="standard deviation of the mass on the tip, of that configured [kg]; 0: known; kalman"
     )
     delay: Annotated[float, Field(ge=0.0, le=0.5, description="age of a pose when it arrives [s]")] = 0.0
     stamps: bool = Field(

@@ -33,10 +33,6 @@ MASS_SHARE = 0.2
 force that drifts would have to be as slow as those."""
 
 
-MASS_ERROR = 1.0 / 3.0
-"""Standard deviation of the mass on the tip, of the largest that a controller need not know: it is three of them."""
-
-
 def observer_kind(config: RigConfig) -> str:
     """Return the kind of observer: the configured one; with direct feedback there is only an offset."""
     if config.control.feedback == "direct":
@@ -76,14 +72,8 @@ def configured_noise(config: RigConfig, rod: GeneralRod) -> Noise:
         section.tension_error,
         section.tension_error_time,
         section.stiffness_error,
-        tip_mass_error(config, rod),
+        section.tip_mass_error,
     )
-
-
-def tip_mass_error(config: RigConfig, rod: GeneralRod) -> float:
-    """Standard deviation of the mass on the tip, beside that configured [kg]; 0: it is known."""
-    given = config.observer.tip_mass_error
-    return MASS_ERROR * usual_tip_mass(config, rod.parameters) if given is None else given
 
 
 def estimator_with(config: RigConfig, rod: GeneralRod, noise: Noise, contacts: Noise | None = None) -> Estimator:

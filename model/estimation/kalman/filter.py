@@ -26,6 +26,10 @@ Array = NDArray[np.float64]
 WINDOW = 3
 """Last measurements whose innovations, if too large together, say that a load has come. Chosen."""
 
+MASS_JUMP = 0.25
+"""Part of its deviation that the mass on the tip has again where a load is taken to have come: it may have been the
+inertia of that mass, found too surely."""
+
 
 class Filter:
     """The linear filter of one robot's errors. Not for use by two threads at once.
@@ -100,7 +104,7 @@ class Filter:
         top, decay = self._standing
         noise = np.zeros(len(decay))
         noise[:3] = self._noise.load_jump**2
-        noise[self.errors.tip_mass.start - 2 * len(self.errors.kept) :] = self._noise.tip_mass**2
+        noise[self.errors.tip_mass.start - 2 * len(self.errors.kept) :] = (MASS_JUMP * self._noise.tip_mass) ** 2
         factors = self._propagated(top, decay, noise, moment.factors)
         return replace(moment, columns=factors.columns, spread=factors.spread, jumped=True)
 

@@ -5,7 +5,7 @@ import pytest
 from tendond.offline.estimator.loop.cases import Plant
 from tendond.offline.estimator.loop.measure import run_loop
 
-PLANT = Plant("20 g", mass=0.02, delay=1, circle=None)
+PLANT = Plant("20 g", mass=0.02, delay=1, circle=None, keys={"observer": {"tip_mass_error": 0.03}})
 
 
 @pytest.mark.parametrize("law", ["backstepping", "sensitivity"])

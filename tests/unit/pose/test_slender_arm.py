@@ -150,7 +150,7 @@ def test_what_is_named_stays_and_what_old_logs_have_too() -> None:
     ("plant", "more"), [({"weight": {"mass": 0.005}}, 0.005), ({"rod": {"tip_mass": 0.01}}, -0.005)]
 )
 def test_the_filter_finds_a_mass_on_the_tip_that_it_does_not_know(plant: dict[str, Any], more: float) -> None:
-    config = rig({**plant, **UNLIKE[0]}, observer={"kind": "kalman", **UNLIKE[1]})
+    config = rig({**plant, **UNLIKE[0]}, observer={"kind": "kalman", "tip_mass_error": 0.005, **UNLIKE[1]})
     runs = list(watched_loop(config, 500, {2: ControlAction.ARM}))
     record, tips = runs[-1].record, np.array([one.truth.position for one in runs[-100:]])
     known = record.observer.filter
@@ -163,7 +163,7 @@ def test_the_filter_finds_a_mass_on_the_tip_that_it_does_not_know(plant: dict[st
 
 
 def test_without_the_mass_among_its_parameters_it_is_lost() -> None:
-    observer = {"kind": "kalman", "tip_mass_error": 0.0, **UNLIKE[1]}
+    observer = {"kind": "kalman", **UNLIKE[1]}
     runs = list(
         watched_loop(rig({"weight": {"mass": 0.005}, **UNLIKE[0]}, observer=observer), 300, {2: ControlAction.ARM})
     )

@@ -63,5 +63,3 @@ def test_a_log_from_before_the_rules_had_a_number_keeps_its_own() -> None:
     assert _with_its_rules({"control": {"law": "backstepping"}})["control"]["rules"] == 1
     assert _with_its_rules({})["control"]["rules"] == 1
     assert _with_its_rules({"control": {"rules": 2}})["control"]["rules"] == 2
-    assert _with_its_rules({"observer": {"kind": "kalman"}})["observer"]["tip_mass_error"] == 0.0
-    assert _with_its_rules({"observer": {"tip_mass_error": None}})["observer"]["tip_mass_error"] is None

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
@@ -17,9 +18,6 @@ Array = NDArray[np.float64]
 
 AIR = 0.05
 """Margin about the robot, as a fraction of its length."""
-
-
-MARKER = {"color": PAPERS, "size": 4}
 
 
 def robot_figure(rod: StrainRod, states: StrainState | Sequence[StrainState] | None = None) -> Figure:
@@ -52,11 +50,15 @@ def robot_figure(rod: StrainRod, states: StrainState | Sequence[StrainState] | N
             found = strength(rod, state)
             along.plot(1e3 * found.s, 100.0 * found.strain, color=OURS, alpha=shade)
         low, high = np.vstack(points).min(axis=0), np.vstack(points).max(axis=0)
-        air = 1e3 * AIR * rod.robot.length
-        space.set(xlim=(low[0] - air, high[0] + air), ylim=(low[1] - air, high[1] + air))
-        space.set(zlim=(low[2] - air, high[2] + air), xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
-        space.set_box_aspect(high - low + 2.0 * air)
-        space.legend(frameon=False)
+        # A box that is narrow on paper has no room for its ticks: no side is shorter than half of the longest.
+        middle, sides = 0.5 * (low + high), high - low + 2.0 * 1e3 * AIR * rod.robot.length
+        sides = np.maximum(sides, 0.5 * sides.max())
+        for axis, centre, side in zip((space.xaxis, space.yaxis, space.zaxis), middle, sides, strict=True):
+            axis.set_view_interval(centre - 0.5 * side, centre + 0.5 * side, ignore=True)
+            axis.set_major_locator(MaxNLocator(4))
+        space.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+        space.set_box_aspect(sides, zoom=0.9)
+        space.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         along.set(xlabel="arc length [mm]", ylabel="strain of the outermost fibre [%]")
     return figure
 

@@ -35,14 +35,18 @@ def plot(
     width: Width = None,
     font: Font = None,
     iterations: Iterations = False,
+    panels: Annotated[
+        bool, typer.Option("--panels", help="Each panel of the overview as a figure of its own as well.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Plot all runs of a log.
 
-    Tip, error, tensions, displacements, speeds, rod shapes, the run in space, loop timing, modes and faults. Each run,
-    from arming on, has figures of its own; their names begin with the log's. Files that exist are not overwritten.
+    An overview of tip, error, tensions, displacements and speeds; rod shapes, the run in space, loop timing, modes and
+    faults. Each run, from arming on, has figures of its own; their names begin with the log's. Files that exist are
+    not overwritten.
 
-    Example: tendond plot run.mcap --format pdf,svg --style ieee
+    Example: tendond plot run.mcap --panels --format pdf,svg --style ieee
     """
     from tendond.cli.log.figures import PAGE, run_plot
     from tendond.offline.plots.appearance import parse_formats
@@ -54,6 +58,7 @@ def plot(
         out,
         appearance_of(drawn, style, width, font, iterations=iterations),
         page=PAGE in formats,
+        panels=panels,
         force=force,
     )
 

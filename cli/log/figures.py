@@ -15,13 +15,14 @@ PAGE = "html"
 """Format of the interactive page."""
 
 
-def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, force: bool) -> None:
+def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, panels: bool, force: bool) -> None:
     """Plot a log.
 
     Args:
         file: the log. out: folder for the figures.
         look: their appearance; none is drawn where it has no format.
-        page: write the interactive page as well. force: replace files.
+        page: write the interactive page as well. panels: draw each panel as a figure of its own as well.
+        force: replace files.
 
     Raises:
         LogError: the log cannot be used. DaemonError: a file exists, or cannot be written.
@@ -39,7 +40,7 @@ def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, forc
                 paths.append(_write_page(log, out / f"{file.stem}.html", force))
             if look.formats:
                 with appearing(look):
-                    paths += _draw(log, out, force)
+                    paths += _draw(log, out, force, panels)
     except OSError as error:
         raise not_writable(out, error) from error
     for path in paths:
@@ -55,11 +56,11 @@ def _write_page(log: Any, path: Path, force: bool) -> Path:
     return write_page(log, path)
 
 
-def _draw(log: Any, out: Path, force: bool) -> list[Path]:
+def _draw(log: Any, out: Path, force: bool, panels: bool) -> list[Path]:
     from tendond.offline.logs.container import LogError
     from tendond.offline.logs.metrics import runs
     from tendond.offline.paper.published import published_for
-    from tendond.offline.plots.figures import NAMES, draw, run_prefixes
+    from tendond.offline.plots.figures import NAMES, PANELS, draw, run_prefixes
     from tendond.offline.plots.filter import draw_filter
     from tendond.offline.plots.output import Output
     from tendond.offline.plots.spatial import draw_space
@@ -69,11 +70,11 @@ def _draw(log: Any, out: Path, force: bool) -> list[Path]:
     paths: list[Path] = []
     try:
         prefixes = run_prefixes(len(runs(log)))
-        output.check([f"{prefix}{name}" for prefix in prefixes for name in NAMES])
+        output.check([f"{prefix}{name}" for prefix in prefixes for name in (*NAMES, *(PANELS if panels else ()))])
     except LogError as error:
         say(f"the figures of runs are omitted: {error}")
     else:
-        paths += draw(log, output, published_for(log))
+        paths += draw(log, output, published_for(log), panels=panels)
     return paths + draw_space(log, output) + draw_filter(log, output) + draw_timeline(log, output)
 
 

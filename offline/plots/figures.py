@@ -1,4 +1,4 @@
-"""Figures of a log's runs: a file a panel, the shapes, and an overview. Import only to draw: needs the extra `plot`."""
+"""Figures of a log's runs: overview, shapes, and each panel alone. Import only to draw: needs the extra `plot`."""
 
 from pathlib import Path
 
@@ -17,11 +17,11 @@ SIZE = (6.4, 4.0)  # [inch]
 SHAPES_SIZE = (6.4, 4.6)
 OVERVIEW_ROW = 3.3
 
-NAMES = (
-    *("tip_x", "tip_y", "tip_z", "error", "tension", "displacement", "tip_speed", "tendon_speed"),
-    *("shapes", "overview"),
-)
+NAMES = ("overview", "shapes")
 """Figures of a run."""
+
+PANELS = ("tip_x", "tip_y", "tip_z", "error", "tension", "displacement", "tip_speed", "tendon_speed")
+"""Parts of the overview, which may be figures of their own as well."""
 
 
 def run_prefixes(count: int) -> list[str]:
@@ -29,12 +29,15 @@ def run_prefixes(count: int) -> list[str]:
     return [""] if count == 1 else [f"run{number}-" for number in range(1, count + 1)]
 
 
-def draw(log: LogFile, output: Output | Path, published: Published | None = None) -> list[Path]:
-    """Draw each run of a log: a file for each panel, the shapes and the overview.
+def draw(
+    log: LogFile, output: Output | Path, published: Published | None = None, *, panels: bool = False
+) -> list[Path]:
+    """Draw each run of a log: the overview and the shapes.
 
     Args:
         log: the log. output: folder and names of the files.
         published: a paper's figures of the first run.
+        panels: draw each panel of the overview as a figure of its own as well.
 
     Raises:
         LogError: nothing tracks. DaemonError: a file exists already.
@@ -44,14 +47,14 @@ def draw(log: LogFile, output: Output | Path, published: Published | None = None
     found = runs(log)
     with style():
         for number, (run, prefix) in enumerate(zip(found, run_prefixes(len(found)), strict=True), 1):
-            panels = Panels(log, run, published if number == 1 else None)
-            for name, panel in panels.all.items():
+            drawn = Panels(log, run, published if number == 1 else None)
+            for name, panel in drawn.all.items() if panels else ():
                 figure = new_figure(*SIZE)
                 panel(figure.subplots())
                 paths += output.save(figure, prefix + name)
-            paths += output.save(_shapes(log, run), f"{prefix}shapes")
             what = f"{log.name}{f', run {number}' if prefix else ''}"
-            paths += output.save(_overview(panels, log, what), f"{prefix}overview")
+            paths += output.save(_overview(drawn, log, what), f"{prefix}overview")
+            paths += output.save(_shapes(log, run), f"{prefix}shapes")
     return paths
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tendond.offline.logs.log import load
 from tendond.offline.logs.metrics import runs
 from tendond.offline.logs.paths import TipPath
-from tendond.offline.plots.figures import NAMES, shapes_figure
+from tendond.offline.plots.figures import NAMES, PANELS, shapes_figure
 from tendond.offline.plots.panels import Panels
 from tendond.offline.plots.report import page
 from tendond.schemas.config.rig import RigConfig
@@ -122,6 +122,16 @@ def test_a_report_shows_tables_of_the_configuration_whole(tmp_path: Path) -> Non
     assert "{&#x27;time&#x27;" not in text
 
 
+def test_each_panel_is_a_figure_of_its_own_where_it_is_asked_for(tmp_path: Path) -> None:
+    log = write_log(tmp_path / "a.mcap", approach(0, 40))
+    run_command("plot", str(log))
+    assert not any((tmp_path / "a-plots" / f"a-{name}.png").exists() for name in PANELS)
+    run_command("plot", str(log), "--panels", "--out", str(tmp_path / "each"))
+    found = {path.name for path in (tmp_path / "each").iterdir()}
+    assert {f"a-{name}.png" for name in (*PANELS, *NAMES)} <= found
+    assert tuple(Panels(load(log), runs(load(log))[0]).all) == PANELS
+
+
 def test_an_injection_is_marked_in_every_panel(tmp_path: Path) -> None:
     log = load(write_simulated(tmp_path / "a.mcap", approach(0, 60), {30: "impact", 31: "impact"}))
     panels = Panels(log, runs(log)[0])
@@ -139,7 +149,7 @@ def test_a_target_at_zero_is_plotted_without_metrics(tmp_path: Path) -> None:
     path = write_log(tmp_path / "a.mcap", records)
     result = run_command("plot", str(path))
     assert result.returncode == 0, result.stderr
-    assert (tmp_path / "a-plots" / "a-tip_x.png").exists()
+    assert (tmp_path / "a-plots" / "a-overview.png").exists()
 
 
 def replace_target(record: CycleRecord) -> CycleRecord:

@@ -7,6 +7,8 @@ EXTRAS = {
     "plotly": "plot",
     "pyarrow": "parquet",
     "foxglove": "view",
+    "ipykernel": "notebook",
+    "pandas": "notebook",
     "dask": "cluster",
     "distributed": "cluster",
     "motioncapture": "vicon-sdk",

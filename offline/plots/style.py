@@ -247,7 +247,7 @@ def save(figure: Figure, path: Path) -> Path:
 def place_parts(figure: Figure) -> None:
     """Run a figure's layout, and end it: saving a figure that has one draws it twice, once only for its layout."""
     layout = figure.get_layout_engine()
-    if layout is not None:
+    if layout is not None and figure.axes:
         if isinstance(resolution := rcParams["savefig.dpi"], float):  # or "figure": as it is
             figure.set_dpi(resolution)
         layout.execute(figure)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.safety.body import Body, Shape
-from tendond.daemon.control.safety.constraints import Constraints, Moved, Values
+from tendond.daemon.control.safety.constraints import ALONE, Constraints, Moved, Values
 from tendond.daemon.control.safety.course import Course
 from tendond.daemon.control.safety.horizon import Horizon
 from tendond.model.errors import ConvergenceError
@@ -83,6 +83,17 @@ class Barrier:
         self._allowed = Bound(nearest_allowed)
         self._enough = np.full(len(constraints.names), ENOUGH)
         self._enough[constraints.surfaces.count :] *= 1e-3
+
+    def warm_up(self, rest: GeneralState) -> None:
+        """Run every kernel once, at a resting state: most are needed only near a constraint, in the middle of a run."""
+        tensions = np.zeros_like(rest.tensions)
+        shape, low = self.body.shape(rest.strain), tensions - 1.0
+        moved, _ = self._linear_motion(rest.strain, self._rod.loads(tensions), shape)
+        held = self._moved(shape, *self._course.follow(rest, tensions, tensions, np.zeros(3)))
+        for motion, weights in ((moved, np.ones(1 + len(tensions))), (held, ALONE)):
+            values = self.constraints.values(shape.points, shape.bends, motion, weights)
+        slopes = self.constraints.slopes(self.constraints.values(shape.points, shape.bends, held), moved[0], moved[1])
+        self._allowed.call(slopes, values.clear, tensions, tensions, low, tensions)
 
     def at_rest(self, state: StrainState) -> tuple[str, float]:
         """Return the nearest constraint of a resting state, and its distance less margins [m], of strain [-]."""

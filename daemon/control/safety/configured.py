@@ -67,6 +67,7 @@ def configured_barrier(config: RigConfig, rod: ModelRod, lag_factor: float) -> B
     constraints = Constraints(section, surfaces, strain_max, len(body.bend_rows), horizon.spacing)
     gamma = 1.0 - math.exp(-period / section.approach_time) if section.approach_time > 0.0 else 1.0
     barrier = Barrier(rod, body, constraints, horizon, gamma)
+    barrier.warm_up(rest)
     constraint, distance = barrier.at_rest(rest.strain)
     if distance < 0.0:
         amount = f"{-distance:.2g} beyond" if constraint == STRAIN else f"{-distance * 1e3:.3g} mm too near to"

@@ -55,7 +55,7 @@ def test_completion_can_be_installed_in_bash(capsys: pytest.CaptureFixture[str])
 def test_a_reader_that_leaves_is_no_error() -> None:
     command = " ".join([*TENDOND, "config", "show", "|", "head", "-n", "1"])
     found = subprocess.run(["sh", "-c", command], capture_output=True, text=True)
-    assert (found.stdout.split("  #")[0].strip(), found.stderr) == ("[rig]", "")
+    assert (found.stdout.split("  #")[0].strip(), found.stderr) == ("version = 2", "")
     with subprocess.Popen([*TENDOND, "config", "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None

@@ -1,6 +1,7 @@
 """The live view: what it draws fits whatever the terminal is, and says what has been snapshot."""
 
 import math
+import re
 from random import Random
 
 import pytest
@@ -23,6 +24,11 @@ SIXTEEN = parse_config(
     f"[simulator.rod]\ntendon_positions = {[[0.02, 0.001 * i] for i in range(16)]}\n",
     "sixteen",
 )
+
+
+def beside_the_rod(screen: str) -> str:
+    """Join the rows of the screen's left column, as they were before they were folded."""
+    return " ".join(" ".join(re.split("[│┌└]", row)[0] for row in screen.splitlines()).split())
 
 
 def status(mode: Mode = Mode.TRACKING, reason: str = "armed by the operator", tendons: int = 4) -> Status:

@@ -46,7 +46,8 @@ BROUGHT = {
     "find_slopes", "find_spins", "march", "minimise", "move_tendon", "place_base", "project_rates",
     "pull_tendon", "solve", "solve_lu", "solve_lu_columns", "solve_rubbing", "solve_step", "solve_symmetric",
     "solve_back", "solve_symmetric_columns", "solve_three", "write_momenta", "write_node_momenta", "write_nodes",
-    "write_points",
+    "write_points", "_add_product", "_copy", "_double", "_factor", "_project", "_solved", "_step", "_with_positive",
+    "place_points", "smallest_change",
 }  # fmt: skip
 """Called by other kernels alone, which bring them with them when they come from the disk."""
 
@@ -56,10 +57,14 @@ def test_setting_up_runs_every_kernel() -> None:
     assert set(run_fresh(code).split()) <= BROUGHT
 
 
-@pytest.mark.parametrize("rod", [{}, {"preset": "nitinol"}])
-def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more(rod: dict[str, str]) -> None:
+BALL = {"obstacle": [{"kind": "sphere", "center": (0.12, 0.0, 0.46), "radius": 0.03}]}
+"""On the way to the target: the filter alters commands there."""
+
+
+@pytest.mark.parametrize("more", [{}, {"rod": {"preset": "nitinol"}}, {"safety": BALL}])
+def test_after_warm_up_a_run_from_the_first_pose_to_tracking_loads_nothing_more(more: dict[str, object]) -> None:
     code = (
-        f"config = check_config({{'rod': {rod}, 'reference': {{'across': 0.1}}}}, 'test')"
+        f"config = check_config({{'reference': {{'across': 0.1}}, **{more}}}, 'test')"
         + """
 setup = CycleSetup.from_config(config)
 state = warm_up_cycle(setup)

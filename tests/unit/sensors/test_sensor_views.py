@@ -13,7 +13,7 @@ from tendond.cli.watch.screen import frame, line
 from tendond.schemas.health import SensorHealth
 from tendond.schemas.messages import SensorReading, Status
 from tests.unit.cli.computer import Computer
-from tests.unit.cli.test_watch import CONFIG, status, watched
+from tests.unit.cli.test_watch import CONFIG, beside_the_rod, status, watched
 
 HEALTH = {
     "skin": SensorHealth(rate=99.8, age=0.01, silent=False),
@@ -31,7 +31,7 @@ def test_status_and_live_view_show_rate_or_silence_in_a_line() -> None:
     snapshot = watched()
     snapshot.add(with_sensors, 1.9)
     assert TOLD in line(snapshot, CONFIG, 2.0)
-    assert TOLD in frame(snapshot, CONFIG, 2.0, 200, 40).plain
+    assert TOLD in beside_the_rod(frame(snapshot, CONFIG, 2.0, 200, 40).plain)
     sent = with_sensors.model_copy(update={"tension_estimate": (1.0,) * 4})
     assert Status.model_validate_json(sent.model_dump_json()) == sent
     assert "sensors" not in status().model_dump_json()

@@ -11,7 +11,7 @@ from tendond.daemon.recording import scene
 from tendond.daemon.recording.contact_scene import CONTACT, contact_entity, no_contact
 from tendond.offline.viewer.relay import LiveScene
 from tendond.schemas.health import ContactHealth, FilterHealth
-from tests.unit.cli.test_watch import CONFIG, status, watched
+from tests.unit.cli.test_watch import CONFIG, beside_the_rod, status, watched
 
 STRAIGHT = np.stack([np.zeros(50), np.zeros(50), np.linspace(0.0, 0.5, 50)], axis=1)
 SIX = (1e-6, 0.0, 0.0, 1e-6, 0.0, 4e-6)
@@ -80,5 +80,6 @@ def test_the_live_scene_draws_ellipsoid_force_and_contact_and_takes_the_contact_
 def test_the_terminal_shows_the_contact() -> None:
     snapshot = watched()
     snapshot.add(status().model_copy(update={"filter": TOUCHED, "tension_estimate": (1.0,) * 4}), 1.99)
-    assert "contact  0.20±0.02 N at 250 mm (200 to 300)" in frame(snapshot, CONFIG, 2.0, 80, 40).plain
+    shown = frame(snapshot, CONFIG, 2.0, 80, 40).plain
+    assert "contact 0.20±0.02 N at 250 mm (200 to 300)" in beside_the_rod(shown)
     assert "contact 0.20±0.02 N at 250 mm" in line(snapshot, CONFIG, 2.0)

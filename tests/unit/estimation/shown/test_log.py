@@ -35,8 +35,6 @@ def test_the_fields_of_the_filter_are_arrays_with_units(filtered: Filtered) -> N
         "stiffness_deviation": "",
         "consistency": "",
         "load_tick": "",
-        "tip_mass": "kg",
-        "tip_mass_deviation": "kg",
     }
 
 

@@ -97,7 +97,7 @@ class BodyLimits:
         start = self.surfaces.measure(here).values - self._margin
         least = np.minimum(self._clear(along.held(applied[None])[0] + moved, here)[0].min(axis=0), start)
         clear, normals = self._clear(along.values + moved, here)
-        planned = self.surfaces.rows(normals, along.by_plan)
+        planned = self.surfaces.slopes(normals, along.by_plan)
         found = [_above(planned, left[0][:, None] * (least - SPARE) + SPARE - clear)]
         clear, normals = self._clear(along.held(along.commands.tension) + moved, here)  # of each knot, shape (B, N, r)
         worst = clear.argmin(axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.daemon.control.safety.geometry import Surfaces
-from tendond.model.body.clearance import Kept, SurfaceRows, find_clearance
+from tendond.model.body.clearance import Kept, find_clearance
 from tendond.model.numerics.compile import Bound
 from tendond.schemas.config.safety.section import SafetySection
 
@@ -58,9 +58,6 @@ class Constraints:
         self.bends = 0 if strain_max is None else bends
         limit = np.inf if strain_max is None else strain_max
         self._kept = Kept(self.margin, section.stiffness_error, section.delay_error / spacing, limit)
-        self._rows = SurfaceRows(
-            surfaces.point, surfaces.normal, surfaces.level, surfaces.center, surfaces.level_sphere, surfaces.sign
-        )
         self._find = Bound(find_clearance)
         self.names = [surfaces.names[index] for index in surfaces.surface] + [STRAIN] * self.bends
 
@@ -77,7 +74,7 @@ class Constraints:
             np.empty((k, rows + self.bends)), np.empty((k, rows, 3)), np.empty((k, self.bends, 2)),
             np.empty(rows + self.bends),
         )  # fmt: skip
-        self._find.call(self._rows, self._kept, points, bends[: self.bends], moves, turns, weights, *found)
+        self._find.call(self.surfaces.rows, self._kept, points, bends[: self.bends], moves, turns, weights, *found)
         return found
 
     def slopes(self, values: Values, moves: Array, turns: Array) -> Array:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tendond.model.body.clearance import CENTER_MIN, SurfaceRows
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.safety.shapes import TipRegion
@@ -23,9 +24,6 @@ Array = NDArray[np.float64]
 
 REGION = "tip region"
 """Name of the region in messages."""
-
-CENTER_MIN = 1e-9
-"""Distance from a sphere's center below which it has no direction [m]."""
 
 
 class Distances(NamedTuple):
@@ -45,19 +43,18 @@ class Surfaces:
     """Half-spaces and spheres, each with the points for which it holds: one row for each pair.
 
     Attributes:
-        names: of the surfaces, for messages. surface, point: those of each row, shape (r,).
-        normal: of the half-spaces' rows [-], shape (a, 3); level: n.a + b [m], shape (a,).
-        center: of the spheres' rows [m], shape (r - a, 3); level_sphere: r + b, or r [m]; sign: 1 out, -1 in.
+        names: of the surfaces, for messages. surface: that of each row, shape (r,).
+        rows: geometry of each row: levels n.a + b of half-spaces, r + b of spheres, r of those to stay in [m].
     """
 
     names: tuple[str, ...]
     surface: NDArray[np.intp]
-    point: NDArray[np.intp]
-    normal: Array
-    level: Array
-    center: Array
-    level_sphere: Array
-    sign: Array
+    rows: SurfaceRows
+
+    @property
+    def point(self) -> NDArray[np.intp]:
+        """Point of each row, shape (r,)."""
+        return self.rows.point
 
     @property
     def count(self) -> int:
@@ -66,17 +63,17 @@ class Surfaces:
 
     def measure(self, points: Array) -> Distances:
         """Return the distances of points [m], shape (..., p, 3)."""
-        at = points[..., self.point, :]
-        planes = len(self.level)
-        apart = at[..., planes:, :] - self.center
+        rows, at = self.rows, points[..., self.point, :]
+        planes = len(rows.level)
+        apart = at[..., planes:, :] - rows.center
         length = np.sqrt(np.einsum("...i,...i->...", apart, apart))
-        flat = np.einsum("...i,...i->...", at[..., :planes, :], self.normal) - self.level
-        values = np.concatenate((flat, self.sign * (length - self.level_sphere)), axis=-1)
-        outward = (self.sign / np.maximum(length, CENTER_MIN))[..., None] * apart
-        normals = np.concatenate((np.broadcast_to(self.normal, (*at.shape[:-2], planes, 3)), outward), axis=-2)
+        flat = np.einsum("...i,...i->...", at[..., :planes, :], rows.normal) - rows.level
+        values = np.concatenate((flat, rows.sign * (length - rows.level_sphere)), axis=-1)
+        outward = (rows.sign / np.maximum(length, CENTER_MIN))[..., None] * apart
+        normals = np.concatenate((np.broadcast_to(rows.normal, (*at.shape[:-2], planes, 3)), outward), axis=-2)
         return Distances(values, normals)
 
-    def rows(self, normals: Array, jacobians: Array) -> Array:
+    def slopes(self, normals: Array, jacobians: Array) -> Array:
         """Return derivatives of distances by inputs, shape (..., r, m).
 
         Args:
@@ -108,16 +105,15 @@ def surfaces_of(section: SafetySection, points: int, body_radius: float) -> Surf
     names = tuple(dict.fromkeys(name for name, _ in held))
     rows = [(names.index(name), point) for name, at in held for point in at]
     index = np.array(rows, dtype=np.intp).reshape(-1, 2)
-    return Surfaces(
-        names,
-        index[:, 0],
-        index[:, 1],
+    geometry = SurfaceRows(
+        index[:, 1].copy(),
         np.array([normal for _, normal, _, at in planes for _ in at]).reshape(-1, 3),
         np.array([level for _, _, level, at in planes for _ in at]),
         np.array([center for _, center, _, _, at in spheres for _ in at]).reshape(-1, 3),
         np.array([radius for _, _, radius, _, at in spheres for _ in at]),
         np.array([sign for _, _, _, sign, at in spheres for _ in at]),
     )
+    return Surfaces(names, index[:, 0], geometry)
 
 
 def _plane(point: Vector3, normal: Vector3, body_radius: float) -> tuple[Array, float]:

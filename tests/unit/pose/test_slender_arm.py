@@ -146,11 +146,11 @@ def test_what_is_named_stays_and_what_old_logs_have_too() -> None:
     assert check_config({"rod": {"tip_mass": 0.05}}, "paper").control.law == "backstepping"
 
 
-@pytest.mark.parametrize(
-    ("plant", "more"), [({"weight": {"mass": 0.005}}, 0.005), ({"rod": {"tip_mass": 0.01}}, -0.005)]
-)
-def test_the_filter_finds_a_mass_on_the_tip_that_it_does_not_know(plant: dict[str, Any], more: float) -> None:
-    config = rig({**plant, **UNLIKE[0]}, observer={"kind": "kalman", "tip_mass_error": 0.005, **UNLIKE[1]})
+@pytest.mark.parametrize("error", [0.005, 0.02])
+def test_the_filter_finds_a_mass_on_the_tip_that_it_does_not_know(error: float) -> None:
+    more = 0.005
+    plant = {"weight": {"mass": more}, **UNLIKE[0]}
+    config = rig(plant, observer={"kind": "kalman", "tip_mass_error": error, **UNLIKE[1]})
     runs = list(watched_loop(config, 500, {2: ControlAction.ARM}))
     record, tips = runs[-1].record, np.array([one.truth.position for one in runs[-100:]])
     known = record.observer.filter

@@ -14,7 +14,7 @@ MORE = 0.005
 
 def test_a_mass_that_swings_is_found_and_leaves_no_force_on_the_tip() -> None:
     plant = {"weight": {"mass": MORE}, **UNLIKE[0]}
-    config = rig(plant, observer={"kind": "kalman", **UNLIKE[1]})
+    config = rig(plant, observer=UNLIKE[1])
     records = [one.record for one in watched_loop(config, 150, {30: ControlAction.ARM})]
     largest = []
     for error in (MORE, 0.0):

@@ -38,7 +38,7 @@ def test_rows_are_the_derivatives_of_the_distances_by_the_inputs() -> None:
     generator = np.random.default_rng(3)
     surfaces = surfaces_of(ROOM, 4, body_radius=0.02)
     points, jacobians = generator.normal(size=(4, 3)), generator.normal(size=(4, 3, 2))
-    rows = surfaces.rows(surfaces.measure(points).normals, jacobians)
+    rows = surfaces.slopes(surfaces.measure(points).normals, jacobians)
     for column, step in enumerate(1e-6 * np.eye(2)):
         apart = surfaces.measure(points + jacobians @ step).values - surfaces.measure(points - jacobians @ step).values
         np.testing.assert_allclose(rows[:, column], apart / 2e-6, atol=1e-7)

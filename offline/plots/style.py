@@ -10,8 +10,9 @@ import numpy as np
 from matplotlib import font_manager, rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.text import OffsetFrom
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 from numpy.typing import NDArray
 
 from tendond.daemon.errors import UsageError
@@ -133,7 +134,7 @@ def _width(labels: list[str], columns: int, size: float) -> float:
 
 def _text_width(text: str, size: float) -> float:
     """Return the width of a text in the font in use [points]."""
-    return float(TextPath((0.0, 0.0), text, size=size).get_extents().width)
+    return float(text_to_path.get_text_width_height_descent(text, FontProperties(size=size), "$" in text)[0])
 
 
 def _figure_width(axes: Axes) -> float:

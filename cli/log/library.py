@@ -53,30 +53,36 @@ def run_list(folder: Path | None, tags: list[str], search: str, *, as_json: bool
             say(f"{as_text(run.files[0])}: {run.problem}")
 
 
-def _print_table(runs: list[RunEntry]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
+HEADINGS = ("run", "started (UTC)", "s", "MB", "law", "reference")
+RIGHT = ("s", "MB")
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for name in ("run", "started (UTC)", "s", "MB", "law", "reference", "faults", "tags", "notes"):
-        table.add_column(name, justify="right" if name in ("s", "MB") else "left", overflow="fold")
-    for column in table.columns[:5]:
-        column.no_wrap = True
-    for run in runs:
-        cells = (
+
+def _print_table(runs: list[RunEntry]) -> None:
+    """Print a line for each run, and below it what there is of faults, tags and notes."""
+    rows = [
+        (
             as_text(run.run),
             run.started[:16].replace("T", " "),
             f"{run.duration_s:.1f}",
             f"{run.bytes / 1e6:.1f}",
             run.law.replace("_", " "),
             run.reference.replace("_", " "),
-            _health(run),
-            " ".join(run.tags),
-            "; ".join(note.text for note in run.notes),
         )
-        table.add_row(*(escape(cell) for cell in cells))
-    Console().print(table)
+        for run in runs
+    ]
+    widths = [max(map(len, column)) for column in zip(HEADINGS, *rows, strict=True)]
+    for run, row in zip([None, *runs], [HEADINGS, *rows], strict=True):
+        cells = [
+            cell.rjust(width) if name in RIGHT else cell.ljust(width)
+            for name, cell, width in zip(HEADINGS, row, widths, strict=True)
+        ]
+        print("  ".join(cells).rstrip())
+        more = {} if run is None else {
+            "faults": _health(run), "tags": " ".join(run.tags), "notes": "; ".join(note.text for note in run.notes)
+        }  # fmt: skip
+        for name, text in more.items():
+            if text:
+                print(f"    {name}: {text}")
 
 
 def _health(run: RunEntry) -> str:

@@ -139,6 +139,9 @@ def _notes(robot: Robot, found: Summary, config: RigConfig, limit: float | None,
         yield f"{damping}: the first mode has next to no damping: it will ring; write rod.damping_ratio"
     if found.damping_ratio[0] > 1.0:
         remedy = "write rod.damping_ratio" if by_default(config.rod, *DAMPING) else "check its unit"
+        if config.rod.damping_ratio is not None:
+            damping = f"rod.damping_ratio = {config.rod.damping_ratio:g}"
+            remedy = f"if it is in %, write {config.rod.damping_ratio / 100.0:g}"
         yield f"{damping}: the first mode is overdamped ({found.damping_ratio[0]:.2g}): {remedy}"
     if found.frequency[0] * config.loop.period > 0.2:
         yield (

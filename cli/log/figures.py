@@ -30,10 +30,11 @@ def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, pane
     from tendond.offline.logs.log import load
     from tendond.offline.progress import working
 
-    out, paths = out or file.with_name(f"{file.stem}-plots"), []
+    paths = []
     try:
         with working(f"plotting {file.name}"):
             log = load(file)
+            out = out or file.with_name(f"{file.stem}-plots")
             if log.cut:
                 say(log.cut)
             if page:
@@ -42,7 +43,7 @@ def run_plot(file: Path, out: Path | None, look: Appearance, *, page: bool, pane
                 with appearing(look):
                     paths += _draw(log, out, force, panels)
     except OSError as error:
-        raise not_writable(out, error) from error
+        raise not_writable(out or file, error) from error
     for path in paths:
         print(path)
 

@@ -78,11 +78,11 @@ def recoveries(run: "Tracking", band: float, settled_at: int | None) -> list[Rec
 
     Args:
         run: the run.
-        band: half-width of the band, as a fraction of the target.
+        band: half-width of the band, as a fraction of the step.
         settled_at: first settled iteration before the injections; none: the run had not settled.
     """
     moments = _moments(run.injections, settled_at)
-    outside = np.abs(run.tip[:, run.axis] / run.target[run.axis] - 1.0) > band
+    outside = np.abs(run.tip[:, run.axis] - run.target[run.axis]) > band * abs(run.step)
     apart = 1000.0 * np.linalg.norm(run.tip - run.reference, axis=1)
     ends = [*(start for start, _ in moments), len(run.tip)][1:]
     found = []

@@ -26,10 +26,16 @@ if TYPE_CHECKING:  # the model's kernels take half a second to import
 Array = NDArray[np.float64]
 
 SETTLED = 0.05
-"""Half-width of the settling band, as a fraction of the target."""
+"""Half-width of the settling band, as a fraction of the step."""
 
 RISEN = 0.9
-"""Fraction of the target at which the rise ends."""
+"""Fraction of the step at which the rise ends."""
+
+STRAIGHT = 0.1
+"""Part of the target within which a run begins straight, as the paper's does, or there: it steps from zero. Chosen."""
+
+ASIDE = 0.01
+"""Part of the target's distance from the base below which it lies ahead or aside, and there is no step. Chosen."""
 
 STEADY_SAMPLES = 20
 """Samples at the end of the run whose mean is the steady-state error."""
@@ -73,8 +79,18 @@ class Tracking:
 
     @property
     def has_metrics(self) -> bool:
-        """Whether the target, to which the metrics are relative, is not at zero."""
-        return self.target[self.axes[0]] != 0.0
+        """Whether there is a step of the component that bends, to which the metrics are relative."""
+        return len(self.tip) > 0 and _bends(self.target, self.axis, float(self.tip[0, self.axis]))
+
+    @property
+    def begin(self) -> float:
+        """Where the step of the component that bends begins [m]: at zero, or where the tip is, far from straight."""
+        return _begin(self.target[self.axis], float(self.tip[0, self.axis]))
+
+    @property
+    def step(self) -> float:
+        """Step of the component that bends, from `begin` to the target [m]; not zero where there are metrics."""
+        return self.target[self.axis] - self.begin
 
     @property
     def axis(self) -> int:
@@ -90,10 +106,11 @@ class Metrics:
 
     Attributes:
         tpl_mm: total path length, the sum of |x[i+1] - x[i]| [mm].
-        settling_iterations: first iteration from which on |x - target| stays within 5 % of the target; none if the last
-            sample is outside.
-        overshoot_percent: overshoot of x over the target, relative to the target [%]; 0 without one.
-        rise_iterations: first iteration with 90 % of the target; none if it is not reached.
+        settling_iterations: first iteration from which on |x - target| stays within 5 % of the step; none if the last
+            sample is outside. The step is from zero to the target, as in the paper, or from where the tip is where it
+            begins far from straight.
+        overshoot_percent: overshoot of x over the target, relative to the step [%]; 0 without one.
+        rise_iterations: first iteration with 90 % of the step; none if it is not reached.
         steady_state_error_mm: |target - mean of the last 20 samples| [mm].
         final_tip_m: last sample [m].
         final_displacement_m: last command of the agonist [m].
@@ -165,13 +182,22 @@ def tracking_of(records: Sequence[CycleRecord], config: RigConfig, source: str) 
     end = next((i for i, record in enumerate(records[start:], start) if record.mode is not Mode.TRACKING), None)
     part = records[start:end]
     axis = PLANES[config.control.plane][0]
-    if part[0].reference.target[axis] == 0.0:
-        raise LogError(
-            f"{source}: the reference ends at 0 in {'xy'[axis]}, which the metrics are relative to; use another log"
-        )
     if any(record.measured is None for record in part):
         raise LogError(f"{source}: holds tracking cycles without a measured tip; use another log")
-    return _tracking(part, config)
+    run = _tracking(part, config)
+    if not run.has_metrics:
+        raise LogError(
+            f"{source}: the tip goes nowhere in {'xy'[axis]}, which the metrics are relative to; use another log"
+        )
+    return run
+
+
+def _begin(target: float, first: float) -> float:
+    return 0.0 if min(abs(first), abs(first - target)) <= STRAIGHT * abs(target) else first
+
+
+def _bends(target: Vector3, axis: int, first: float) -> bool:
+    return abs(target[axis] - _begin(target[axis], first)) > ASIDE * math.hypot(*target)
 
 
 def _tracking(part: Sequence[CycleRecord], config: RigConfig) -> Tracking:
@@ -213,14 +239,13 @@ def metrics(run: Tracking, curve: "StaticCurve | None" = None, tip: Array | None
     """
     tip = run.tip if tip is None else tip
     axis, axes, target = run.axis, list(run.axes), run.target
-    # As a part of the target: a target on the negative side is no different.
-    progress = tip[:, axis] / target[axis]
+    progress = (tip[:, axis] - run.begin) / run.step  # a step to the negative side is no different
     calm = progress[: run.calm]
     outside = np.flatnonzero(np.abs(calm - 1.0) > SETTLED)
     risen = np.flatnonzero(calm >= RISEN)
     settling = int(outside[-1]) + 1 if outside.size else 0
     settled = settling < len(calm)
-    scale_mm = 1000.0 * math.fabs(target[axis])
+    scale_mm = 1000.0 * math.fabs(run.step)
     x, y, z = (float(value) for value in tip[-1])
     period = float(run.time[1] - run.time[0]) if len(tip) > 1 else 0.0
     plane = tip[:, axes]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.files import whole
 
 Picture = NDArray[np.uint8]
 
@@ -49,7 +50,7 @@ def write_movies(
     palette = _palette(colours)
     animated = [path for path in paths if path.suffix != ".mp4"]
     for path in animated:  # fails before the work, not after it
-        path.open("ab").close()
+        _check_writable(path)
     encoders: list[tuple[Path, subprocess.Popen[bytes]]] = []
     try:
         for picture in pictures():
@@ -74,9 +75,18 @@ def write_movies(
     for path in animated:
         stay = [round(1e3 / rate)] * (len(stills) - 1) + [round(1e3 * LAST_SECONDS)]
         form = "GIF" if path.suffix == ".gif" else "PNG"
-        stills[0].save(
-            path, format=form, save_all=True, append_images=stills[1:], duration=stay, loop=0, optimize=False
-        )
+        with whole(path) as draft:
+            stills[0].save(
+                draft, format=form, save_all=True, append_images=stills[1:], duration=stay, loop=0, optimize=False
+            )
+
+
+def _check_writable(path: Path) -> None:
+    """Raise the OSError of a file that cannot be written; none is left behind."""
+    existed = path.exists()
+    path.open("ab").close()
+    if not existed:
+        path.unlink()
 
 
 def _palette(colours: Iterable[str]) -> Image.Image:

@@ -64,11 +64,13 @@ class Panels:
         tip = 1e3 * self.run.tip[:, index]
         bends = self.goes_to_target and index == self.run.axis
         if bends:
-            band = sorted(((1 - SETTLED) * target, (1 + SETTLED) * target))
+            half = SETTLED * 1e3 * abs(self.run.step)
+            band = (target - half, target + half)
             axes.axhspan(*band, color=REFERENCE, alpha=0.15, lw=0)
         if self.goes_to_target:
             whose = "paper's target" if self._paper and bends else "target"
-            axes.axhline(target, color=REFERENCE, lw=0.8, label=f"{whose} {target:.0f} mm{' ± 5 %' * bends}")
+            about = f" ± {half:.2g}" if bends else ""
+            axes.axhline(target, color=REFERENCE, lw=0.8, label=f"{whose} {target:.0f}{about} mm")
         self._curve(axes, 1e3 * self.run.reference[:, index], color=DARK, ls=(0, (4, 2)), lw=0.7, label="reference")
         self._curve(axes, tip, color=OURS, label="tip")
         if bends:
@@ -79,7 +81,7 @@ class Panels:
         """Mark overshoot and settling, both before the first injection."""
         assert self._metrics is not None
         calm = tip[: self.run.calm]
-        at = int(np.argmax(calm / self.run.target[self.run.axis]))
+        at = int(np.argmax((calm / 1e3 - self.run.begin) / self.run.step))
         found = self._metrics
         size = appearance().points(5.0)
         if found.overshoot_percent > 0.05 and at < self.shown:

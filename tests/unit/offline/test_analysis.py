@@ -201,5 +201,5 @@ def test_a_log_in_which_nothing_tracks_has_no_metrics(tmp_path: Path) -> None:
 
 
 def test_a_target_of_zero_has_no_metrics(tmp_path: Path) -> None:
-    records = [cycle_record(tick, target=(0.0, 0.0, 0.5)) for tick in range(5)]
-    fails(write_log(tmp_path / "a.mcap", records), "reference ends at 0 in x, which the metrics are relative to")
+    records = [cycle_record(tick, (0.002, 0.0, 0.5), target=(0.0, 0.0, 0.5)) for tick in range(5)]
+    fails(write_log(tmp_path / "a.mcap", records), "goes nowhere in x, which the metrics are relative to")

@@ -48,6 +48,26 @@ def test_metrics_are_those_counted_by_hand() -> None:
     assert (found.peak_tension_n, found.min_tension_n) == pytest.approx((20.0, 0.0))
 
 
+def test_an_arm_that_begins_far_from_straight_steps_from_where_it_is() -> None:
+    """A heavy arm that lies level sags by 0.116 m, and is lifted to 0.025 m below its base without overshoot."""
+    found = of_x([-0.116, -0.08, -0.05, -0.033, -0.0295, -0.0247, -0.025], target=-0.025)
+    assert found.overshoot_percent == pytest.approx(100.0 * 0.0003 / 0.091)
+    assert found.rise_iterations == 3  # 90 % of 0.091 m is at -0.0341 m
+    assert found.settling_iterations == 4
+
+
+def test_a_target_aside_has_no_metrics() -> None:
+    def run(first: float, target: float) -> Tracking:
+        tip = np.array([[first, 0.0, 0.2], [0.0, 0.05, 0.2], [target, 0.07, 0.18]])
+        one = np.zeros((3, 2))
+        goal = (target, 0.07, 0.18)
+        return Tracking(np.arange(3), 0.01 * np.arange(3), tip, tip, one, one, goal, (0, 2), 0)
+
+    assert not run(0.0, 1e-4).has_metrics
+    assert run(-0.1, 1e-4).has_metrics
+    assert run(0.0, 0.05).has_metrics
+
+
 def test_the_steady_state_is_the_last_twenty_samples() -> None:
     assert of_x([5.0] * 30 + [0.101, 0.103] * 10).steady_state_error_mm == pytest.approx(2.0)
 

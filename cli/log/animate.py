@@ -50,7 +50,8 @@ def run_animate(
         say(log.cut)
     found = runs(log)
     if number > len(found):
-        raise UsageError(f"{file}: has {len(found)} runs; choose --run 1 to {len(found)}")
+        has = "one run" if len(found) == 1 else f"{len(found)} runs; choose --run 1 to {len(found)}"
+        raise UsageError(f"{file}: has {has}")
     stem = f"{file.stem}-run{number}" if number > 1 else file.stem
     paths = [out] if out is not None else [file.with_name(f"{stem}.{form}") for form in formats]
     check_new(paths, force=force)

@@ -192,7 +192,8 @@ def run_prune(
         print(f"{one.path.name}  {one.size / 1e6:.1f} MB  {one.days:.1f} days old: {limits[one.reason]}")
     total = sum(one.size for one in found) / 1e6
     if not found:
-        print(f"{folder}: nothing of rig '{config.rig.name}' is beyond its bounds")
+        names = f"{config.rig.name}-TIME.mcap"
+        print(f"{folder}: no log of rig '{config.rig.name}', named {names} by tendond run, is beyond its bounds")
     elif yes:
         print(f"removed {len(removed)} files of {len(found)}, {total:.1f} MB")
     else:

@@ -13,6 +13,7 @@ from tendond.offline.demo.chain import run_chain, run_wired_chain
 from tendond.offline.demo.report import without_figures
 from tendond.offline.demo.truth import true_tips
 from tendond.offline.logs.arrays import load
+from tendond.offline.progress import working
 from tendond.offline.trials.measure import TrialOutcome, outcome_of
 from tendond.offline.trials.paths import Trial
 from tendond.schemas.config.presets import SPACE, WIRED_SPACE
@@ -54,7 +55,8 @@ def run_spatial(out: Path) -> None:
         )
 
     for name, text in CHAINS.items():
-        arrival = _trajectory(text).arrival
+        with working(f"{name}: planning the circle, through rests of the whole arm"):
+            arrival = _trajectory(text).arrival
         chain = run_chain if name == "ideal" else run_wired_chain
         chain(out / name, text, arrival + REST_SECONDS, report)
 

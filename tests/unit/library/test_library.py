@@ -172,7 +172,7 @@ def test_prune_says_what_and_why_and_removes_on_request_only(tmp_path: Path, cap
     assert not old.exists()
     assert not Path(f"{old}.sha256").exists()
     assert new.exists()
-    assert "nothing of rig 'arm'" in tendond(capsys, *command).out
+    assert "no log of rig 'arm'" in tendond(capsys, *command).out
     assert "beyond 1e-06 GB" in tendond(capsys, *command, "--keep-size", "1e-6", "--keep-days", "0").out
     assert tendond(capsys, "log", "prune", str(tmp_path)).status == 2
 
@@ -190,7 +190,7 @@ def test_tagged_logs_and_one_that_is_being_written_are_never_removed(tmp_path: P
     config = tmp_path / "rig.toml"
     config.write_text('[rig]\nname = "arm"\n[log]\nkeep_days = 30\nkeep_size = 1e-6\n')
     command = ("log", "prune", str(tmp_path), "-c", str(config), "--yes")
-    assert "nothing of rig 'arm'" in tendond(capsys, *command).out
+    assert "no log of rig 'arm'" in tendond(capsys, *command).out
     running.abandon()
     tendond(capsys, "log", "tag", str(first), "demo", "--remove")
     assert "removed 4 files of 4" in tendond(capsys, *command).out

@@ -17,7 +17,7 @@ from tendond.cli.errors import say_error, status_of
 from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import prepare_for_numba
 from tendond.cli.log.commands import log
-from tendond.cli.log.library_commands import LIBRARY
+from tendond.cli.log.kept_commands import LIBRARY
 from tendond.cli.program import Program
 from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo

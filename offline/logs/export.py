@@ -18,7 +18,7 @@ def check_export(path: Path) -> None:
         raise UsageError(f"{path}: the name of the file says how it is written: end it in .csv or .parquet")
     if path.suffix == ".parquet":
         try:
-            import pyarrow.parquet  # noqa: F401
+            import pyarrow.parquet  # noqa: F401  # whether it is installed; the writer imports it itself
         except ImportError as error:
             raise UsageError("Parquet needs pyarrow: pip install 'tendond[parquet]', or write .csv") from error
 

@@ -1,6 +1,7 @@
 """Panels of a run over time: the tip, its error, tensions, displacements, speeds. Import this module only to draw."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -138,11 +139,11 @@ class Panels:
     def _time(self) -> Array:
         return np.asarray(self._scale * (self.run.ticks - self.run.ticks[0]), dtype=float)
 
-    def _curve(self, axes: Axes, values: Array, **look: object) -> None:
+    def _curve(self, axes: Axes, values: Array, **look: Any) -> None:
         """Draw a curve, with a gap wherever cycles are not in the log."""
         time, values = self._time[: self.shown], values[: self.shown]
         gaps = np.flatnonzero(np.diff(self.run.ticks[: self.shown]) > 1) + 1
-        axes.plot(np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan), **look)  # type: ignore[arg-type]
+        axes.plot(np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan), **look)
 
     def _finish(self, axes: Axes, label: str, text: str, min_range: float = 0.0) -> None:
         """Mark the injections, name the axes and the curves."""

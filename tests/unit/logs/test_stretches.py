@@ -49,7 +49,9 @@ def test_a_notebook_shows_a_row_and_a_curve_for_each_stretch() -> None:
         ["0.25", "0.70", "backstepping", "exponential"],
         ["1.80", "0.02", "backstepping", "exponential"],
     ]
-    points = rows[0].find(".//polyline").get("points").split()  # type: ignore[union-attr]
+    line = rows[0].find(".//polyline")
+    assert line is not None
+    points = line.get("points", "").split()
     x, y = np.array([point.split(",") for point in points], float).T
     assert len(points) == 70
     assert (np.diff(x) > 0.0).all()

@@ -61,7 +61,7 @@ def test_a_target_aside_has_no_metrics() -> None:
         tip = np.array([[first, 0.0, 0.2], [0.0, 0.05, 0.2], [target, 0.07, 0.18]])
         one = np.zeros((3, 2))
         goal = (target, 0.07, 0.18)
-        return Tracking(np.arange(3), 0.01 * np.arange(3), tip, tip, one, one, goal, (0, 2), 0)
+        return Tracking(np.arange(3), np.linspace(0.0, 0.02, 3), tip, tip, one, one, goal, (0, 2), 0)
 
     assert not run(0.0, 1e-4).has_metrics
     assert run(-0.1, 1e-4).has_metrics

@@ -20,8 +20,8 @@ from tendond.daemon.recording.storage.run_notes import (
     write_notes,
 )
 from tendond.offline.files import as_text
-from tendond.offline.library.index import RunEntry, list_runs
-from tendond.offline.library.verify import Verified, verify
+from tendond.offline.log_index.index import RunEntry, list_runs
+from tendond.offline.log_index.verify import Verified, verify
 from tendond.offline.logs.run import open_run
 
 

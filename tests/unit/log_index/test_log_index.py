@@ -12,8 +12,8 @@ import pytest
 from tendond.daemon.recording.mcap_file import McapFile
 from tendond.daemon.recording.run_files import CONFIG, part_path
 from tendond.daemon.recording.storage.retention import DAY
-from tendond.offline.library.index import INDEX, list_runs
-from tendond.offline.library.scan import ScannedFile, scan
+from tendond.offline.log_index.index import INDEX, list_runs
+from tendond.offline.log_index.scan import ScannedFile, scan
 from tendond.schemas.config.rig import RigConfig
 from tests.golden.scripts import FOLDER
 from tests.unit.cli.commands import tendond
@@ -70,7 +70,7 @@ def test_the_index_spares_reading_a_log_again_and_is_made_anew_where_it_is_gone_
         read.append(path)
         return scan(path)
 
-    monkeypatch.setattr("tendond.offline.library.index.scan", counted)
+    monkeypatch.setattr("tendond.offline.log_index.index.scan", counted)
     assert list_runs(folder) == first
     assert read == []
     os.utime(folder / "normal.mcap")

@@ -15,7 +15,7 @@ from typing import Any
 from tendond.daemon.errors import UsageError
 from tendond.daemon.recording.storage.run_notes import Note, RunNotesError, notes_path, read_notes
 from tendond.offline.files import write_whole
-from tendond.offline.library.scan import ScannedFile, scan
+from tendond.offline.log_index.scan import ScannedFile, scan
 
 INDEX = ".tendond-index.json"
 INDEX_VERSION = 1

@@ -31,7 +31,7 @@ def list_logs(
 
     Examples: tendond log list; tendond log list /var/log/tendond/bench --search overload --json
     """
-    from tendond.cli.log.library import run_list
+    from tendond.cli.log.kept import run_list
 
     run_list(folder, tag or [], search, as_json=json)
 
@@ -50,7 +50,7 @@ def tag_log(
 
     Example: tendond log tag bench-20261130T120000Z.mcap demo paper-figure-3
     """
-    from tendond.cli.log.library import run_tag
+    from tendond.cli.log.kept import run_tag
 
     run_tag(file, tags or [], remove=remove)
 
@@ -65,7 +65,7 @@ def note_log(
 
     Example: tendond log note run.mcap "tendon 2 was slack, replaced afterwards"
     """
-    from tendond.cli.log.library import run_note
+    from tendond.cli.log.kept import run_note
 
     run_note(file, text)
 
@@ -89,7 +89,7 @@ def prune_logs(
 
     Example: tendond log prune /var/log/tendond/bench --config rig.toml --keep-days 30 --yes
     """
-    from tendond.cli.log.library import run_prune
+    from tendond.cli.log.kept import run_prune
 
     run_prune(folder, config, keep_size, keep_days, yes=yes, as_json=json)
 
@@ -108,7 +108,7 @@ def verify_logs(
 
     Example: tendond log verify /var/log/tendond/bench
     """
-    from tendond.cli.log.library import run_verify
+    from tendond.cli.log.kept import run_verify
 
     if not run_verify(paths, record=record, as_json=json):
         raise typer.Exit(1)

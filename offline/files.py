@@ -46,6 +46,15 @@ def write_whole(path: Path, text: str) -> None:
         draft.write_text(text, encoding="utf-8")
 
 
+def free_folder(folder: Path) -> Path:
+    """Return the folder, or the first with a number behind its name that does not exist."""
+    found, number = folder, 1
+    while found.exists():
+        number += 1
+        found = folder.with_name(f"{folder.name}-{number}")
+    return found
+
+
 def as_text(name: str) -> str:
     """Decode a file's name for printing, with replacements where it is not UTF-8."""
     return os.fsencode(name).decode("utf-8", errors="replace")

@@ -104,7 +104,7 @@ def run_compare(
     from tendond.offline.comparison.repeats import as_groups
     from tendond.offline.comparison.runs import compared, notes
     from tendond.offline.comparison.table import FORMS, on_terminal, table_of
-    from tendond.offline.files import write_whole
+    from tendond.offline.files import free_folder, write_whole
     from tendond.offline.logs.log import load
     from tendond.offline.plots.compare import overlay
     from tendond.offline.plots.output import Output, check_new
@@ -126,7 +126,7 @@ def run_compare(
         on_terminal(table, notes(found))
     else:
         print(FORMS[form].write(table, notes(found)), end="")
-    out = out or (COMPARED if force else _free(COMPARED))
+    out = out or (COMPARED if force else free_folder(COMPARED))
     kind = FORMS[form or "csv"]
     written = out / f"metrics.{kind.ending}"
     with appearing(look):
@@ -143,15 +143,6 @@ def run_compare(
         show(f"table    {written}")
         for path in figures:
             show(f"figure   {path}")
-
-
-def _free(folder: Path) -> Path:
-    """Return the folder, or the first with a number behind its name that does not exist."""
-    found, number = folder, 1
-    while found.exists():
-        number += 1
-        found = folder.with_name(f"{folder.name}-{number}")
-    return found
 
 
 def not_writable(out: Path, error: OSError) -> DaemonError:

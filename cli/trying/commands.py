@@ -24,8 +24,12 @@ def try_rig(
         float | None, typer.Option("--time", min=0.1, help="Time of tracking [s]. Default: until the tip rests.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for log, report and configuration. Default: out/try-NAME.")
+        Path | None,
+        typer.Option(
+            "--out", help="Folder for log, report and configuration. Default: out/try-NAME, the next time out/try-NAME-2."
+        ),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the trial in the folder.")] = False,
 ) -> None:
     """Try a configuration on the simulator.
 
@@ -41,4 +45,4 @@ def try_rig(
     exit_on_signals(130)
     from tendond.cli.trying.run import run_try
 
-    run_try(chosen_file(file, config), profile, preset, target=target, time=time, out=out)
+    run_try(chosen_file(file, config), profile, preset, target=target, time=time, out=out, force=force)

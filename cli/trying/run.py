@@ -5,9 +5,10 @@ from pathlib import Path
 from tendond.cli.common import chosen_config
 from tendond.cli.manual.config_text import config_toml
 from tendond.cli.warm.progress import compile_with_progress
-from tendond.daemon.errors import UsageError
+from tendond.daemon.errors import DaemonError, UsageError
+from tendond.offline.files import free_folder
 from tendond.offline.kernels import parts_of
-from tendond.offline.trying.run import run_trial, tracking_time
+from tendond.offline.trying.run import LOG, run_trial, tracking_time
 from tendond.offline.trying.task import trial
 from tendond.schemas.config.machine import BusSection
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
@@ -22,6 +23,7 @@ def run_try(
     target: str | None,
     time: float | None,
     out: Path | None,
+    force: bool = False,
 ) -> None:
     """Try a configuration; see `tendond try --help`.
 
@@ -30,14 +32,33 @@ def run_try(
         SystemExit: with 1, the tip does not rest at its target.
     """
     config, source = _chosen(file, profile, preset)
+    name = file.stem if file is not None else profile or preset or "paper"
+    folder = trial_folder(out, name, force=force)
     place = None if target is None else _numbers(target)
     compile_with_progress(parts_of(config), len(config.rod.tendon_positions))
     made = trial(config, place)
     hold = tracking_time(made.config) if time is None else time
-    name = file.stem if file is not None else profile or preset or "paper"
     text = config_toml(made.config.model_copy(update={"bus": BusSection()}), changed=True, comments=False)
-    if not run_trial(text, [source, *made.remarks], hold, out or Path("out") / f"try-{name}"):
+    if not run_trial(text, [source, *made.remarks], hold, folder):
         raise SystemExit(1)
+
+
+def trial_folder(out: Path | None, name: str, *, force: bool) -> Path:
+    """Return the folder of a trial, one that holds no other unless that is to be replaced.
+
+    Args:
+        out: that was named; none: out/try-NAME, with a number where that exists.
+        name: of what is tried. force: replace.
+
+    Raises:
+        DaemonError: the folder that was named has a trial.
+    """
+    if out is None:
+        usual = Path("out") / f"try-{name}"
+        return usual if force else free_folder(usual)
+    if not force and (out / LOG).exists():
+        raise DaemonError(f"{out / LOG}: a trial is there already; --force replaces it, --out takes another folder")
+    return out
 
 
 def _chosen(file: Path | None, profile: str | None, preset: str | None) -> tuple[RigConfig, str]:

@@ -19,6 +19,9 @@ from tendond.schemas.keys import CONFIG_VARIABLE
 SETTLING = 3.0
 """Time of tracking after the reference has arrived [s]. Chosen: the slowest preset swings out in 2 s under its law."""
 
+LOG = "try.mcap"
+"""Name of a trial's log."""
+
 LONGEST = 60.0
 """Longest time of tracking that is not asked for [s]."""
 
@@ -51,7 +54,7 @@ def run_trial(text: str, remarks: Sequence[str], hold: float, out: Path) -> bool
     """
     os.environ.pop(CONFIG_VARIABLE, None)  # a file of the rig's own bus, which this is not
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    config_file, log_file, report_file = out / "rig.toml", out / "try.mcap", out / "report.html"
+    config_file, log_file, report_file = out / "rig.toml", out / LOG, out / "report.html"
     try:
         out.mkdir(parents=True, exist_ok=True)
         for old in (log_file, report_file):

@@ -61,22 +61,22 @@ def _draw(log: Any, out: Path, force: bool, panels: bool) -> list[Path]:
     from tendond.offline.logs.container import LogError
     from tendond.offline.logs.metrics import runs
     from tendond.offline.paper.published import published_for
-    from tendond.offline.plots.figures import NAMES, PANELS, draw, run_prefixes
-    from tendond.offline.plots.filter import draw_filter
-    from tendond.offline.plots.output import Output
-    from tendond.offline.plots.spatial import draw_space
-    from tendond.offline.plots.timeline import draw_timeline
+    from tendond.offline.plots.figures import NAMES, PANELS, run_figures, run_prefixes
+    from tendond.offline.plots.filter import filter_figures
+    from tendond.offline.plots.output import Named, Output
+    from tendond.offline.plots.spatial import space_figures
+    from tendond.offline.plots.timeline import time_figures
 
     output = Output(out, f"{log.stem}-", force)
-    paths: list[Path] = []
+    figures: list[Named] = []
     try:
         prefixes = run_prefixes(len(runs(log)))
         output.check([f"{prefix}{name}" for prefix in prefixes for name in (*NAMES, *(PANELS if panels else ()))])
     except LogError as error:
         say(f"the figures of runs are omitted: {error}")
     else:
-        paths += draw(log, output, published_for(log), panels=panels)
-    return paths + draw_space(log, output) + draw_filter(log, output) + draw_timeline(log, output)
+        figures += run_figures(log, published_for(log), panels=panels)
+    return output.draw([*figures, *space_figures(log), *filter_figures(log), *time_figures(log)])
 
 
 def run_compare(

@@ -1,14 +1,17 @@
 """Figures of a log's runs: overview, shapes, and each panel alone. Import only to draw: needs the extra `plot`."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendond.offline.logs.log import LogFile
-from tendond.offline.logs.metrics import Tracking, runs, tracking
+from tendond.offline.logs.metrics import Tracking, runs
 from tendond.offline.logs.published import Published
 from tendond.offline.plots.appearance import WIDE, appearance
-from tendond.offline.plots.output import Output
+from tendond.offline.plots.output import Named, Output
 from tendond.offline.plots.panels import Panels
 from tendond.offline.plots.shapes import draw_shapes
 from tendond.offline.plots.style import headline, new_figure, style, title
@@ -32,42 +35,54 @@ def run_prefixes(count: int) -> list[str]:
 def draw(
     log: LogFile, output: Output | Path, published: Published | None = None, *, panels: bool = False
 ) -> list[Path]:
-    """Draw each run of a log: the overview and the shapes.
-
-    Args:
-        log: the log. output: folder and names of the files.
-        published: a paper's figures of the first run.
-        panels: draw each panel of the overview as a figure of its own as well.
+    """Draw each run of a log, see `run_figures`, and return the files.
 
     Raises:
         LogError: nothing tracks. DaemonError: a file exists already.
     """
     output = Output(output) if isinstance(output, Path) else output
-    paths: list[Path] = []
+    return output.draw(run_figures(log, published, panels=panels))
+
+
+def run_figures(log: LogFile, published: Published | None = None, *, panels: bool = False) -> list[Named]:
+    """Return the figures of each run of a log: the overview and the shapes.
+
+    Args:
+        log: the log.
+        published: a paper's figures of the first run.
+        panels: each panel of the overview as a figure of its own as well.
+
+    Raises:
+        LogError: nothing tracks.
+    """
+    figures: list[Named] = []
     found = runs(log)
-    with style():
-        for number, (run, prefix) in enumerate(zip(found, run_prefixes(len(found)), strict=True), 1):
-            drawn = Panels(log, run, published if number == 1 else None)
-            for name, panel in drawn.all.items() if panels else ():
-                figure = new_figure(*SIZE)
-                panel(figure.subplots())
-                paths += output.save(figure, prefix + name)
-            what = f"{log.name}{f', run {number}' if prefix else ''}"
-            paths += output.save(_overview(drawn, log, what), f"{prefix}overview")
-            paths += output.save(_shapes(log, run), f"{prefix}shapes")
-    return paths
+    for number, (run, prefix) in enumerate(zip(found, run_prefixes(len(found)), strict=True), 1):
+        drawn = Panels(log, run, published if number == 1 else None)
+        for name, panel in drawn.all.items() if panels else ():
+            figures.append(Named(prefix + name, partial(_alone, panel)))
+        what = f"{log.name}{f', run {number}' if prefix else ''}"
+        figures.append(Named(f"{prefix}overview", partial(_overview, drawn, log, what)))
+        figures.append(Named(f"{prefix}shapes", partial(_shapes, log, run)))
+    return figures
+
+
+def _alone(panel: Callable[[Axes], None]) -> Figure:
+    figure = new_figure(*SIZE)
+    panel(figure.subplots())
+    return figure
 
 
 def overview(log: LogFile, published: Published | None = None) -> Figure:
-    """Draw the panels of the first run in one figure; raises LogError, see `tracking`."""
+    """Draw the panels of the first run in one figure; raises LogError, see `runs`."""
     with style():
-        return _overview(Panels(log, tracking(log), published), log, log.name)
+        return _overview(Panels(log, runs(log)[0], published), log, log.name)
 
 
 def shapes_figure(log: LogFile) -> Figure:
-    """Draw the rod's shapes in the first run; raises LogError, see `tracking`."""
+    """Draw the rod's shapes in the first run; raises LogError, see `runs`."""
     with style():
-        return _shapes(log, tracking(log))
+        return _shapes(log, runs(log)[0])
 
 
 def _shapes(log: LogFile, run: Tracking) -> Figure:

@@ -1,6 +1,6 @@
 """What an observer of kind 'kalman' knew in a run, and how far that was true. Import this module only to draw."""
 
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,7 @@ from tendond.offline.logs.arrays import load as load_arrays
 from tendond.offline.logs.log import LogFile
 from tendond.offline.plots.appearance import appearance
 from tendond.offline.plots.contacts import draw_contacts, found_contacts
-from tendond.offline.plots.output import Output
+from tendond.offline.plots.output import Named
 from tendond.offline.plots.style import OURS, PAPERS, REFERENCE, level, new_figure, style
 from tendond.schemas.health import CONSISTENCY_MARKED
 
@@ -54,10 +54,9 @@ def filter_figure(log: LogFile) -> Figure:
     return figure
 
 
-def draw_filter(log: LogFile, output: Output | Path) -> list[Path]:
-    """Draw the figure; nothing where the log has no filter."""
-    output = Output(output) if isinstance(output, Path) else output
-    return output.save(filter_figure(log), "filter") if has_filter(log) else []
+def filter_figures(log: LogFile) -> list[Named]:
+    """Return the figure; nothing where the log has no filter."""
+    return [Named("filter", partial(filter_figure, log))] if has_filter(log) else []
 
 
 def tip_error(run: Arrays) -> Array:

@@ -1,15 +1,24 @@
 """Files of figures: names by log and run, one a format, none replaced unless asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from tendond.daemon.errors import DaemonError
-from tendond.offline.files import whole
+from tendond.offline.parallel import in_parallel
 from tendond.offline.plots.appearance import appearance
-from tendond.offline.plots.style import place_parts, style
+from tendond.offline.plots.style import place_parts, style, write
+
+
+@dataclass(frozen=True)
+class Named:
+    """A figure that is still to be drawn: what its file is called, and how to draw it."""
+
+    name: str
+    draw: Callable[[], Figure]
 
 
 @dataclass(frozen=True)
@@ -38,6 +47,19 @@ class Output:
         """
         check_new([path for name in names for path in self.paths(name)], force=self.force)
 
+    def draw(self, figures: Sequence[Named]) -> list[Path]:
+        """Draw figures and save them, on two processors; return the files in order.
+
+        Raises:
+            DaemonError: a file exists already. OSError: one cannot be written.
+        """
+        jobs = [partial(self._draw, one) for one in figures]
+        return [path for paths in in_parallel(jobs) for path in paths]
+
+    def _draw(self, one: Named) -> list[Path]:
+        with style():
+            return self.save(one.draw(), one.name)
+
     def save(self, figure: Figure, name: str) -> list[Path]:
         """Save a figure in each format of the appearance in use.
 
@@ -49,8 +71,7 @@ class Output:
         with style():
             place_parts(figure)
             for path in self.paths(name):
-                with whole(path) as draft:
-                    figure.savefig(draft)
+                write(figure, path)
         return self.paths(name)
 
 

@@ -2,6 +2,8 @@
 
 import base64
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -15,9 +17,11 @@ from tendond.offline.logs.container import LogError
 from tendond.offline.logs.events import FAULT, MODE, REQUEST, Event, events, tallies
 from tendond.offline.logs.info import info
 from tendond.offline.logs.log import LogFile, load
+from tendond.offline.logs.metrics import runs
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.published import Published
 from tendond.offline.logs.summary import LABELS, recovered, summary
+from tendond.offline.parallel import in_parallel
 from tendond.offline.plots.contacts import COLUMNS, found_contacts
 from tendond.offline.plots.figures import overview, shapes_figure
 from tendond.offline.plots.filter import filter_figure, has_filter
@@ -75,29 +79,32 @@ def page(
 ) -> str:
     """Return the page as text; `facts` as of `info`, `published_for` as of `write_report`."""
     found = events(log.records)
-    figures: list[tuple[str, Figure]] = []
+    figures: list[tuple[str, Callable[[], Figure]]] = []
     cards = ""
     try:
         numbers = summary(log)
         cards, table = _cards(numbers), _numbers(numbers)
-        published = None if published_for is None else published_for(log)
-        figures = [("Tracking", _untitled(overview(log, published))), ("Rod shapes", shapes_figure(log))]
     except LogError as error:
         table = f"<p>{escape(str(error))}</p>"
+    with suppress(LogError):  # nothing tracks, as the numbers say
+        runs(log)
+        published = None if published_for is None else published_for(log)
+        figures = [("Tracking", partial(overview, log, published)), ("Rod shapes", partial(shapes_figure, log))]
     if TipPath.of(log).points.size:
-        figures.append(("In space", space_figure(log)))
+        figures.append(("In space", partial(space_figure, log)))
     if has_filter(log):
-        figures.append(("Filter", filter_figure(log)))
-    figures.append(("Modes and events", _untitled(timeline(log))))
+        figures.append(("Filter", partial(filter_figure, log)))
+    figures.append(("Modes and events", partial(timeline, log)))
     if log.timings:
-        figures.append(("Loop timing", _untitled(loop_timing(log))))
+        figures.append(("Loop timing", partial(loop_timing, log)))
+    images = in_parallel([partial(_image, draw, name) for name, draw in figures])
     title = f"{log.name}: {log.config.control.law.replace('_', ' ')} on rig '{log.config.rig.name}'"
     shown = [event for event in found if event.kind in (REQUEST, MODE, FAULT)]
     parts = [
         f"<header><h1>{escape(title)}</h1><p>{escape(_subtitle(log, facts))}</p></header>",
         cards,
         _health(facts),
-        *(f"<h2>{name}</h2>{_image(figure, name)}" for name, figure in figures),
+        *(f"<h2>{name}</h2>{image}" for (name, _), image in zip(figures, images, strict=True)),
         "<h2>Numbers</h2>",
         table,
         *_contacts(log),
@@ -238,19 +245,15 @@ def _number(value: Any, digits: int = 5) -> str:
     return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
-def _untitled(figure: Figure) -> Figure:
-    """Remove the title, which is in the page's heading."""
-    if figure.get_suptitle():
-        figure.suptitle("")
-    else:
-        figure.axes[0].set_title("", loc="left")
-    return figure
-
-
-def _image(figure: Figure, name: str) -> str:
-    """Embed the figure as SVG."""
+def _image(draw: Callable[[], Figure], name: str) -> str:
+    """Draw a figure and embed it as SVG, without the title where the page's heading says the same."""
     data = BytesIO()
     with style(text_as_text=False):  # so that it looks the same where the fonts are others
+        figure = draw()
+        if figure.get_suptitle():
+            figure.suptitle("")
+        elif name in ("Modes and events", "Loop timing"):
+            figure.axes[0].set_title("", loc="left")
         place_parts(figure)
         figure.savefig(data, format="svg", metadata={"Date": None})
     code = base64.b64encode(data.getvalue()).decode()

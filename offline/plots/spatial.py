@@ -1,6 +1,6 @@
 """A run in space as a figure: in perspective, and from two sides. Import this module only to draw."""
 
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from tendond.offline.logs.metrics import Tracking, runs
 from tendond.offline.logs.paths import TipPath
 from tendond.offline.plots.appearance import STYLES, appearance
 from tendond.offline.plots.figures import run_prefixes
-from tendond.offline.plots.output import Output
+from tendond.offline.plots.output import Named
 from tendond.offline.plots.shapes import COLOURS
 from tendond.offline.plots.spline import smooth
 from tendond.offline.plots.style import DARK, OURS, PAPERS, REFERENCE, gravity_arrow, new_figure, style, title
@@ -80,19 +80,16 @@ def space_figure(log: LogFile, run: Tracking | None = None) -> Figure:
     return figure
 
 
-def draw_space(log: LogFile, output: Output | Path) -> list[Path]:
-    """Draw it for each run, or for the log where nothing tracks; nothing where the log has no shape and no tip."""
-    output = Output(output) if isinstance(output, Path) else output
+def space_figures(log: LogFile) -> list[Named]:
+    """Return it for each run, or for the log where nothing tracks; nothing where the log has no shape and no tip."""
     if not TipPath.of(log).points.size:
         return []
     try:
         found: list[Tracking | None] = [*runs(log)]
     except LogError:
         found = [None]
-    paths: list[Path] = []
-    for run, prefix in zip(found, run_prefixes(len(found)), strict=True):
-        paths += output.save(space_figure(log, run), f"{prefix}space")
-    return paths
+    names = run_prefixes(len(found))
+    return [Named(f"{prefix}space", partial(space_figure, log, run)) for run, prefix in zip(found, names, strict=True)]
 
 
 def gravity_in_space(space: Any, gravity: Array, low: Array, size: Array) -> None:

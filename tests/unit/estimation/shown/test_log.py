@@ -10,7 +10,7 @@ from tendond.offline.logs import load
 from tendond.offline.logs.export import export
 from tendond.offline.logs.log import load as load_log
 from tendond.offline.plots import report
-from tendond.offline.plots.filter import draw_filter, filter_figure, has_filter, tip_bound, tip_error
+from tendond.offline.plots.filter import filter_figure, filter_figures, has_filter, tip_bound, tip_error
 from tendond.offline.plots.report import write_report
 from tests.golden.scripts import FOLDER
 from tests.unit.cli.commands import tendond
@@ -89,5 +89,5 @@ def test_plot_and_report_have_the_figure_only_where_there_is_a_filter(
     assert 'alt="Filter"' in write_report(filtered.path, tmp_path / "run.html").read_text(encoding="utf-8")
     normal = load_log(NORMAL)
     assert not has_filter(normal)
-    assert draw_filter(normal, tmp_path / "none") == []
+    assert filter_figures(normal) == []
     assert 'alt="Filter"' not in write_report(NORMAL, tmp_path / "normal.html").read_text(encoding="utf-8")

@@ -15,6 +15,7 @@ from tendond.cli.include import parse_with_includes, read_text
 from tendond.cli.signals import note
 from tendond.schemas.config.presets import PROFILES
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
+from tendond.schemas.errors.explain import choose
 
 Section = TypeVar("Section")
 SYSTEM_LOGS = Path("/var/log/tendond")
@@ -41,7 +42,7 @@ def profile_text(name: str) -> str:
         ConfigError: there is no such profile.
     """
     if name not in PROFILES:
-        raise ConfigError(f"unknown profile '{name}': choose one of {', '.join(PROFILES)}")
+        raise ConfigError(f"unknown profile '{name}': {choose(name, PROFILES)}")
     return PROFILES[name]
 
 

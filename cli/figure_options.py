@@ -47,7 +47,8 @@ def appearance_of(
         BadParameter: there is no such style.
     """
     from tendond.offline.plots.appearance import STYLES, Appearance
+    from tendond.schemas.errors.explain import choose
 
     if style not in STYLES:
-        raise typer.BadParameter(f"'{style}': choose {', '.join(STYLES)}", param_hint="--style")
+        raise typer.BadParameter(f"'{style}': {choose(style, STYLES)}", param_hint="--style")
     return Appearance(style, formats, width, font, iterations)

@@ -7,6 +7,7 @@ from typing import Any
 
 from tendond.schemas.config.migration.version import version_objection, without_version
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config, parse_config
+from tendond.schemas.errors.toml_lines import not_toml
 
 INCLUDE = "include"
 Tables = dict[str, Any]
@@ -56,10 +57,11 @@ def sections(path: Path) -> set[str]:
     Raises:
         ConfigError: a file cannot be read, or is not valid TOML.
     """
+    text = read_text(path)
     try:
-        own: Tables = tomllib.loads(read_text(path))
+        own: Tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+        raise ConfigError(f"{path}: {not_toml(text, error)}") from error
     files = _included(own.pop(INCLUDE), path) if INCLUDE in own else {}
     return {name for name, value in _merged(own, files).items() if isinstance(value, dict)}
 
@@ -83,7 +85,7 @@ def _tables(path: Path) -> Tables:
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+        raise ConfigError(f"{path}: {not_toml(text, error)}") from error
     if objection := version_objection(tables):
         raise ConfigError(f"{path}: {objection}")
     if INCLUDE in tables:

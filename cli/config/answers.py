@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tendond.schemas.config.rod.materials import MATERIALS
-from tendond.schemas.errors.explain import nearest
+from tendond.schemas.errors.explain import choose
 from tendond.schemas.errors.units import unit_hint
 
 SUFFIXES = {
@@ -75,7 +75,7 @@ def one_of(*names: str) -> Callable[[str], str]:
     def read(text: str) -> str:
         found = text.strip().lower()
         if found not in names:
-            raise AnswerError(f"'{text}': choose one of {', '.join(names)}")
+            raise AnswerError(f"'{text}': {choose(text, names)}")
         return found
 
     return read
@@ -96,8 +96,8 @@ def material(text: str) -> dict[str, Any]:
         }  # fmt: skip
     parts = text.split(",")
     if len(parts) != 2:
-        known = nearest(name, list(MATERIALS))
-        raise AnswerError(f"'{text}': {known}; or give E in Pa and the density in kg/m^3: 68e9,2700")
+        known = choose(name, MATERIALS)
+        raise AnswerError(f"'{text}': give E in Pa and the density in kg/m^3, 68e9,2700, or {known}")
     modulus, density = number("Pa", *MODULUS)(parts[0]), number("kg/m^3", *DENSITY)(parts[1])
     return {"youngs_modulus": modulus, "density": density, "source": "as given"}
 

@@ -27,7 +27,7 @@ from tendond.offline.robot_check import RobotReport, robot_report
 from tendond.schemas.config.migration.version import CONFIG_VERSION, KEY
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
-from tendond.schemas.errors.explain import Objection, dotted, in_file
+from tendond.schemas.errors.explain import Objection, choose, dotted, in_file
 
 INCOMPLETE = "cross-key checks run after these are fixed"
 
@@ -143,7 +143,7 @@ def run_preset(name: str, *, comments: bool, as_json: bool) -> None:
         ConfigError: there is no such preset.
     """
     if name not in PRESETS:
-        raise ConfigError(f"unknown preset '{name}': choose one of {', '.join(PRESETS)}")
+        raise ConfigError(f"unknown preset '{name}': {choose(name, PRESETS)}")
     config = check_config({"rod": PRESETS[name]}, f"preset '{name}'")
     if as_json:
         print(json.dumps(_changes(config), indent=2))

@@ -19,6 +19,7 @@ from tendond.offline.trying.first_target import RESERVE, SERVO_RESERVE, first_ta
 from tendond.offline.trying.task import task_of
 from tendond.schemas.config.rig import ConfigError, parse_config
 from tendond.schemas.config.rod.presets import PRESETS
+from tendond.schemas.errors.explain import choose
 
 STIFFNESS = Question("--tendon-stiffness", "", "", number("N/m", 10.0, 1e8))
 
@@ -51,7 +52,7 @@ def run_new(
         ConfigError: what was written cannot be used.
     """
     if like is not None and like not in PRESETS:
-        raise ConfigError(f"--like '{like}': choose one of {', '.join(PRESETS)}; see tendond config presets")
+        raise ConfigError(f"--like '{like}': {choose(like, PRESETS)}; see tendond config presets")
     if file.exists() and not force:
         raise UsageError(f"{file} is there already: give another name, or --force to overwrite it")
     answers = _answers(given, like, yes, ask)

@@ -40,6 +40,8 @@ def demo(
 
     Examples: tendond demo --profile rig --out out/demo-rig; tendond demo --scenario wired
     """
+    from tendond.schemas.errors.explain import choose
+
     exit_on_signals(130)
     from tendond.cli.common import profile_text
     from tendond.cli.warm.progress import compile_with_progress
@@ -47,7 +49,7 @@ def demo(
     from tendond.offline.kernels import SHOOTING
 
     if scenario not in SCENARIOS:
-        raise typer.BadParameter(f"'{scenario}': choose one of {', '.join(SCENARIOS)}", param_hint="--scenario")
+        raise typer.BadParameter(f"'{scenario}': {choose(scenario, SCENARIOS)}", param_hint="--scenario")
     folder = out or Path("out/demo" if scenario == "plane" else f"out/demo-{scenario}")
     if profile is not None and scenario != "plane":
         raise typer.BadParameter(f"the scenario '{scenario}' has a profile of its own", param_hint="--profile")

@@ -18,7 +18,7 @@ from tendond.model import ModelError
 from tendond.model.numerics.announce import announce_compilation
 from tendond.offline.progress import working
 from tendond.schemas.config.rig import ConfigError, RigConfig
-from tendond.schemas.errors.explain import explain
+from tendond.schemas.errors.explain import choose, explain
 from tendond.schemas.faults import Fault, FaultRequest
 
 
@@ -56,7 +56,7 @@ def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, obj
     try:
         known = Fault(fault)
     except ValueError:
-        raise ConfigError(f"'{fault}' is not a fault: choose from {', '.join(Fault)}") from None
+        raise ConfigError(f"'{fault}' is not a fault: {choose(fault, Fault)}") from None
     if known.value != fault:
         say(f"fault '{fault}' was renamed to '{known.value}': use that name")
     try:

@@ -98,6 +98,8 @@ def robustness(
 
     Example: tendond study robustness --points axes --feedback force
     """
+    from tendond.schemas.errors.explain import choose
+
     exit_on_signals(130)
     from tendond.cli.study.robustness import run_robustness
     from tendond.offline.robustness.points import FEEDBACKS, POINT_SETS, SAMPLE_SIZE
@@ -113,10 +115,10 @@ def robustness(
         run_trials(config, out, seed, jobs)
         return
     if points not in POINT_SETS:
-        raise typer.BadParameter(f"'{points}': choose one of {', '.join(POINT_SETS)}, space", param_hint="--points")
+        raise typer.BadParameter(f"'{points}': {choose(points, [*POINT_SETS, 'space'])}", param_hint="--points")
     for name in feedback or ():
         if name not in FEEDBACKS:
-            raise typer.BadParameter(f"'{name}': choose one of {', '.join(FEEDBACKS)}", param_hint="--feedback")
+            raise typer.BadParameter(f"'{name}': {choose(name, FEEDBACKS)}", param_hint="--feedback")
     if count is not None and points not in ("default", "sample"):
         raise typer.BadParameter(f"the set '{points}' has no random points", param_hint="--count")
     run_robustness(
@@ -216,13 +218,15 @@ def wiring(
 
     Example: tendond study wiring --setups 1000 --out out/wiring.md
     """
+    from tendond.schemas.errors.explain import choose
+
     exit_on_signals(130)
     from tendond.cli.study.wiring import run_wiring
     from tendond.daemon.control.laws import LAWS
 
     for name in law or ():
         if name not in LAWS:
-            raise typer.BadParameter(f"'{name}': choose one of {', '.join(LAWS)}", param_hint="--law")
+            raise typer.BadParameter(f"'{name}': {choose(name, LAWS)}", param_hint="--law")
     if not run_wiring(tuple(law or ()), setups, tuple(row or ()), processes, out, as_json=json):
         raise typer.Exit(1)
 

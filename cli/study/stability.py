@@ -11,6 +11,7 @@ import typer
 from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
+from tendond.schemas.errors.explain import choose
 
 
 def stability(
@@ -57,10 +58,10 @@ def stability(
 
     for name in robot or ():
         if name not in PRESETS:
-            raise typer.BadParameter(f"'{name}': choose one of {', '.join(PRESETS)}", param_hint="--robot")
+            raise typer.BadParameter(f"'{name}': {choose(name, PRESETS)}", param_hint="--robot")
     able = [name for name, one in LAWS.items() if track or not isinstance(one, StatefulLaw)]
     if law is not None and law not in able:
-        raise typer.BadParameter(f"'{law}': choose one of {', '.join(able)}", param_hint="--law")
+        raise typer.BadParameter(f"'{law}': {choose(law, able)}", param_hint="--law")
     robots = tuple(robot or PRESETS)
     if track:
         good = run_track(robots, law, short=short, as_json=json)

@@ -1,5 +1,6 @@
 """`tendond try`: the configuration, its trial, and the exit status."""
 
+import re
 from pathlib import Path
 
 from tendond.cli.common import chosen_config
@@ -13,6 +14,7 @@ from tendond.offline.trying.task import trial
 from tendond.schemas.config.machine import BusSection
 from tendond.schemas.config.rig import ConfigError, RigConfig, check_config
 from tendond.schemas.config.rod.presets import PRESETS
+from tendond.schemas.errors.explain import choose
 
 
 def run_try(
@@ -67,7 +69,7 @@ def _chosen(file: Path | None, profile: str | None, preset: str | None) -> tuple
     if file is not None or profile is not None:
         raise ConfigError(f"--preset {preset}: give it, a file, or --profile: one of them")
     if preset not in PRESETS:
-        raise ConfigError(f"unknown preset '{preset}': choose one of {', '.join(PRESETS)}")
+        raise ConfigError(f"unknown preset '{preset}': {choose(preset, PRESETS)}")
     return check_config({"rod": {"preset": preset}}, f"preset '{preset}'"), f"preset '{preset}'"
 
 
@@ -77,6 +79,10 @@ def _numbers(text: str) -> tuple[float, ...]:
     Raises:
         UsageError: it is something else.
     """
+    if re.fullmatch(r"\s*[-+]?0,\d+\s*", text):
+        raise UsageError(
+            f"--target '{text}': a decimal has a point: {text.replace(',', '.')}; commas are between numbers"
+        )
     try:
         found = tuple(float(one) for one in text.split(","))
     except ValueError:

@@ -162,8 +162,8 @@ def _text(cell: Any, present: bool) -> str:
 
 
 def _number(value: float) -> str:
-    """Format a number with four digits; what is zero but for rounding, as zero."""
-    return f"{0.0 if abs(value) < 1e-9 else value:.4g}"
+    """Format a number with four digits; less than any unit here resolves (0.1 um) as zero."""
+    return f"{0.0 if abs(value) < 1e-7 else value:.4g}"
 
 
 def _rounded(value: float, half: float) -> str:

@@ -37,6 +37,10 @@ def overlay(runs: Sequence[Compared]) -> Figure:
                 axes.plot(time, reference[:, letter], color=DARK, lw=0.8, ls=":", label=label)
             for axes, values in zip(grid, drawn, strict=True):
                 axes.plot(np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan), label=one.name, **look)
+            for number_of_it, injection in enumerate(run.injections):
+                for axes in grid:
+                    label = f"injected, {one.name}" if number_of_it == 0 else None
+                    axes.axvline(time[injection.start], color=look["color"], lw=0.9, ls=":", label=label)
         labels = {x: "tip x [mm]", y: "tip y [mm]", z: "tip z [mm]", error: "|reference - tip| [mm]",
                   displacement: "displacement [mm]", tension: "tension [N]"}  # fmt: skip
         titles = ("x of the tip", "y of the tip", "z of the tip", "Position error", "Displacement of the agonist",

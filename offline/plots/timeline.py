@@ -79,7 +79,8 @@ def loop_timing(log: LogFile) -> Figure:
         for name, (values, colour) in series.items():
             if values.size:
                 p99 = float(np.percentile(values, 99))
-                over_time.plot(at, values, color=colour, lw=0.8, label=f"{name}, p99 {p99:.2f} ms")
+                early = "; below 0: begun by a pose" if name == "lateness" and values.min() < 0.0 else ""
+                over_time.plot(at, values, color=colour, lw=0.8, label=f"{name}, p99 {p99:.2f} ms{early}")
                 distribution.hist(values, bins=60, histtype="step", color=colour, log=True)
         if log.timings:
             over_time.legend(loc="upper right", fontsize=appearance().points(9))

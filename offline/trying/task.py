@@ -4,9 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from tendond import TendondError
 from tendond.daemon.control.laws import LAWS
+from tendond.daemon.control.reference.planar import PLANES
+from tendond.daemon.control.selection import Selection
 from tendond.daemon.errors import UsageError
 from tendond.drivers.dynamixel.serial.table import TICK
+from tendond.model.rods.selection import model_rod
 from tendond.offline.trying.first_target import RESERVE, FirstTarget, first_target
 from tendond.schemas.config.machine import BusSection, RigSection
 from tendond.schemas.config.reference import SPACE_KINDS, TARGETS, ReferenceSection
@@ -81,7 +85,40 @@ def trial(config: RigConfig, target: tuple[float, ...] | None) -> Trial:
             )
     data = config.model_dump()
     changed = {name: {**data[name], **table} if isinstance(table, dict) else table for name, table in tables.items()}
-    return Trial(check_config({**data, **changed}, "the trial's configuration"), tuple(remarks))
+    made = check_config({**data, **changed}, "the trial's configuration")
+    if target is not None and not made.reference.in_space:
+        made = _with_agonist(made, remarks)
+    return Trial(made, tuple(remarks))
+
+
+def _with_agonist(config: RigConfig, remarks: list[str]) -> RigConfig:
+    """Return the configuration with the tendon as agonist that bends the robot to its planar target.
+
+    That is the configured one, or where only that does, the one on the other side; a target beyond both is refused
+    where it is planned.
+    """
+    control, positions = config.control, config.rod.tendon_positions
+    axis, agonist = PLANES[control.plane][0], control.agonist
+    side = positions[agonist][axis]
+    other = min(range(len(positions)), key=lambda tendon: positions[tendon][axis] * side)
+    if _reached(config) or positions[other][axis] * side >= 0.0:
+        return config
+    antagonist = None if control.antagonist is None else agonist
+    swapped = {**control.model_dump(), "agonist": other, "antagonist": antagonist}
+    changed = check_config({**config.model_dump(), "control": swapped}, "the trial's configuration")
+    if not _reached(changed):
+        return config
+    remarks.append(f"control.agonist = {other} for this trial: tendon {agonist} bends the robot the other way")
+    return changed
+
+
+def _reached(config: RigConfig) -> bool:
+    config = config.with_own_rates()
+    try:
+        Selection.from_config(config, model_rod(config))
+    except TendondError:
+        return False
+    return True
 
 
 def has_own_task(section: ReferenceSection) -> bool:

@@ -33,7 +33,7 @@ from tendond.schemas.config.simulator import SimulatorSection
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.errors.explain import Objection, in_file, objections
 from tendond.schemas.errors.keywords import Path
-from tendond.schemas.errors.toml_lines import key_lines, line_of
+from tendond.schemas.errors.toml_lines import key_lines, line_of, not_toml
 
 
 class ConfigError(TendondError):
@@ -194,7 +194,7 @@ def parse_config(text: str, source: str) -> RigConfig:
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{source}: is not valid TOML: {error}") from error
+        raise ConfigError(f"{source}: {not_toml(text, error)}") from error
     return check_config(data, source, key_lines(text))
 
 

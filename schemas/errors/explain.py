@@ -3,6 +3,7 @@
 import difflib
 import json
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,9 @@ from pydantic import ValidationError
 
 from tendond.schemas.errors.keywords import Node, Path, in_range, in_words, node_at, resolved, schema_of, unit_of
 from tendond.schemas.errors.units import unit_hint
+
+MEANT = {"reference.target": "name it by position, across, angle or direction"}
+"""Keys that people expect and that have several names here."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ def objections(error: ValidationError, model: Any) -> list[Objection]:
         if item["type"] == "extra_forbidden":
             owner = node_at(root, path[:-1]) or {}
             names = list(resolved(root, owner).get("properties", {}))
-            found.append(Objection(key, "", f"unknown key; {nearest(str(path[-1]), names)}", path))
+            found.append(Objection(key, "", f"unknown key; {MEANT.get(key) or nearest(str(path[-1]), names)}", path))
             continue
         message = item["msg"].removeprefix("Value error, ")
         message = message[:1].lower() + message[1:]
@@ -118,6 +122,13 @@ def nearest(wrong: str, names: list[str]) -> str:
     return f"did you mean '{matches[0]}'?" if matches else f"known here: {', '.join(names)}"
 
 
+def choose(wrong: str, names: Iterable[str]) -> str:
+    """List what may be chosen, with the nearest: 'choose one of mpc, sensitivity; did you mean 'sensitivity'?'."""
+    known = list(names)
+    matches = difflib.get_close_matches(wrong, known, n=1)
+    return f"choose one of {', '.join(known)}" + (f"; did you mean '{matches[0]}'?" if matches else "")
+
+
 def _is_key(part: int | str) -> bool:
     """Return false for names of union branches, which pydantic adds."""
     return isinstance(part, int) or ("[" not in part and part not in {"float", "int", "none"})
@@ -153,8 +164,13 @@ def _unit(root: Node, path: Path, node: Node) -> str:
 
 
 def _hint(root: Node, path: Path, value: Any) -> str:
-    """Return a hint at another unit, where the value would be in its range with that."""
+    """Return a hint at another unit, where the value would be in its range with that, or at the nearest word."""
     node = node_at(root, path)
-    if node is None or resolved(root, node).get("type") != "number":
+    if node is None:
+        return ""
+    if isinstance(value, str) and (words := resolved(root, node).get("enum")):
+        matches = difflib.get_close_matches(value, [str(word) for word in words], n=1)
+        return f"; did you mean '{matches[0]}'?" if matches else ""
+    if resolved(root, node).get("type") != "number":
         return ""
     return unit_hint(value, _unit(root, path, node), lambda one: in_range(root, node, one))

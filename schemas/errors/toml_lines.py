@@ -9,7 +9,19 @@ _PART = r"""(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')"""
 _NAME = rf"{_PART}(?:\s*\.\s*{_PART})*"
 _HEADER = re.compile(rf"\s*(\[\[?)\s*({_NAME})\s*]]?\s*(?:#.*)?$")
 _KEY = re.compile(rf"\s*({_NAME})\s*=")
+_PLACE = re.compile(r"at line (\d+)")
+_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)")
 _STRING_OR_COMMENT = re.compile(r"""\"(?:\\.|[^"\\])*"|'[^']*'|#.*""")
+
+
+def not_toml(text: str, error: Exception) -> str:
+    """Return the message of a text that is not TOML, with a hint at a decimal comma in the line of the error."""
+    hint = ""
+    if place := _PLACE.search(str(error)):
+        line = text.splitlines()[int(place[1]) - 1 :][:1]
+        if line and (number := _COMMA.search(line[0])):
+            hint = f"; a decimal has a point: {number[1]}.{number[2]}"
+    return f"is not valid TOML: {error}{hint}"
 
 
 def key_lines(text: str) -> dict[Path, int]:

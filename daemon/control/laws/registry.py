@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from tendond.daemon.control.laws import backstepping, mpc, sensitivity, sliding_mode
 from tendond.daemon.control.laws.law import Law
 from tendond.daemon.errors import LawError, LawPackageError
-from tendond.schemas.errors.explain import explain
+from tendond.schemas.errors.explain import choose, explain
 
 GROUP = "tendond.laws"
 """Entry points of that group name a law each: `name = "package.module:LAW"`."""
@@ -113,7 +113,7 @@ def select_law(name: str, tables: Mapping[str, Mapping[str, Any]]) -> tuple[Law,
     for key in dict.fromkeys([name, *tables]):
         if key not in LAWS:
             where = "control.law" if key == name else "control.laws"
-            wrong.append(f"{where}: no law is called '{key}'; choose one of {', '.join(LAWS)}")
+            wrong.append(f"{where}: no law is called '{key}'; {choose(key, LAWS)}")
             continue
         kind = LAWS[key].parameters
         try:

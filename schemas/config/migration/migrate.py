@@ -17,7 +17,7 @@ from tendond.schemas.config.renamed import (
     period_of,
     with_new_names,
 )
-from tendond.schemas.errors.toml_lines import key_lines
+from tendond.schemas.errors.toml_lines import key_lines, not_toml
 
 _SIGNIFICANT = re.compile(r"\s*[^\s#]")
 INCLUDE = "include"
@@ -59,7 +59,7 @@ def migrate(text: str, source: str) -> Migration:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise MigrationError(f"{source}: is not valid TOML: {error}") from error
+        raise MigrationError(f"{source}: {not_toml(text, error)}") from error
     if objection := version_objection(data):
         raise MigrationError(f"{source}: {objection}")
     expected = _read(data, source)

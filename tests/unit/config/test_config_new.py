@@ -86,7 +86,7 @@ def test_every_preset_is_a_start(preset: str, tmp_path: Path, capsys: pytest.Cap
         (("--diameter", "1,2mm"), "--diameter: '1,2mm' is not a number in m, or with m, cm, mm, um behind it"),
         (("--tip-mass", "15"), "if it is in g, write 0.015"),
         (("--damping-ratio", "3"), "if it is in per cent, write 0.03"),
-        (("--material", "niti"), "--material: 'niti': did you mean 'nitinol'?; or give E in Pa"),
+        (("--material", "niti"), "--material: 'niti': give E in Pa and the density in kg/m^3, 68e9,2700, or choose"),
         (("--material", "200,7850"), "if it is in GPa, write 2e+11"),
         (("--tendons", "3.5"), "--tendons: '3.5' is not a whole number from 1 to 16"),
         (("--gravity", "down"), "--gravity: 'down': choose one of -x, +x"),

@@ -24,10 +24,14 @@ from tendond.schemas.errors.units import unit_hint
         ("[rod]\ndamping_ratio = 3\n", "; if it is in per cent, write 0.03"),
         ("[loop]\nperiod = 10\n", "; if it is in ms, write 0.01"),
         ("[reference]\nangle = 90\n", "; if it is in degrees, write 1.5708"),
+        ('[reference]\nkind = "minimum_jrk"\n', "; did you mean 'minimum_jerk'?"),
+        ('[rod]\npreset = "nitinoll"\n', "; did you mean 'nitinol'?"),
+        ("[reference]\ntarget = 0.1\n", "unknown key; name it by position, across, angle or direction"),
+        ("[rod]\nlength = 0,3\n", "; a decimal has a point: 0.3"),
         ("[[rod.section]]\nlength = 200\nradius = 1e-3\nyoungs_modulus = 2e11\ndensity = 8e3\n", "write 0.2"),
     ],
 )
-def test_a_value_that_would_be_right_in_another_unit_gets_a_hint(text: str, hint: str) -> None:
+def test_a_value_that_would_be_right_in_another_unit_or_spelling_gets_a_hint(text: str, hint: str) -> None:
     with pytest.raises(ConfigError) as refused:
         parse_config(text, "rig.toml")
     assert str(refused.value).splitlines()[0].endswith(hint)

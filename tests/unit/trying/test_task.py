@@ -122,3 +122,12 @@ def test_an_agonist_that_does_not_bend_the_robot_in_the_plane_is_named() -> None
 @pytest.mark.parametrize(("value", "up"), [(4.13, 4.2), (0.041, 0.041), (0.0411, 0.042), (29.5, 30.0), (100.0, 100.0)])
 def test_a_limit_is_rounded_up(value: float, up: float) -> None:
     assert rounded_up(value) == up
+
+
+def test_a_target_on_the_other_side_is_reached_by_the_tendon_there() -> None:
+    made = trial(read(LAB), (-0.05,))
+    assert (made.config.control.agonist, made.config.reference.across) == (2, -0.05)
+    assert made.remarks[-1] == "control.agonist = 2 for this trial: tendon 0 bends the robot the other way"
+    assert trial(read(LAB), (0.05,)).config.control.agonist == 0
+    beyond = trial(read(LAB), (-0.4,))
+    assert (beyond.config.control.agonist, len(beyond.remarks)) == (0, len(made.remarks) - 1)

@@ -5,6 +5,7 @@ import io
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendond.offline.comparison.repeats import as_groups, mean_of
@@ -12,6 +13,7 @@ from tendond.offline.comparison.runs import compared, metric, names, notes
 from tendond.offline.comparison.table import as_csv, as_latex, as_markdown, table_of
 from tendond.offline.logs.log import load
 from tendond.offline.logs.summary import LABELS
+from tendond.offline.plots.compare import overlay
 from tendond.schemas.config.rig import RigConfig
 from tests.golden.scripts import FOLDER
 from tests.unit.logs.commands import run_command
@@ -135,3 +137,12 @@ def test_comparisons_without_a_folder_have_one_each(tmp_path: Path, monkeypatch:
     for _ in range(3):
         assert run_command("log", "compare", str(NORMAL)).returncode == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["compare", "compare-2", "compare-3"]
+
+
+def test_the_curves_mark_what_was_injected_in_their_runs(tmp_path: Path) -> None:
+    impact = dict.fromkeys(range(20, 25), "impact")
+    pushed = load(write_simulated(tmp_path / "pushed.mcap", approach(0, 60), impact))
+    figure = overlay(compared([load(write_simulated(tmp_path / "calm.mcap", approach(0, 60))), pushed]))
+    for axes in figure.axes:
+        (mark,) = [line for line in axes.lines if line.get_label() == "injected, pushed"]
+        assert np.asarray(mark.get_xdata(), dtype=float)[0] == pytest.approx(0.2)

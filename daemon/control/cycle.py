@@ -38,11 +38,13 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
 
 def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
     """Run one cycle up to its command, phase by phase; arguments as in `step`."""
+    state = advance_tuning(setup, state)
     admission = admit(setup, state, inputs)
     state, reply = advance_mode(setup, admission.state, inputs, admission.fresh)
     state, measured = estimate(setup, state, admission.fresh)
     state, reference = refer(setup, state, admission.fresh)
     wanted = decide(setup, state, measured, reference)
+    setup = state.tuning.applied_to(setup)
     protected = protect(setup, state, limit(setup, state, wanted.tension))
     predicted = predict(setup, protected.state, protected.limited)
     state = conclude(setup, predicted, wanted, reference, altered=protected.intervention is not None)
@@ -59,6 +61,12 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         safety=protected.intervention,
         error=predicted.error,
     )
+
+
+def advance_tuning(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Move tuned gains and limits by a cycle towards what was asked for."""
+    tuning = state.tuning.advance(setup)
+    return state if tuning is state.tuning else changed(state, tuning=tuning)
 
 
 def refer(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState, ReferencePoint]:

@@ -40,6 +40,7 @@ ORDER = (
     ControlAction.PROBE,
     ControlAction.LAW,
     ControlAction.REFERENCE,
+    ControlAction.SET,
 )
 """Order of the requests that wait for a cycle each; a stop comes before all of them."""
 

@@ -201,7 +201,7 @@ class Loop:
                 raise
             self._request_queue.fail(error)
             self._run_log.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
-            without = {"request": None, "law": None, "reference": None, "settings": {}}
+            without: dict[str, object] = {"request": None, "law": None, "reference": None, "settings": {}}
             return respond(self._setup, self._state, inputs.model_copy(update=without))
 
     def _ready(self, arrivals: Arrivals) -> Response | None:

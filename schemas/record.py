@@ -22,8 +22,8 @@ class CycleInputs(Schema):
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
         tendon_state: likewise.
-        request: request of the operator, if there is one; law, reference, settings: its subject; settings
-            are left out where there are none.
+        request: request of the operator, if there is one; law, reference, settings, jog: its subject;
+            settings and jog are left out where there are none.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         unreadable_detail: wrong field of the first of those, and its defect.
         others: further publishers received since the last cycle, by key: their newest identity. "controller" is
@@ -47,6 +47,7 @@ class CycleInputs(Schema):
     readings: dict[str, SensorReading] = Field(default_factory=dict, exclude_if=is_empty)
     reading_lags: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
     settings: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
+    jog: float | None = Field(None, exclude_if=lambda value: value is None)
 
 
 class ReferencePoint(Schema):

@@ -21,6 +21,7 @@ class ControlAction(StrEnum):
     REFERENCE = "reference"
     LAW = "law"
     SET = "set"
+    JOG = "jog"
 
 
 Settings = Annotated[dict[Annotated[str, Field(max_length=128)], float], Field(min_length=1, max_length=16)]
@@ -35,6 +36,8 @@ class ControlRequest(Schema):
         law: law to select, with the action `law`.
         reference: reference to set, with the action `reference`; with its samples, not a file.
         settings: values by tunable key, with the action `set`.
+        jog: speed of the target along the tips of resting shapes, positive away from the straight rod [m/s], with the
+            action `jog`; it counts for `teleop.timeout`.
         controller: identity of the addressed controller, from its status; empty: any.
         deadline_ns: time on that controller's monotonic clock [ns], the clock of its status' `stamp_ns`, after which
             the request is refused. Without one, a request that may have waited for half a second is refused. A stop is
@@ -48,6 +51,7 @@ class ControlRequest(Schema):
     law: Annotated[str, Field(max_length=64)] | None = None
     reference: ReferenceSection | None = None
     settings: Settings | None = None
+    jog: float | None = None
     controller: Annotated[str, Field(max_length=64)] = ""
     deadline_ns: Annotated[int, Field(ge=0)] | None = None
 
@@ -59,6 +63,8 @@ class ControlRequest(Schema):
             raise ValueError("a reference goes with the action 'reference'")
         if (self.settings is not None) != (self.action is ControlAction.SET):
             raise ValueError("settings go with the action 'set'")
+        if (self.jog is not None) != (self.action is ControlAction.JOG):
+            raise ValueError("a speed goes with the action 'jog'")
         named = self.reference
         if named is not None and named.kind in ("samples", "path") and not (named.samples or named.waypoints):
             raise ValueError("the samples are missing: a file's name means nothing to another process")

@@ -93,6 +93,8 @@ def request(draw: random.Random, mode: Mode) -> ControlRequest | None:
         keys["law"] = draw.choice([*LAWS, "", "sensitivit", "\u2603", "x" * 64])
     if action is ControlAction.REFERENCE:
         keys["reference"] = reference(draw)
+    if action is ControlAction.JOG:
+        keys["jog"] = value(draw)
     if action is ControlAction.SET:
         names = (*TUNABLE, "limits.tension_min", "rod.length", "", "\u2603")
         keys["settings"] = {draw.choice(names): abs(value(draw)) for _ in range(draw.randint(1, 3))}
@@ -158,6 +160,7 @@ def _cycle(
         request=None if asked is None else asked.action,
         law=None if asked is None else asked.law,
         reference=None if asked is None else asked.reference,
+        jog=None if asked is None else asked.jog,
         settings={} if asked is None or asked.settings is None else asked.settings,
     )
     before = state.tension_command

@@ -11,6 +11,7 @@ from tendond.daemon.control.commissioning.jump import JumpWatch
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.tracking import TrackingWatch
 from tendond.daemon.control.estimation.moving_base import BasePose
+from tendond.daemon.control.jog.jog import Jog
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import Selection
 from tendond.daemon.control.sensors import UNHEARD, Reading, SensorTrack
@@ -142,6 +143,7 @@ class CycleState:
         readings: those of them that were admitted in this cycle, markers in the base's frame.
         base: measured poses of a moving base, the youngest first. published: position of the newest admitted pose as it
             came [m], where it has been taken into that base's frame.
+        jog: motion of the target by hand; none where the reference goes its own way.
         tuning: tuned gains and limits.
         unreadable: field of the first malformed message and what was wrong with it; empty without one.
     """
@@ -185,6 +187,7 @@ class CycleState:
     readings: tuple[Reading, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
     base: tuple[BasePose, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
     published: tuple[float, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
+    jog: Jog | None = field(default=None, metadata=LEFT_OUT_IF_EMPTY)
     tuning: Tuning = field(default=UNTUNED, metadata=LEFT_OUT_IF_EMPTY)
 
 

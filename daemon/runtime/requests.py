@@ -41,6 +41,7 @@ ORDER = (
     ControlAction.LAW,
     ControlAction.REFERENCE,
     ControlAction.SET,
+    ControlAction.JOG,
 )
 """Order of the requests that wait for a cycle each; a stop comes before all of them."""
 

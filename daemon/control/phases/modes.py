@@ -102,6 +102,8 @@ def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) ->
     action = inputs.request
     if action in (ControlAction.LAW, ControlAction.REFERENCE):
         return _select(setup, state, inputs)
+    if action is ControlAction.JOG:
+        return state, Reply(False, "")  # by the phase that moves the target
     if action is ControlAction.SET:
         return _tune(setup, state, inputs)
     if action in (ControlAction.ARM, ControlAction.PROBE):

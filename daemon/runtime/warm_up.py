@@ -48,6 +48,7 @@ def _track(setup: CycleSetup, state: CycleState) -> None:
     if setup.tunable:  # the first request to tune prepares its checks, which takes many cycles
         settings = {key.path: key.configured for key in setup.tunable.values() if key.rate is not None}
         state, _, _ = step(setup, state, CycleInputs(request=ControlAction.SET, settings=settings))
+    state, _, _ = step(setup, state, CycleInputs(request=ControlAction.JOG, jog=0.0))
     state, _, _ = step(setup, state, CycleInputs(request=ControlAction.STOP))
     fault = replace(state, mode=Mode.FAULT, bad_cycles=replace(state.bad_cycles, solver_failures=1))
     step(setup, fault, CycleInputs(request=ControlAction.RESET))

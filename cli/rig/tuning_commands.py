@@ -38,7 +38,9 @@ def set_(
 
 
 def get(config: Config = None, json: Json = False) -> None:
-    """List the tunable gains and limits: in use, configured, allowed, and how they change.
+    """List the tunable gains and limits.
+
+    With the value in use, the configured one, what is allowed, and how fast it changes.
 
     Example: tendond rig get --config rig.toml
     """

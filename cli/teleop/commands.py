@@ -21,10 +21,10 @@ def teleop(
     ] = None,
     config: Config = None,
 ) -> None:
-    """Move the target by hand while the arm tracks: with keys, or a gamepad.
+    """Move the tracking arm by hand: keys or a gamepad.
 
-    It moves along the tips of resting shapes, within speed, acceleration and workspace. Nothing moves unless a key or
-    the gamepad's shoulder button is held. Without this program the target holds its place.
+    Its target moves along the tips of resting shapes, within speed, acceleration and workspace. Nothing moves unless a
+    key or the gamepad's shoulder button is held. Without this program the target holds its place.
 
     Example: tendond teleop --gamepad auto --record path.csv --config rig.toml
     """

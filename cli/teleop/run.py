@@ -98,7 +98,7 @@ def run_teleop(
     config = load_config(config_file)
     hand: Hand = Keyboard() if gamepad is None else Gamepad(found_gamepad() if gamepad == "auto" else Path(gamepad))
     poses: list[tuple[float, TipPose]] = []
-    with open_client(config.bus.endpoint, CONNECT_SECONDS) as session:
+    with hand, open_client(config.bus.endpoint, CONNECT_SECONDS) as session:
         status = ask_status(session, config.rig.name)
         if status.mode is not Mode.TRACKING:
             text = f"not moved: {status.mode.value}"
@@ -114,8 +114,9 @@ def run_teleop(
 
         stream = Stream(session, config.rig.name, status)
         say(hand.help)
-        with hand:
-            end = _follow(hand, stream, part * speed_max(config), stopped, take_poses)
+        end = _follow(hand, stream, part * speed_max(config), stopped, take_poses)
+        if sys.stdout.isatty():
+            print()
         if end == "stop":
             print(ask(session, config.rig.name, ControlAction.STOP).message)
         else:

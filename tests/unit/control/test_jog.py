@@ -10,7 +10,9 @@ from tendond.daemon.control.jog.jog import JogBounds
 from tendond.daemon.control.reference.planar import PlanarReference
 from tendond.daemon.control.snapshot import decode_state, encode_state
 from tendond.daemon.control.state import CycleState
+from tendond.drivers.simulator.lockstep import watched_loop
 from tendond.schemas.config.reference import ReferenceSection
+from tendond.schemas.config.rig import check_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction
@@ -126,3 +128,17 @@ def test_a_run_goes_on_to_the_last_bit_from_a_state_as_text_while_the_target_mov
         assert replayed.model_dump_json() == record.model_dump_json()
     assert encode_state(again) == encode_state(state)
     assert ReferenceSection.model_validate(state.selection.to_snapshot()["reference"]) == SETUP.selection.section
+
+
+def test_a_law_in_space_follows_a_target_that_is_moved_by_hand() -> None:
+    """It asks the reference for its goal at the end of the step, which the target's own motion gives."""
+    reference = {"across": 0.2, "branch": "below_135", "kind": "minimum_jerk", "duration": 0.3}
+    table = {"control": {"law": "sensitivity"}, "reference": reference}
+    requests: dict[int, ControlAction | CycleInputs] = {5: ControlAction.ARM}
+    requests |= {120 + EVERY * k: CycleInputs(request=ControlAction.JOG, jog=0.08) for k in range(20)}
+    records = [one.record for one in watched_loop(check_config(table, "test"), 280, requests)]
+    moved = records[120:]
+    apart = [np.subtract(one.measured, one.reference.position) for one in moved if one.measured is not None]
+    assert len(apart) == len(moved)
+    assert np.linalg.norm(places(moved)[-1] - places(moved)[0]) > 0.05
+    assert np.abs(apart).max() < 5e-4  # 0.8 mm in a cycle

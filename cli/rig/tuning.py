@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from tendond import TendondError
@@ -116,7 +117,7 @@ def show_values(config_file: Path | None, *, as_json: bool) -> None:
     table = Table("key", "in use", "configured", "allowed", "changes")
     for key, row in rows.items():
         shown = f"{row['value']:g}" + ("" if row["value"] == row["wanted"] else f" -> {row['wanted']:g}")
-        table.add_row(key, shown, f"{row['configured']:g}", str(row["allowed"]), str(row["changes"]))
+        table.add_row(key, shown, f"{row['configured']:g}", escape(str(row["allowed"])), str(row["changes"]))
     Console(width=None if Console().is_terminal else 200).print(table)
     if status.tuned:
         print(f"'tendond rig set --configured{option_of(config_file)}' goes back to the configuration's values")

@@ -41,7 +41,7 @@ def retune(setup: CycleSetup, mode: Mode, tuning: Tuning, settings: dict[str, fl
     if mode is Mode.IDLE:
         present |= settings
     parts = [_in_words(keys[name], present[name], value) for name, value in settings.items()]
-    if remark := convergence_remark(setup.config, config):
+    if any(keys[name].law for name in settings) and (remark := convergence_remark(setup.config, config)):
         parts.append(remark)
     return tuning_of(setup, present, wanted), "; ".join(parts)
 

@@ -13,6 +13,10 @@ import typer
 
 LAW_GROUP = "tendond.laws"
 BUILT_IN_LAWS = ("backstepping", "sliding_mode", "sensitivity", "mpc")
+LAW_GAINS = (
+    *("backstepping.alpha1=1500.0", "backstepping.alpha2=12.5", "sliding_mode.c=2100.0", "sliding_mode.k=12.0"),
+    *("sensitivity.rate=30.0", "sensitivity.smoothing=100.0", "sensitivity.agility=350.0", "mpc.rate=10.0"),
+)
 SCENARIOS = ("plane", "wired", "spatial")
 """Names that are defined beside code that imports the kernels; a test compares."""
 
@@ -106,6 +110,23 @@ def configuration_settings() -> list[str]:
     names = {key.path: key for table in _tables().values() for key in table.keys if "[]" not in key.path}
     found = [one for path, key in names.items() for one in _settings(path, key)]
     return [*(one for one in found if not one.startswith("control.law=")), *(f"control.law={law}" for law in laws())]
+
+
+def tunable_settings() -> list[str]:
+    """Return the tunable keys as KEY=VALUE with the defaults; of the laws the built-in ones."""
+    from tendond.schemas.config.rig import RigConfig
+    from tendond.schemas.config.tunable import MARK
+    from tendond.schemas.errors.keywords import resolved, schema_of
+
+    root = schema_of(RigConfig)
+    sections = {name: resolved(root, node).get("properties", {}) for name, node in root["properties"].items()}
+    found = [
+        f"{section}.{name}={node.get('default', '')}"
+        for section, keys in sections.items()
+        for name, node in keys.items()
+        if MARK in node
+    ]
+    return [*found, *(f"control.laws.{key}" for key in LAW_GAINS)]
 
 
 def begin_a_word_behind_equals(environment: MutableMapping[str, str]) -> None:

@@ -28,5 +28,9 @@ class TargetError(DaemonError):
     """A reference that the rod cannot follow: what was asked, and the nearest that can be."""
 
 
+class TuningError(DaemonError):
+    """A request to tune that cannot be carried out: which key, and what is allowed."""
+
+
 class SafetyError(DaemonError):
     """Constraints of [safety] that the resting arm breaks: which, by how much, and what to do."""

@@ -171,6 +171,24 @@ class SimulatorTruth(Message):
     injected: Annotated[tuple[str, ...], Field(max_length=32, exclude_if=is_empty)] = ()
 
 
+class TunedValue(Schema):
+    """Value of a tuned key, in the key's unit.
+
+    Attributes:
+        value: in use. wanted: to which it moves. configured: of the configuration.
+    """
+
+    value: float
+    wanted: float
+    configured: float
+
+    @property
+    def in_words(self) -> str:
+        """Describe it in a few words."""
+        moving = "" if self.value == self.wanted else f", moves to {self.wanted:g}"
+        return f"{self.value:g} (configured {self.configured:g}{moving})"
+
+
 class Status(Message):
     """The controller's state, each second and on change.
 
@@ -191,6 +209,7 @@ class Status(Message):
         filter: of an observer of kind 'kalman'; left out of others.
         safety: constraint of [safety] that alters the command in this cycle, and by how much; left out where none does.
         refused: reason why no pose or message is used, with the first malformed field; empty where all are used.
+        tuned: tuned keys of the configuration; left out where all are as configured.
         loop: timing and log.
     """
 
@@ -212,4 +231,5 @@ class Status(Message):
     filter: FilterHealth | None = Field(None, exclude_if=lambda value: value is None)
     safety: str = Field("", exclude_if=is_empty)
     refused: str = ""
+    tuned: dict[str, TunedValue] = Field(default_factory=dict, exclude_if=is_empty)
     loop: LoopHealth

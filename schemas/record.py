@@ -22,7 +22,8 @@ class CycleInputs(Schema):
     Attributes:
         pose: the newest one that arrived since the last cycle, if any did.
         tendon_state: likewise.
-        request: request of the operator, if there is one; law, reference: its subject.
+        request: request of the operator, if there is one; law, reference, settings, jog: its subject;
+            settings and jog are left out where there are none.
         unreadable: payloads that arrived since the last cycle and were no messages: how many, by reason.
         unreadable_detail: wrong field of the first of those, and its defect.
         others: further publishers received since the last cycle, by key: their newest identity. "controller" is
@@ -45,6 +46,8 @@ class CycleInputs(Schema):
     pose_lag: float | None = None
     readings: dict[str, SensorReading] = Field(default_factory=dict, exclude_if=is_empty)
     reading_lags: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
+    settings: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
+    jog: float | None = Field(None, exclude_if=lambda value: value is None)
 
 
 class ReferencePoint(Schema):
@@ -199,6 +202,7 @@ class CycleRecord(Schema):
         law: name of the law in use.
         limited: limits that the command met.
         safety: what the safety filter did; left out where it did nothing.
+        tuned: values in use of the tuned keys of the configuration; left out where all are as configured.
         model: the rod after the cycle.
         command: command that was published.
     """
@@ -225,6 +229,7 @@ class CycleRecord(Schema):
     law: str = ""
     limited: tuple[str, ...]
     safety: Intervention | None = Field(None, exclude_if=lambda value: value is None)
+    tuned: dict[str, float] = Field(default_factory=dict, exclude_if=is_empty)
     model: ModelState
     command: TendonCommand
 

@@ -50,6 +50,8 @@ _REQUESTS = {
     ControlAction.STATUS: "return the status",
     ControlAction.REFERENCE: "select another reference, while idle",
     ControlAction.LAW: "select another law, while idle",
+    ControlAction.JOG: "move the target at a speed, while tracking, until the next request or a timeout",
+    ControlAction.SET: "tune gains and limits; some only while idle",
 }
 
 TOPICS = (

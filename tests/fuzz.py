@@ -45,6 +45,8 @@ MESSAGES: tuple[Schema, ...] = (
     ControlRequest(action=ControlAction.ARM),
     ControlRequest(action=ControlAction.LAW, law="backstepping"),
     ControlRequest(action=ControlAction.REFERENCE, reference=ReferenceSection(across=0.3)),
+    ControlRequest(action=ControlAction.SET, settings={"control.laws.backstepping.alpha1": 900.0}),
+    ControlRequest(action=ControlAction.JOG, jog=-0.05),
     ControlReply(done=True, message="armed"),
 )
 REASONS = {

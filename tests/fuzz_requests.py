@@ -21,11 +21,12 @@ from tendond.daemon.control.cycle import step
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import CycleState, initial_state
+from tendond.daemon.control.tuning.keys import tunable_keys
 from tendond.daemon.runtime.planner import make_plan
 from tendond.drivers.simulator.lockstep import without_probe
 from tendond.drivers.simulator.plant import Plant
 from tendond.model.rods.selection import rod_from_section
-from tendond.schemas.config.rig import check_config
+from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode
 from tendond.schemas.record import CycleInputs, CycleRecord
 from tendond.schemas.requests import ControlAction, ControlRequest
@@ -33,6 +34,7 @@ from tendond.schemas.wire import decode, encode
 
 KINDS = ("exponential", "step", "minimum_jerk", "samples", "point", "line", "circle", "helix", "figure_eight")
 EDGES = (0.0, -0.0, 1e-12, -1e-12, 1e-3, 0.05, -0.1, 0.2, 0.34, 0.5, -0.5, 0.7, 1.0, 3.2, -6.3, 10.0, 1e3, 1e9, 5e-324)
+TUNABLE = tuple(tunable_keys(RigConfig().with_own_rates()))
 LIKELY = {Mode.IDLE: ControlAction.REFERENCE, Mode.TRACKING: ControlAction.STOP, Mode.FAULT: ControlAction.RESET}
 """Drawn more often in these modes, or most requests would be refused for their mode."""
 
@@ -91,6 +93,11 @@ def request(draw: random.Random, mode: Mode) -> ControlRequest | None:
         keys["law"] = draw.choice([*LAWS, "", "sensitivit", "\u2603", "x" * 64])
     if action is ControlAction.REFERENCE:
         keys["reference"] = reference(draw)
+    if action is ControlAction.JOG:
+        keys["jog"] = value(draw)
+    if action is ControlAction.SET:
+        names = (*TUNABLE, "limits.tension_min", "rod.length", "", "\u2603")
+        keys["settings"] = {draw.choice(names): abs(value(draw)) for _ in range(draw.randint(1, 3))}
     try:
         return decode(ControlRequest, encode(ControlRequest.model_validate_json(json.dumps(keys))))
     except ValidationError:
@@ -153,6 +160,8 @@ def _cycle(
         request=None if asked is None else asked.action,
         law=None if asked is None else asked.law,
         reference=None if asked is None else asked.reference,
+        jog=None if asked is None else asked.jog,
+        settings={} if asked is None or asked.settings is None else asked.settings,
     )
     before = state.tension_command
     state, command, record = step(setup, state, inputs)

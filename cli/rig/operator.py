@@ -36,7 +36,7 @@ def operate(action: str, config_file: Path | None) -> None:
     Raises:
         TendondError: no controller, or it refused.
     """
-    _request(config_file, ControlRequest(action=ControlAction(action)))
+    send(config_file, ControlRequest(action=ControlAction(action)))
 
 
 def select_law(name: str, config_file: Path | None) -> None:
@@ -45,7 +45,7 @@ def select_law(name: str, config_file: Path | None) -> None:
     Raises:
         TendondError: no controller, or it refused.
     """
-    _request(config_file, ControlRequest(action=ControlAction.LAW, law=name[:64]))
+    send(config_file, ControlRequest(action=ControlAction.LAW, law=name[:64]))
 
 
 def set_reference(settings: list[str], config_file: Path | None) -> None:
@@ -79,7 +79,7 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         raise UsageError("\n".join(f"reference: {line}" for line in explain(error, ReferenceSection))) from error
     if len(encode(wanted)) > LARGEST_PAYLOAD:
         raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
-    _request(config_file, wanted)
+    send(config_file, wanted)
 
 
 def check_lengths(table: dict[str, Any], length: float) -> None:
@@ -130,7 +130,12 @@ def _value(text: str) -> Any:
         return text
 
 
-def _request(config_file: Path | None, wanted: ControlRequest) -> None:
+def send(config_file: Path | None, wanted: ControlRequest) -> None:
+    """Send a request and print the reply as a sentence.
+
+    Raises:
+        TendondError: no controller, or it refused.
+    """
     config = load_config(config_file)
     changes = wanted.action in (ControlAction.LAW, ControlAction.REFERENCE)
     with working("waiting for the controller to plan it", quiet=not changes):
@@ -189,11 +194,16 @@ def status_table(status: Status, to_clear: str = "") -> Table:
         **({"filter": status.filter.in_words} if status.filter else {}),
         **({"safety": status.safety} if status.safety else {}),
         **({"refused": status.refused} if status.refused else {}),
+        **({"tuned": "\n".join(_tuned(status))} if status.tuned else {}),
         "log": status.loop.log_error or f"{status.loop.log_dropped} entries dropped{_days(status.loop.log_days_left)}",
     }
     for name, value in rows.items():
         table.add_row(name, value)
     return table
+
+
+def _tuned(status: Status) -> list[str]:
+    return [f"{key} = {one.in_words}" for key, one in status.tuned.items()]
 
 
 def _sensors(status: Status) -> list[str]:

@@ -43,6 +43,7 @@ def health_rows(status: Status) -> list[Text]:
         *([labelled("safety", Text(status.safety, style=BAD))] if status.safety else []),
         *([labelled("refused", Text(status.refused, style=BAD))] if status.refused else []),
         labelled("log", Text(log, style=BAD if loop.log_error else WARN if loop.log_dropped else "")),
+        *(labelled("tuned", Text(text, style=WARN)) for text in tuned_in_words(status)),
     ]
 
 
@@ -60,6 +61,11 @@ def _filter(status: Status) -> list[Text]:
 def sensors_in_words(status: Status) -> list[str]:
     """Return rate or silence of each sensor."""
     return [f"{name} {health.in_words}" for name, health in status.sensors.items()]
+
+
+def tuned_in_words(status: Status) -> list[str]:
+    """Return each tuned key, without the table of all laws, and its value."""
+    return [f"{key.removeprefix('control.laws.')} = {one.in_words}" for key, one in status.tuned.items()]
 
 
 def _sensor_text(status: Status) -> Text:

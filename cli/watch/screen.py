@@ -6,7 +6,18 @@ from rich.text import Text
 
 from tendond.cli.watch.bus_snapshot import SILENT_SECONDS, BusSnapshot, Stream
 from tendond.cli.watch.canvas import Canvas
-from tendond.cli.watch.health import BAD, DIM, GOOD, LABEL, WARN, folded, health_rows, labelled, sensors_in_words
+from tendond.cli.watch.health import (
+    BAD,
+    DIM,
+    GOOD,
+    LABEL,
+    WARN,
+    folded,
+    health_rows,
+    labelled,
+    sensors_in_words,
+    tuned_in_words,
+)
 from tendond.cli.watch.rod import sketch
 from tendond.cli.watch.text import bar, millimetre, millimetres, padded, sparkline, wrapped
 from tendond.schemas.config.rig import RigConfig
@@ -82,6 +93,8 @@ def line(snapshot: BusSnapshot, config: RigConfig, now: float, option: str = "")
         parts.append(f"filter: {status.filter.in_words}")
     if status.sensors:
         parts.append(f"sensors {'; '.join(sensors_in_words(status))}")
+    if status.tuned:
+        parts.append(f"tuned {'; '.join(tuned_in_words(status))}")
     parts.append(f"cycle {status.loop.cycle_ms_median:.2f} ms, {status.loop.missed_ticks} missed")
     return ", ".join(parts)
 
@@ -149,12 +162,14 @@ def _tendons(snapshot: BusSnapshot, config: RigConfig, width: int) -> list[Text]
         return [labelled("tension", Text("-"))]
     at_tip = () if snapshot.status is None else snapshot.status.tip_tension
     size = max(4, width - 4 - 1 - 8 - 2 * 9 - (8 if at_tip else 0))
-    heading = f" of {limits.tension_max:g} N"
+    tuned = None if snapshot.status is None else snapshot.status.tuned.get("limits.tension_max")
+    tension_max = limits.tension_max if tuned is None else tuned.value
+    heading = f" of {tension_max:.3g} N"
     extra = f"{'at tip':>8}" if at_tip else ""
     rows = [Text(f"{heading:<{size + 5}}{'N':>8}{extra}{'mm':>9}{'measured':>9}", style=DIM)]
     pulls = (config.control.agonist, config.control.antagonist)
     for index, (tension, displacement) in enumerate(zip(command.tension, command.displacement, strict=True)):
-        part = tension / limits.tension_max
+        part = tension / tension_max
         limit = limits.displacement_max if displacement >= 0.0 else -limits.displacement_min
         reported = state.displacement[index : index + 1] if state is not None else ()
         rows.append(

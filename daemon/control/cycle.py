@@ -6,6 +6,7 @@ The same `step` runs live and in lockstep with the simulator; on recorded inputs
 from tendond.daemon.control.phases.admission import admit
 from tendond.daemon.control.phases.decision import Wanted, decide, tracking_time
 from tendond.daemon.control.phases.estimation import estimate
+from tendond.daemon.control.phases.jogging import jog
 from tendond.daemon.control.phases.modes import ACTIVE, advance_mode
 from tendond.daemon.control.phases.monitors import watch_tip
 from tendond.daemon.control.phases.prediction import Predicted, limit, predict
@@ -38,14 +39,20 @@ def step(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[Cyc
 
 def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Response:
     """Run one cycle up to its command, phase by phase; arguments as in `step`."""
+    state = advance_tuning(setup, state)
     admission = admit(setup, state, inputs)
     state, reply = advance_mode(setup, admission.state, inputs, admission.fresh)
+    selection = state.selection
+    state, reply = jog(setup, state, inputs, reply)
     state, measured = estimate(setup, state, admission.fresh)
     state, reference = refer(setup, state, admission.fresh)
     wanted = decide(setup, state, measured, reference)
+    setup = state.tuning.applied_to(setup)
     protected = protect(setup, state, limit(setup, state, wanted.tension))
     predicted = predict(setup, protected.state, protected.limited)
     state = conclude(setup, predicted, wanted, reference, altered=protected.intervention is not None)
+    if state.selection is not selection:  # that of a target in motion by hand is made anew in each cycle
+        state = changed(state, selection=selection)
     return Response(
         state=state,
         command=command_of(state),
@@ -59,6 +66,12 @@ def respond(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> Respon
         safety=protected.intervention,
         error=predicted.error,
     )
+
+
+def advance_tuning(setup: CycleSetup, state: CycleState) -> CycleState:
+    """Move tuned gains and limits by a cycle towards what was asked for."""
+    tuning = state.tuning.advance(setup)
+    return state if tuning is state.tuning else changed(state, tuning=tuning)
 
 
 def refer(setup: CycleSetup, state: CycleState, fresh: bool) -> tuple[CycleState, ReferencePoint]:

@@ -98,6 +98,7 @@ def write_record(setup: CycleSetup, response: Response) -> CycleRecord:
         law=state.selection.law_name,
         limited=response.limited,
         safety=response.safety,
+        tuned=state.tuning.present,
         model=ModelState.trusted(
             position=_vector(state.tip.position),
             orientation=quaternion(state.tip.rotation),

@@ -18,6 +18,7 @@ from tendond.daemon.control.sensors import Sensor, configured_sensors
 from tendond.daemon.control.servos import configured_servo
 from tendond.daemon.control.tasks.horizon import HorizonSpace
 from tendond.daemon.control.thresholds import Thresholds
+from tendond.daemon.control.tuning.keys import TunableKey, tunable_keys
 from tendond.model.estimation.kalman.estimator import Estimator
 from tendond.model.estimation.observer_gains import ObserverGains
 from tendond.model.estimation.residual import Residual, residual_of
@@ -51,6 +52,7 @@ class CycleSetup:
         residual: learned correction of the model's tip, if there is one.
         slack: tension below which a tendon that is commanded slack counts as slack [N].
         sensors: configured ones beside the pose, by name.
+        tunable: keys that may change while the controller runs, by path.
         barrier: the safety filter; none where nothing is configured.
     """
 
@@ -69,6 +71,7 @@ class CycleSetup:
     residual: Residual | None
     slack: float
     sensors: dict[str, Sensor]
+    tunable: dict[str, TunableKey]
     barrier: Barrier | None = None
     plans: PlanCache = field(default_factory=PlanCache)
 
@@ -103,6 +106,7 @@ class CycleSetup:
             residual=None if section.residual is None else residual_of(section.residual),
             slack=SLACK * scale if math.isfinite(scale) else SLACK,
             sensors=configured_sensors(config),
+            tunable=tunable_keys(config),
             barrier=configured_barrier(config, rod, lag_factor_of(section.lag, period)),
         )
 

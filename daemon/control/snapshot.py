@@ -7,7 +7,7 @@ functions (a law, a reference) says itself what of it is data and is made again 
 import base64
 import dataclasses
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from enum import Enum
 from functools import cache
 from typing import (
@@ -37,7 +37,7 @@ SNAPSHOT_VERSION: Literal[2] = 2
 
 
 LEFT_OUT_IF_EMPTY = {"left_out_if_empty": True}
-"""Metadata of a dataclass's field, with a default, whose empty container is left out of the text."""
+"""Metadata of a dataclass's field, with a default, whose empty container, or none, is left out of the text."""
 
 
 class Rebuilt(Protocol):
@@ -105,7 +105,7 @@ def to_plain(value: Any) -> Any:
         kept = {
             field.name: getattr(value, field.name)
             for field in dataclasses.fields(value)
-            if not field.metadata or len(getattr(value, field.name)) > 0
+            if not field.metadata or not _is_left_out(getattr(value, field.name))
         }
         return {name: to_plain(one) for name, one in kept.items()}
     if isinstance(value, Enum):
@@ -115,6 +115,10 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [to_plain(item) for item in value]
     return value
+
+
+def _is_left_out(value: Any) -> bool:
+    return value is None or (isinstance(value, Sized) and len(value) == 0)
 
 
 def from_plain(kind: Any, value: Any, setup: Any) -> Any:

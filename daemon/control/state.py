@@ -11,6 +11,7 @@ from tendond.daemon.control.commissioning.jump import JumpWatch
 from tendond.daemon.control.commissioning.probe import Probe
 from tendond.daemon.control.commissioning.tracking import TrackingWatch
 from tendond.daemon.control.estimation.moving_base import BasePose
+from tendond.daemon.control.jog.jog import Jog
 from tendond.daemon.control.law_state import LawState
 from tendond.daemon.control.selection import Selection
 from tendond.daemon.control.sensors import UNHEARD, Reading, SensorTrack
@@ -18,6 +19,7 @@ from tendond.daemon.control.servos import ServoMotion
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.snapshot import LEFT_OUT_IF_EMPTY
 from tendond.daemon.control.sources import Sources
+from tendond.daemon.control.tuning.tuning import UNTUNED, Tuning
 from tendond.model.estimation.kalman.state import EstimatorState
 from tendond.model.estimation.observer import ObserverState, start_observer
 from tendond.model.rod.tip import Tip
@@ -141,6 +143,8 @@ class CycleState:
         readings: those of them that were admitted in this cycle, markers in the base's frame.
         base: measured poses of a moving base, the youngest first. published: position of the newest admitted pose as it
             came [m], where it has been taken into that base's frame.
+        jog: motion of the target by hand; none where the reference goes its own way.
+        tuning: tuned gains and limits.
         unreadable: field of the first malformed message and what was wrong with it; empty without one.
     """
 
@@ -183,6 +187,8 @@ class CycleState:
     readings: tuple[Reading, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
     base: tuple[BasePose, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
     published: tuple[float, ...] = field(default=(), metadata=LEFT_OUT_IF_EMPTY)
+    jog: Jog | None = field(default=None, metadata=LEFT_OUT_IF_EMPTY)
+    tuning: Tuning = field(default=UNTUNED, metadata=LEFT_OUT_IF_EMPTY)
 
 
 def followed_sources(state: CycleState) -> dict[str, str]:

@@ -201,7 +201,7 @@ class Loop:
                 raise
             self._request_queue.fail(error)
             self._run_log.warning(f"the request '{inputs.request.value}' failed: {traceback.format_exc()}")
-            without = {"request": None, "law": None, "reference": None}
+            without: dict[str, object] = {"request": None, "law": None, "reference": None, "settings": {}, "jog": None}
             return respond(self._setup, self._state, inputs.model_copy(update=without))
 
     def _ready(self, arrivals: Arrivals) -> Response | None:
@@ -234,6 +234,8 @@ def _inputs(
         pose_lag=arrivals.pose_lag,
         readings=dict(arrivals.readings),
         reading_lags=dict(arrivals.reading_lags),
+        jog=None if request is None else request.jog,
+        settings={} if request is None or request.settings is None else request.settings,
     )
 
 

@@ -40,6 +40,8 @@ ORDER = (
     ControlAction.PROBE,
     ControlAction.LAW,
     ControlAction.REFERENCE,
+    ControlAction.SET,
+    ControlAction.JOG,
 )
 """Order of the requests that wait for a cycle each; a stop comes before all of them."""
 

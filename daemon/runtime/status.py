@@ -10,8 +10,9 @@ from tendond.daemon.control.sensors import Sensor, SensorTrack
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.sources import Sources
 from tendond.daemon.control.state import CycleState
+from tendond.daemon.control.tuning.tuning import Tuning
 from tendond.schemas.health import ContactHealth, FilterHealth, LoopHealth, SensorHealth
-from tendond.schemas.messages import Status
+from tendond.schemas.messages import Status, TunedValue
 from tendond.schemas.record import ContactEstimate, CycleRecord, Intervention, ObserverEstimate
 
 
@@ -47,8 +48,19 @@ def status_of(setup: CycleSetup, state: CycleState, record: CycleRecord, seq: in
         filter=filter_health(record.observer),
         safety=intervention_in_words(record.safety),
         refused=describe_refusals(state),
+        tuned=tuned_values(setup, state.tuning),
         loop=health,
     )
+
+
+def tuned_values(setup: CycleSetup, tuning: Tuning) -> dict[str, TunedValue]:
+    """Return the tuned keys with their values."""
+    if not tuning:
+        return {}
+    return {
+        name: TunedValue(value=value, wanted=tuning.wanted[name], configured=setup.tunable[name].configured)
+        for name, value in tuning.present.items()
+    }
 
 
 def sensor_health(sensor: Sensor, track: SensorTrack, period: float) -> SensorHealth:

@@ -45,6 +45,10 @@ def _track(setup: CycleSetup, state: CycleState) -> None:
     for seq in range(CYCLES):
         pose = TipPose(seq=seq, stamp_ns=0, position=tuple(tip.position.tolist()), orientation=(1.0, 0.0, 0.0, 0.0))
         state, _, _ = step(setup, state, CycleInputs(pose=pose))
+    if setup.tunable:  # the first request to tune prepares its checks, which takes many cycles
+        settings = {key.path: key.configured for key in setup.tunable.values() if key.rate is not None}
+        state, _, _ = step(setup, state, CycleInputs(request=ControlAction.SET, settings=settings))
+    state, _, _ = step(setup, state, CycleInputs(request=ControlAction.JOG, jog=0.0))
     state, _, _ = step(setup, state, CycleInputs(request=ControlAction.STOP))
     fault = replace(state, mode=Mode.FAULT, bad_cycles=replace(state.bad_cycles, solver_failures=1))
     step(setup, fault, CycleInputs(request=ControlAction.RESET))

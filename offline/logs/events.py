@@ -35,6 +35,7 @@ def events(records: Sequence[CycleRecord]) -> list[Event]:
     """List the events of a run, in order."""
     found = []
     mode: Mode | None = None
+    jogged = ""
     for record in records:
 
         def add(kind: str, text: str, record: CycleRecord = record) -> None:
@@ -42,7 +43,10 @@ def events(records: Sequence[CycleRecord]) -> list[Event]:
 
         if record.inputs.request not in (None, ControlAction.STATUS):  # to ask is not to request
             assert record.inputs.request is not None
-            add(REQUEST, f"{record.inputs.request.value}: {record.reply}")
+            text = f"{record.inputs.request.value}: {record.reply}"
+            if record.inputs.request is not ControlAction.JOG or text != jogged:  # these are streamed
+                add(REQUEST, text)
+            jogged = text if record.inputs.request is ControlAction.JOG else ""
         if record.mode is not mode:
             add(FAULT if record.mode is Mode.FAULT else MODE, f"{record.mode.value}: {record.reason}")
             mode = record.mode

@@ -59,6 +59,9 @@ def _is_papers(log: LogFile) -> bool:
     rods = [config.rod, *([config.simulator.rod] if log.truth else [])]
     robot = all(getattr(rod, key) == getattr(paper, key) for rod in rods for key in ROBOT)
     reference = (config.reference.kind, config.reference.rate) == (ReferenceSection().kind, ReferenceSection().rate)
-    changed = any(record.inputs.reference is not None or record.inputs.law is not None for record in log.records)
+    changed = any(
+        record.inputs.law is not None or record.inputs.reference is not None or record.inputs.jog is not None
+        for record in log.records
+    ) or any(record.tuned for record in log.records)
     loads = config.simulator.impacts or config.simulator.weight.mass > 0.0
     return robot and reference and not changed and not loads

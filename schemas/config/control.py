@@ -6,6 +6,7 @@ from pydantic import Field, JsonValue, model_validator
 
 from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import NotNegative, Positive
+from tendond.schemas.config.tunable import tunable, tunable_while_idle
 
 
 class LoopSection(Schema):
@@ -70,6 +71,11 @@ class ControlSection(Schema):
     )
 
 
+LIMIT_RATE = 0.2
+"""Largest relative rate of a limit's change while armed [1/s]: 12 N/s of the default tension_max, a fifth of the
+rate at which tendons are released: a lowered limit takes the command down more slowly than a stop does."""
+
+
 class LimitsSection(Schema):
     """[limits]: limits of every command; the servo driver checks its own as well."""
 
@@ -80,12 +86,14 @@ class LimitsSection(Schema):
             gt=0.0,
             le=500.0,
             description="largest tension of a tendon [N]; default with [servo]: no more than servo.load_max",
+            json_schema_extra=tunable(LIMIT_RATE, lower_only=True),
         ),
     ] = 60.0
     tension_rate: NotNegative = Field(
         0.0,
         description="largest rate of the tension [N/s]; 0: derived, twice what the rod's first natural frequency"
         " can follow",
+        json_schema_extra=tunable(LIMIT_RATE, lower_only=True),
     )
     displacement_min: Annotated[
         float,
@@ -101,19 +109,23 @@ class LimitsSection(Schema):
             ge=0.0,
             le=1.0,
             description="largest displacement of a tendon [m]; default with [servo]: within servo.displacement_max",
+            json_schema_extra=tunable_while_idle(lower_only=True),
         ),
     ] = 0.12
     displacement_rate: NotNegative = Field(
         0.0,
         description="largest rate of the displacement [m/s]; 0: derived, as tension_rate; with [servo] no faster than"
         " the servos",
+        json_schema_extra=tunable(LIMIT_RATE, lower_only=True),
     )
     input_gain_min: Annotated[float, Field(gt=0.0, le=1e3)] = Field(
         1.0,
         description="smallest input gain b_c that the laws divide by [m/s^2/N]; b_c vanishes as the rod straightens",
     )
     slack: Annotated[float, Field(ge=0.0, le=0.05)] = Field(
-        0.0, description="extra length given to a tendon without tension, beyond the model's [m]"
+        0.0,
+        description="extra length given to a tendon without tension, beyond the model's [m]",
+        json_schema_extra=tunable_while_idle(),
     )
     release_rate: Positive = Field(60.0, description="rate at which the tension is released [N/s]")
     limit_time: Positive = Field(1.0, description="time at a limit after which the command is a fault [s]")

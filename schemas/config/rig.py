@@ -30,6 +30,7 @@ from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
 from tendond.schemas.config.servo import ServoSection, servo_objections
 from tendond.schemas.config.simulator import SimulatorSection
+from tendond.schemas.config.teleop import TeleopSection
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.errors.explain import Objection, in_file, objections
 from tendond.schemas.errors.keywords import Path
@@ -67,6 +68,7 @@ class RigConfig(Schema):
     vicon: ViconSection | None = None
     servo: ServoSection | None = None
     sensors: tuple[SensorSection, ...] = Field((), max_length=16, exclude_if=is_empty)
+    teleop: TeleopSection = Field(TeleopSection(), exclude_if=lambda value: value == TeleopSection())
     safety: SafetySection | None = Field(None, exclude_if=lambda value: value is None)
 
     def with_own_rates(self) -> "RigConfig":

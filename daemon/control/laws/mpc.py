@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tendond.daemon.control.laws.law import Convergence, Decision, LawTerms, StatefulLaw
+from tendond.daemon.control.laws.law import GAIN_RATE, Convergence, Decision, LawTerms, StatefulLaw
 from tendond.daemon.control.predictive import program
 from tendond.daemon.control.predictive.limits import (
     displacement_rows,
@@ -33,6 +33,7 @@ from tendond.daemon.control.predictive.rollout import Rollout
 from tendond.daemon.control.tasks.horizon import HorizonKeys, HorizonObservation, HorizonSpace
 from tendond.model.errors import ConvergenceError
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.tunable import tunable
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class Parameters(HorizonKeys):
     solver's iterations in a cycle.
     """
 
-    rate: Annotated[float, Field(gt=0.0, le=1e4)] = 10.0
+    rate: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra=tunable(GAIN_RATE))] = 10.0
     effort: Annotated[float, Field(ge=0.0, le=1.0)] = 1e-5
     slack: Annotated[float, Field(ge=0.0, le=1.0)] = 1e-6
     trust: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0

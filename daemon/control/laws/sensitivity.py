@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from tendond.daemon.control.laws.law import (
+    GAIN_RATE,
     Convergence,
     Decision,
     LawParameters,
@@ -35,6 +36,7 @@ from tendond.daemon.control.pose.task import PoseObservation
 from tendond.daemon.control.tasks.observation import Prediction
 from tendond.daemon.control.tasks.space import SPACE
 from tendond.schemas.base import Vector3
+from tendond.schemas.config.tunable import tunable
 
 Array = NDArray[np.float64]
 
@@ -47,9 +49,9 @@ class Parameters(LawParameters):
     takes away in a cycle [-]; rate, smoothing and damping have no effect there.
     """
 
-    rate: Annotated[float, Field(gt=0.0, le=1e4)] = 30.0
-    smoothing: Annotated[float, Field(gt=0.0, le=1e4)] = 100.0
-    agility: Annotated[float, Field(gt=0.0, le=1e6)] = 350.0
+    rate: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra=tunable(GAIN_RATE))] = 30.0
+    smoothing: Annotated[float, Field(gt=0.0, le=1e4, json_schema_extra=tunable(GAIN_RATE))] = 100.0
+    agility: Annotated[float, Field(gt=0.0, le=1e6, json_schema_extra=tunable(GAIN_RATE))] = 350.0
     damping: Annotated[float, Field(ge=0.0, le=1.0)] = 0.02
     active_damping: Annotated[float, Field(ge=0.0, le=0.5)] = 0.2
 

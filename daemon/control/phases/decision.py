@@ -63,7 +63,8 @@ def decide(setup: CycleSetup, state: CycleState, measured: Array | None, referen
 def _run_law(state: CycleState, situation: Situation) -> tuple[Ruling, LawState | None]:
     """Run the selected law with its state; tracking begins with the law's own."""
     selection = state.selection
-    law, parameters = selection.law, selection.parameters
+    law = selection.law
+    parameters = state.tuning.parameters_of(selection.law_name, selection.parameters)
     before: Any = law.start(parameters) if state.law_state is None else state.law_state.value
     ruling = selection.task.rule(lambda observation: law.decide(parameters, observation, before), situation)
     after = ruling.decision.state

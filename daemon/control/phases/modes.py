@@ -22,6 +22,7 @@ from tendond.daemon.control.phases.monitors import (
 from tendond.daemon.control.safety.configured import target_remark
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import BadCycles, CycleState, changed, started_observer
+from tendond.daemon.control.tuning.request import retune
 from tendond.daemon.errors import DaemonError
 from tendond.model.errors import ModelError
 from tendond.schemas.messages import ACTIVE as ACTIVE
@@ -101,6 +102,10 @@ def handle_request(setup: CycleSetup, state: CycleState, inputs: CycleInputs) ->
     action = inputs.request
     if action in (ControlAction.LAW, ControlAction.REFERENCE):
         return _select(setup, state, inputs)
+    if action is ControlAction.JOG:
+        return state, Reply(False, "")  # by the phase that moves the target
+    if action is ControlAction.SET:
+        return _tune(setup, state, inputs)
     if action in (ControlAction.ARM, ControlAction.PROBE):
         refusal = _arming_refused(setup, state)
         if refusal:
@@ -177,6 +182,15 @@ def _select(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[
     except (DaemonError, ModelError) as error:
         return state, Reply(False, "not changed: " + "; ".join(str(error).splitlines()))
     return changed(state, selection=selection), Reply(True, done)
+
+
+def _tune(setup: CycleSetup, state: CycleState, inputs: CycleInputs) -> tuple[CycleState, Reply]:
+    """Take other values of gains and limits as wanted; they move there in the cycles that follow."""
+    try:
+        tuning, done = retune(setup, state.mode, state.tuning, inputs.settings)
+    except DaemonError as error:
+        return state, Reply(False, "not set: " + "; ".join(str(error).splitlines()))
+    return changed(state, tuning=tuning), Reply(True, done)
 
 
 def _arming_refused(setup: CycleSetup, state: CycleState) -> str:

@@ -11,7 +11,9 @@ import pytest
 from tendond.cli import completion
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.laws.registry import GROUP
+from tendond.daemon.control.tuning.keys import tunable_keys
 from tendond.offline.demo.scenarios import SCENARIOS
+from tendond.schemas.config.rig import RigConfig
 
 BREAKS = "="
 """Characters that end a word in bash, of those in the lines below."""
@@ -69,6 +71,8 @@ def folder(tmp_path: Path) -> Path:
         ("tendond log what-if run.mcap --set limits.tension_m", {"limits.tension_max=60.0"}),
         ("tendond log what-if run.mcap --law ", set(completion.BUILT_IN_LAWS)),
         ("tendond rig law sen", {"sensitivity"}),
+        ("tendond rig set limits.tension_m", {"limits.tension_max=60.0"}),
+        ("tendond rig set control.laws.b", {f"control.laws.{key}" for key in completion.LAW_GAINS if key[0] == "b"}),
         ("tendond study robustness --law sl", {"sliding_mode"}),
         ("tendond study stability --robot rao", {"rao-2021"}),
         ("tendond config show --preset fra", {"franka-tdcr-v4"}),
@@ -92,7 +96,14 @@ def test_bash_completes(line: str, expected: set[str], folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["tendond rig law ", "tendond rig reference ", "tendond plot ", "tendond log what-if a --set l"]
+    "line",
+    [
+        "tendond rig law ",
+        "tendond rig set ",
+        "tendond rig reference ",
+        "tendond plot ",
+        "tendond log what-if a --set l",
+    ],
 )
 def test_completion_imports_no_kernel(line: str, folder: Path) -> None:
     code = (
@@ -115,3 +126,6 @@ def test_the_names_that_are_repeated_for_completion_are_those_of_the_program() -
     assert set(completion.laws()) == set(LAWS)
     assert tuple(SCENARIOS) == completion.SCENARIOS
     assert completion.LAW_GROUP == GROUP
+    keys = tunable_keys(RigConfig()).values()
+    gains = {f"{key.law}.{key.name}={key.configured}" for key in keys if key.law in completion.BUILT_IN_LAWS}
+    assert gains == set(completion.LAW_GAINS)

@@ -1,0 +1,1 @@
+"""`tendond teleop`: move the target by hand, with keys or a gamepad."""

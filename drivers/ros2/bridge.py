@@ -40,7 +40,7 @@ HEALTH_SECONDS = 1.0
 SILENCE_SECONDS = 3.0
 """Time without a status, which comes each second, after which the controller's health is stale [s]."""
 
-ROUTER_SECONDS = 10.0
+ROUTER_SECONDS = 5.0
 CLOCK_SECONDS = 1.0
 """Age beyond which a stamp is taken for another host's clock, and the arrival is given instead [s]."""
 

@@ -3,6 +3,7 @@
 On the rig's bus it is a client that subscribes, and asks what an operator asks; the loop knows nothing of it.
 """
 
+import gc
 import threading
 import time
 from collections.abc import Callable
@@ -89,6 +90,8 @@ class Bridge:
             ):
                 operator = Operator(partial(_ask, bus, self._config.rig.name))
                 self._join(ros, operator)
+                gc.collect()
+                gc.freeze()  # else a full collection, of all that was imported, delays a pose by milliseconds
                 self._host.supervisor.ready("connected")
                 self._relay(bus, operator)
         except StoppedError:
@@ -123,7 +126,9 @@ class Bridge:
                 stamp = wall_time(state.stamp_ns)
                 joints = self._messages.joints(stamp, state.displacement, state.tension)
                 self._publish(self._topics.tendon_state, joints)
+            commanded = False
             for command in commands:
+                commanded = True
                 stamp = wall_time(command.stamp_ns)
                 joints = self._messages.joints(stamp, command.displacement, command.tension)
                 self._publish(self._topics.tendon_command, joints)
@@ -131,7 +136,8 @@ class Bridge:
             for status in statuses:
                 self._send_status(status)
             now = time.monotonic()
-            if now >= next_shape:
+            # behind a command, when the next pose is a cycle away: a picture takes a while
+            if now >= next_shape and (commanded or now >= next_shape + SHAPE_SECONDS):
                 next_shape = now + SHAPE_SECONDS
                 self._send_shape()
             if now >= next_health:

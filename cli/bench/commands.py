@@ -95,9 +95,10 @@ def bench_latency(json: Json = False) -> None:
 
 @bench.command("ros2")
 def bench_ros2(json: Json = False) -> None:
-    """Benchmark the bridge to ROS 2: time from a pose on the bus to the same pose there.
+    """Benchmark the bridge to ROS 2.
 
-    Real processes on a real bus; needs the extra 'ros2' and takes half a minute.
+    Times a pose on the bus to the same pose there. Real processes on a real bus; needs the extra
+    'ros2' and takes half a minute.
 
     Example: tendond bench ros2 --json
     """

@@ -19,8 +19,9 @@ def run_bridge(config_file: Path | None, router: str, domain: int, distribution:
         TendondError: the configuration cannot be used, or there is no controller or router.
     """
     config = load_config(config_file)
-    need("rosbags")
+    need("rosbags")  # before the rod model, whose import takes a second
     from tendond.drivers.ros2.bridge import Bridge, RosOptions
+    from tendond.model.numerics.announce import announce_compilation
 
     try:
         BusSection(endpoint=router)
@@ -28,6 +29,7 @@ def run_bridge(config_file: Path | None, router: str, domain: int, distribution:
         raise typer.BadParameter(
             f"'{router}' has not the form tcp/HOST:PORT, for instance tcp/localhost:7447", param_hint="--router"
         ) from error
+    announce_compilation(say)
     supervisor = Supervisor()
     host = Host(stop_on_signals(), say_to(supervisor), supervisor)
     bridge = Bridge(config, RosOptions(distribution, domain, router), host)

@@ -10,6 +10,7 @@ import typer
 
 from tendond import __version__
 from tendond.cli.bench.commands import bench
+from tendond.cli.bridge.commands import bridge
 from tendond.cli.completion import begin_a_word_behind_equals
 from tendond.cli.config.commands import config
 from tendond.cli.demo.commands import demo
@@ -65,7 +66,7 @@ study.add_typer(identify)
 study.command("control")(control)
 study.command("safety")(safety)
 study.command("stability")(stability)
-for group in (rig, log, servo, config, study, bench):
+for group in (rig, log, servo, config, study, bench, bridge):
     app.add_typer(group)
 app.command("try")(try_rig)
 app.command()(demo)

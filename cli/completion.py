@@ -47,6 +47,13 @@ def laws() -> list[str]:
     return [*BUILT_IN_LAWS, *(entry.name for entry in entry_points(group=LAW_GROUP))]
 
 
+def distributions() -> list[str]:
+    """Return the distributions of ROS 2 that are supported."""
+    from tendond.drivers.ros2.distributions import DISTRIBUTIONS
+
+    return list(DISTRIBUTIONS)
+
+
 def faults() -> list[str]:
     """Return the names of the simulator's faults."""
     from tendond.schemas.faults import Fault

@@ -24,7 +24,7 @@ DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 """Errors of a disk that may come without the file's name: from a stream that was opened before."""
 
 _UNIT = re.compile(r"\[([a-zA-Z/^0-9]+)\]")
-_INVALID = re.compile(r"^Invalid value(?: for '?([^':]+)'?)?: ")
+_INVALID = re.compile(r"^Invalid value(?: for '?([^':]+)'?(?: \(env var: '\w+'\))?)?: ")
 
 
 def say_error(line: str) -> None:

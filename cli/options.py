@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.completion import configurations, presets, profiles
+from tendond.cli.completion import configurations, distributions, presets, profiles
+from tendond.drivers.ros2.distributions import DISTRIBUTIONS
 
 
 def chosen_file(file: Path | None, option: Path | None) -> Path | None:
@@ -17,6 +18,17 @@ def chosen_file(file: Path | None, option: Path | None) -> Path | None:
     if file is not None and option is not None:
         raise typer.BadParameter("give the file once", param_hint="--config")
     return file or option
+
+
+def known_distribution(name: str) -> str:
+    """Return the name of a distribution of ROS 2.
+
+    Raises:
+        BadParameter: it is none of those that are supported.
+    """
+    if name not in DISTRIBUTIONS:
+        raise typer.BadParameter(f"'{name}': choose one of {', '.join(DISTRIBUTIONS)}", param_hint="--distro")
+    return name
 
 
 Config = Annotated[
@@ -56,3 +68,7 @@ Processes = Annotated[
     int | None, typer.Option("--processes", min=1, help="Parallel processes. Default: one per processor.")
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")]
+Distro = Annotated[
+    str,
+    typer.Option("--distro", help=f"ROS 2 distribution: {', '.join(DISTRIBUTIONS)}.", autocompletion=distributions),
+]

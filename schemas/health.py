@@ -4,7 +4,7 @@ import math
 
 from pydantic import Field
 
-from tendond.schemas.base import Schema, Vector3
+from tendond.schemas.base import Quaternion, Schema, Vector3
 
 Six = tuple[float, float, float, float, float, float]
 
@@ -108,6 +108,8 @@ class FilterHealth(Schema):
             where it is taken as known.
         force_vector: on the tip [N], in the base's frame. tip_covariance, force_covariance: of tip and force, xx, xy,
             xz, yy, yz, zz [m^2, N^2]; for viewers, left out by earlier versions.
+        tip: position of the estimated tip [m], tip_orientation: w, x, y, z; in the base's frame, for viewers, left out
+            by earlier versions.
     """
 
     force: float
@@ -120,6 +122,8 @@ class FilterHealth(Schema):
     force_vector: Vector3 | None = Field(None, exclude_if=lambda value: value is None)
     tip_covariance: Six | None = Field(None, exclude_if=lambda value: value is None)
     force_covariance: Six | None = Field(None, exclude_if=lambda value: value is None)
+    tip: Vector3 | None = Field(None, exclude_if=lambda value: value is None)
+    tip_orientation: Quaternion | None = Field(None, exclude_if=lambda value: value is None)
     tip_mass: float | None = Field(None, exclude_if=lambda value: value is None)
     tip_mass_deviation: float | None = Field(None, exclude_if=lambda value: value is None)
 

@@ -41,7 +41,7 @@ class Topic:
 
 
 _DRIVERS = "simulate, servo"
-_VIEWERS = "watch, view"
+_VIEWERS = "watch, view, bridge"
 _REQUESTS = {
     ControlAction.ARM: "pretension, then track the reference",
     ControlAction.PROBE: "pull each tendon a little, compare the tip's motion with the model's, release",

@@ -93,6 +93,21 @@ def bench_latency(json: Json = False) -> None:
     run_bench_latency(as_json=json)
 
 
+@bench.command("ros2")
+def bench_ros2(json: Json = False) -> None:
+    """Benchmark the bridge to ROS 2.
+
+    Times a pose on the bus to the same pose there. Real processes on a real bus; needs the extra
+    'ros2' and takes half a minute.
+
+    Example: tendond bench ros2 --json
+    """
+    exit_on_signals(130)
+    from tendond.cli.bench.loop import run_bench_ros2
+
+    run_bench_ros2(as_json=json)
+
+
 @bench.command("schemes")
 def bench_schemes() -> None:
     """Compare space schemes, as a Markdown table.

@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tendond.cli.common import say
+from tendond.cli.extras import need
 from tendond.model.numerics.announce import announce_compilation
 from tendond.model.warm import warm_up
 from tendond.offline.bench.bare import Quantiles
@@ -38,6 +39,22 @@ def run_bench_latency(*, as_json: bool) -> None:
     warm_up()
     with working("", quiet=as_json) as status:
         rows = measure_latency(status.update)
+    _show(rows, as_json=as_json)
+
+
+def run_bench_ros2(*, as_json: bool) -> None:
+    """Measure and print the table; see `tendond bench ros2 --help`.
+
+    Raises:
+        TendondError: a process could not be started.
+    """
+    need("rosbags")
+    from tendond.offline.bench.ros2 import measure_bridge
+
+    announce_compilation(say)
+    warm_up()
+    with working("", quiet=as_json) as status:
+        rows = [measure_bridge(status.update)]
     _show(rows, as_json=as_json)
 
 

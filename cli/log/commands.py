@@ -7,9 +7,10 @@ import typer
 
 from tendond.cli.completion import configuration_settings, laws, logs
 from tendond.cli.log.figure_commands import LogFile, animate, compare, plot
-from tendond.cli.options import Config, Jobs, Json
+from tendond.cli.options import Config, Distro, Jobs, Json, known_distribution
 from tendond.cli.program import say_renamed
 from tendond.cli.rig.teach_commands import PathColumns, Smoothing
+from tendond.drivers.ros2.distributions import DEFAULT_DISTRIBUTION
 
 Law = Annotated[
     str | None, typer.Option("--law", help="Another control law than the recorded one.", autocompletion=laws)
@@ -145,16 +146,27 @@ def recover(
 @log.command("export")
 def export(
     file: LogFile,
-    out: Annotated[Path | None, typer.Option("--out", help="CSV or Parquet file. Default: LOG.csv.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="CSV or Parquet file, or new folder. Default: LOG.csv, with --rosbag2 LOG-rosbag2."),
+    ] = None,
+    rosbag2: Annotated[
+        bool, typer.Option("--rosbag2", help="A bag of ROS 2 instead: a folder with metadata and messages.")
+    ] = False,
+    distro: Distro = DEFAULT_DISTRIBUTION,
 ) -> None:
-    """Export a table with a row per cycle.
+    """Export a table with a row per cycle, or a bag of ROS 2.
 
-    Column names carry the units. CSV, or Parquet (extra 'parquet').
+    Column names carry the units. CSV, or Parquet (extra 'parquet'). A bag (extra 'ros2') has poses, tendons, frames,
+    the rod's shape and diagnostics.
 
-    Example: tendond log export run.mcap --out run.parquet
+    Examples: tendond log export run.mcap --out run.parquet; tendond log export --rosbag2 run.mcap --out run-bag
     """
-    from tendond.cli.log.logs import run_export
+    from tendond.cli.log.logs import run_bag_export, run_export
 
+    if rosbag2:
+        run_bag_export(file, out, known_distribution(distro))
+        return
     run_export(file, out)
 
 

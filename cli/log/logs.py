@@ -92,6 +92,25 @@ def run_export(file: Path, out: Path | None) -> None:
     print(f"{out}: {len(run)} cycles, {columns} columns")
 
 
+def run_bag_export(file: Path, out: Path | None, distribution: str) -> None:
+    """Export a rosbag2 folder.
+
+    Raises:
+        LogError: the log cannot be used. UsageError: the folder exists. DaemonError: it cannot be written.
+    """
+    from tendond.cli.extras import need
+    from tendond.offline.progress import working
+
+    need("rosbags")
+    from tendond.offline.rosbag.export import check_bag, export_bag
+
+    out = out or file.with_name(f"{file.stem}-rosbag2")
+    check_bag(out)
+    with working(f"exporting {file.name}"):
+        counts = export_bag(file, out, distribution)
+    print(f"{out}: {sum(counts.values())} messages on {len(counts)} topics; ros2 bag play {out}")
+
+
 def run_report(file: Path, out: Path | None) -> None:
     """Write the report.
 

@@ -13,7 +13,7 @@ from tendond.daemon.control.state import CycleState
 from tendond.daemon.control.tuning.tuning import Tuning
 from tendond.schemas.health import ContactHealth, FilterHealth, LoopHealth, SensorHealth
 from tendond.schemas.messages import Status, TunedValue
-from tendond.schemas.record import ContactEstimate, CycleRecord, Intervention, ObserverEstimate
+from tendond.schemas.record import ContactEstimate, CycleRecord, Intervention, ModelState, ObserverEstimate
 
 
 def status_of(setup: CycleSetup, state: CycleState, record: CycleRecord, seq: int, health: LoopHealth) -> Status:
@@ -45,7 +45,7 @@ def status_of(setup: CycleSetup, state: CycleState, record: CycleRecord, seq: in
         rejected=state.rejected,
         sources=_names(state.sources),
         sensors={one: sensor_health(setup.sensors[one], track, period) for one, track in state.sensors.items()},
-        filter=filter_health(record.observer),
+        filter=filter_health(record.observer, record.model),
         safety=intervention_in_words(record.safety),
         refused=describe_refusals(state),
         tuned=tuned_values(setup, state.tuning),
@@ -73,7 +73,7 @@ def sensor_health(sensor: Sensor, track: SensorTrack, period: float) -> SensorHe
     )
 
 
-def filter_health(observer: ObserverEstimate) -> FilterHealth | None:
+def filter_health(observer: ObserverEstimate, model: ModelState) -> FilterHealth | None:
     """Return what the filter knows, from the record of a cycle; none where the observer is another."""
     found, force = observer.filter, np.array(observer.force)
     if found is None:
@@ -89,6 +89,8 @@ def filter_health(observer: ObserverEstimate) -> FilterHealth | None:
         force_vector=observer.force,
         tip_covariance=found.tip_covariance,
         force_covariance=found.force_covariance,
+        tip=model.position,
+        tip_orientation=model.orientation,
         tip_mass=found.tip_mass,
         tip_mass_deviation=found.tip_mass_deviation,
     )

@@ -104,7 +104,7 @@ def load(path: Path) -> LogFile:
             truth_ticks.append(cycles[-1].tick if cycles else 0)
     if not messages[CYCLE.topic]:
         raise no_cycles(path, complete=run.complete)
-    scenes = [_scene(path, update) for update in messages[ROD_SHAPE.topic]]
+    scenes = [scene_points(path, update) for update in messages[ROD_SHAPE.topic]]
     return LogFile(
         path=path,
         complete=run.complete,
@@ -121,8 +121,12 @@ def load(path: Path) -> LogFile:
     )
 
 
-def _scene(path: Path, update: SceneUpdate) -> tuple[int, list[Array]]:
-    """Return the tick of a scene, and the points of the rod and its tendons."""
+def scene_points(path: Path, update: SceneUpdate) -> tuple[int, list[Array]]:
+    """Return the tick of a scene, and the points of the rod and of each tendon, base to tip [m], shapes (k, 3).
+
+    Raises:
+        LogError: it has no rod.
+    """
     for entity in update.entities:
         ticks = [pair.value for pair in entity.metadata if pair.key == TICK]
         if entity.id == ROD and ticks and entity.lines:

@@ -16,7 +16,7 @@ from tests.rig.tracker import free_port
 from tests.unit.cli.commands import COMMANDS, RUNNABLE, tendond
 from tests.unit.cli.test_unusable_files import REQUIRED
 
-USAGE_LINE = re.compile(r"tendond: \S.*(; see|\? See) 'tendond( [a-z-]+)* --help'\n")
+USAGE_LINE = re.compile(r"tendond: \S.*(; see|\? See) 'tendond( [a-z0-9-]+)* --help'\n")
 GROUPS = [(), *(name for name, one in COMMANDS.items() if getattr(one, "commands", {}))]
 
 ON_THE_BUS = [

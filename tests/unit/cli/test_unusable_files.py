@@ -26,6 +26,7 @@ REQUIRED = {
 LOG_COMMANDS = [
     *(("log", "info"), ("log", "recover"), ("log", "export"), ("replay",), ("log", "compare"), ("plot",), ("animate",)),
     *(("log", "report"), ("log", "view"), ("log", "what-if", "--closed-loop"), ("log", "tag"), ("log", "note")),
+    ("log", "export", "--rosbag2"),
 ]
 
 

@@ -36,6 +36,8 @@ NEEDING = {
     "identify": ("matplotlib", ["identify", NORMAL, "--out", "OUT"]),
     "identify demo": ("matplotlib", ["identify", "demo", "--out", "OUT"]),
     "validate": ("matplotlib", ["validate", "armlab", "--out", "OUT"]),
+    "log export bag": ("rosbags", ["log", "export", NORMAL, "--rosbag2", "--out", "OUT/bag"]),
+    "bridge ros2": ("rosbags", ["bridge", "ros2", "--config", "CONFIG"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

@@ -56,7 +56,7 @@ def test_a_filter_that_is_less_sure_than_it_claims_is_marked(consistency: float,
 
 def test_the_health_is_that_of_the_record(filtered: Filtered) -> None:
     record = filtered.records[-1]
-    known, health = record.observer.filter, filter_health(record.observer)
+    known, health = record.observer.filter, filter_health(record.observer, record.model)
     assert known is not None
     assert health is not None
     assert health.force == pytest.approx(np.linalg.norm(record.observer.force))
@@ -65,9 +65,11 @@ def test_the_health_is_that_of_the_record(filtered: Filtered) -> None:
     xx, _, _, yy, _, zz = known.force_covariance
     assert 0.0 < health.force_deviation < np.sqrt(xx + yy + zz)
     assert (health.stiffness, health.consistency) == (known.stiffness, known.consistency)
+    assert (health.tip, health.tip_orientation) == (record.model.position, record.model.orientation)
     sent = status_of(filtered.setup, initial_state(filtered.setup), record, 1, status().loop)
     assert sent.filter == health
 
 
 def test_an_observer_without_a_filter_has_no_health() -> None:
-    assert filter_health(cycle_record(1).observer) is None
+    record = cycle_record(1)
+    assert filter_health(record.observer, record.model) is None

@@ -1,0 +1,1 @@
+"""`tendond bridge`: rigs for other middleware."""

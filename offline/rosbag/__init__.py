@@ -1,0 +1,1 @@
+"""Logs as rosbag2 folders, for the tools of ROS 2."""

@@ -14,6 +14,7 @@ import typer
 LAW_GROUP = "tendond.laws"
 BUILT_IN_LAWS = ("backstepping", "sliding_mode", "sensitivity", "mpc")
 SCENARIOS = ("plane", "wired", "spatial")
+PLANTS = ("shooting", "general", "mujoco")
 """Names that are defined beside code that imports the kernels; a test compares."""
 
 Hints = list[tuple[str, str]]
@@ -53,6 +54,11 @@ def faults() -> list[str]:
 def scenarios() -> list[str]:
     """Return the names of the demo's scenarios."""
     return list(SCENARIOS)
+
+
+def plants() -> list[str]:
+    """Return the names of the simulated plants."""
+    return list(PLANTS)
 
 
 def sections() -> Hints:

@@ -11,6 +11,7 @@ import pytest
 from tendond.cli import completion
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.laws.registry import GROUP
+from tendond.drivers.simulator.rods import PLANTS
 from tendond.offline.demo.scenarios import SCENARIOS
 
 BREAKS = "="
@@ -114,4 +115,5 @@ def test_the_names_that_are_repeated_for_completion_are_those_of_the_program() -
     assert tuple(LAWS)[: len(completion.BUILT_IN_LAWS)] == completion.BUILT_IN_LAWS
     assert set(completion.laws()) == set(LAWS)
     assert tuple(SCENARIOS) == completion.SCENARIOS
+    assert PLANTS == completion.PLANTS
     assert completion.LAW_GROUP == GROUP

@@ -36,6 +36,9 @@ NEEDING = {
     "identify": ("matplotlib", ["identify", NORMAL, "--out", "OUT"]),
     "identify demo": ("matplotlib", ["identify", "demo", "--out", "OUT"]),
     "validate": ("matplotlib", ["validate", "armlab", "--out", "OUT"]),
+    "simulate": ("mujoco", ["simulate", "--plant", "mujoco", "--config", "CONFIG"]),
+    "config mjcf": ("mujoco", ["config", "mjcf", "--out", "OUT/robot.xml"]),
+    "bench plants": ("mujoco", ["bench", "plants"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

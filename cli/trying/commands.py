@@ -26,7 +26,8 @@ def try_rig(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", help="Folder for log, report and configuration. Default: out/try-NAME, the next time out/try-NAME-2."
+            "--out",
+            help="Folder for log, report and configuration. Default: out/try-NAME, the next time out/try-NAME-2.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the trial in the folder.")] = False,

@@ -78,7 +78,7 @@ class Parameters(LawParameters):
         """Return the network's output [-], -1..1, shape (n,), for an observation in SI units, shape (12 + n,)."""
         scale = np.full(len(observation), self.length)
         scale[KINEMATIC:] = self.tension
-        found = observation / scale
+        found: Array = observation / scale
         for weights, bias in self.matrices:
             found = np.tanh(weights @ found + bias)
         return found

@@ -8,7 +8,7 @@ import pytest
 
 from tendond.cli.common import load_config
 from tendond.daemon.control.laws import LAWS, SpatialObservation, select_law
-from tendond.daemon.control.laws.policy import KINEMATIC, Parameters, decide
+from tendond.daemon.control.laws.policy import KINEMATIC, Parameters, Terms, decide
 from tendond.daemon.errors import LawError
 from tendond.drivers.simulator.lockstep import closed_loop
 from tendond.offline.learning.policy_file import read_policy, save_policy
@@ -49,6 +49,7 @@ def test_it_asks_for_rates_of_the_present_tensions(tmp_path: Path) -> None:
     seen = SpatialObservation(zero, zero, np.array([0.1, 0.0, 0.0]), zero, np.full(4, 5.0), 0.01, None)
     found = decide(parameters, seen)
     assert found.tension == pytest.approx([6.0, 5.0, 4.0, 5.0])
+    assert isinstance(found.terms, Terms)
     assert found.terms.error == (0.1, 0.0, 0.0)
 
 

@@ -62,6 +62,10 @@ def load_config(path: Path | None) -> RigConfig:
         }
         # the rest stays as it was read: which keys the file gave counts in messages
         config = config.model_copy(update={"reference": check_config({"reference": reference}, str(path)).reference})
+    if "policy" in config.control.laws:
+        from tendond.offline.learning.policy_file import with_policy  # NumPy, which few commands need
+
+        config = with_policy(config, path.parent, str(path))
     return config
 
 

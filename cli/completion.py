@@ -18,6 +18,7 @@ LAW_GAINS = (
     *("sensitivity.rate=30.0", "sensitivity.smoothing=100.0", "sensitivity.agility=350.0", "mpc.rate=10.0"),
 )
 SCENARIOS = ("plane", "wired", "spatial")
+PLANTS = ("shooting", "general", "mujoco")
 """Names that are defined beside code that imports the kernels; a test compares."""
 
 Hints = list[tuple[str, str]]
@@ -64,6 +65,11 @@ def faults() -> list[str]:
 def scenarios() -> list[str]:
     """Return the names of the demo's scenarios."""
     return list(SCENARIOS)
+
+
+def plants() -> list[str]:
+    """Return the names of the simulated plants."""
+    return list(PLANTS)
 
 
 def sections() -> Hints:

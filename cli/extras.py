@@ -13,6 +13,8 @@ EXTRAS = {
     "distributed": "cluster",
     "motioncapture": "vicon-sdk",
     "rosbags": "ros2",
+    "mujoco": "mujoco",
+    "gymnasium": "gym",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

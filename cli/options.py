@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.completion import configurations, distributions, presets, profiles
+from tendond.cli.completion import configurations, distributions, plants, presets, profiles
 from tendond.drivers.ros2.distributions import DISTRIBUTIONS
 
 
@@ -58,6 +58,14 @@ Profile = Annotated[
 ]
 Lockstep = Annotated[
     bool, typer.Option("--lockstep", help="One cycle per pose, without a clock; for both run and simulate.")
+]
+PlantName = Annotated[
+    str | None,
+    typer.Option(
+        "--plant",
+        help="shooting, general or mujoco, instead of simulator.solver; mujoco needs the extra of that name.",
+        autocompletion=plants,
+    ),
 ]
 Cycles = Annotated[int | None, typer.Option("--cycles", min=1, help="Number of cycles to run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from tendond.cli.bench.plants import plants
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
 
@@ -192,3 +193,6 @@ def bench_safety(
     print(f"{'':<26}{'median us':>10}{'p99 us':>10}{'steps':>8}")
     for one in costs:
         print(f"{one.name:<26}{one.median:>10.0f}{one.p99:>10.0f}{one.steps:>8.1f}")
+
+
+bench.command("plants")(plants)

@@ -159,6 +159,26 @@ def config_presets(json: Json = False) -> None:
     run_presets(as_json=json)
 
 
+@config.command("mjcf")
+def config_mjcf(
+    file: ConfigFile = None,
+    config: Config = None,
+    profile: Profile = None,
+    out: Annotated[Path | None, typer.Option("--out", help="File to write, XML. Default: print it.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> None:
+    """Write the simulated robot as MJCF, the model of MuJoCo.
+
+    The robot of [simulator.rod] as 'tendond simulate --plant mujoco' runs it: links on ball joints, tendons through
+    sites, a motor and a winch for each. Needs the extra mujoco.
+
+    Example: tendond config mjcf rig.toml --out robot.xml
+    """
+    from tendond.cli.config.mjcf import run_mjcf
+
+    run_mjcf(chosen_file(file, config), profile, out, force=force)
+
+
 @config.command("migrate")
 def config_migrate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Rig configuration, TOML.", show_default=False)],

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendond.cli.completion import faults
-from tendond.cli.options import Config, Cycles, Lockstep, Profile
+from tendond.cli.options import Config, Cycles, Lockstep, PlantName, Profile
 from tendond.cli.signals import exit_on_signals
 
 
@@ -57,12 +57,15 @@ def simulate(
         bool,
         typer.Option("--wired", help="Emulate servos on a serial port and Tracker on UDP, for the real drivers."),
     ] = False,
+    plant: PlantName = None,
 ) -> None:
     """Simulate the robot, with or without its drivers.
 
     Replaces camera and servos; with --wired, the hardware behind their drivers. Runs until Ctrl-C or SIGTERM.
 
-    Examples: tendond simulate --config rig.toml; tendond simulate --profile rig
+    --plant mujoco simulates the configured robot in MuJoCo, of which the controller's rod model shares no line.
+
+    Examples: tendond simulate --config rig.toml; tendond simulate --profile rig; tendond simulate --plant mujoco
     """
     exit_on_signals()
     from tendond.cli.rig.simulate import run_simulator, run_wired
@@ -72,9 +75,9 @@ def simulate(
             raise typer.BadParameter("--wired runs on the clock, without --lockstep and --cycles")
         if profile is not None:
             raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
-        run_wired(config)
+        run_wired(config, plant)
         return
-    run_simulator(config, profile, lockstep=lockstep, cycles=cycles)
+    run_simulator(config, profile, lockstep=lockstep, cycles=cycles, plant=plant)
 
 
 def inject(

@@ -12,7 +12,7 @@ from tendond.drivers.dynamixel.calibration import load_calibration
 from tendond.drivers.simulator.faults import request_fault
 from tendond.drivers.simulator.plant import Plant
 from tendond.drivers.simulator.process import Simulator
-from tendond.drivers.simulator.rods import ACCURACY, GeneralPlantRod, PlantRod, plant_rod
+from tendond.drivers.simulator.rods import ACCURACY, PLANTS, GeneralPlantRod, PlantRod, plant_rod
 from tendond.drivers.wired.rig import WiredRig, without_servos
 from tendond.model import ModelError
 from tendond.model.numerics.announce import announce_compilation
@@ -22,13 +22,27 @@ from tendond.schemas.errors.explain import choose, explain
 from tendond.schemas.faults import Fault, FaultRequest
 
 
-def run_wired(config_file: Path | None) -> None:
+def on_plant(config: RigConfig, plant: str | None) -> RigConfig:
+    """Return the configuration with the solver of its plant that `--plant` names; none: as configured.
+
+    Raises:
+        ConfigError: no plant has that name.
+    """
+    if plant is None:
+        return config
+    if plant not in PLANTS:
+        raise ConfigError(f"--plant {plant}: choose one of {', '.join(PLANTS)}")
+    section = config.simulator.model_copy(update={"solver": plant})
+    return config.model_copy(update={"simulator": section})
+
+
+def run_wired(config_file: Path | None, plant_name: str | None = None) -> None:
     """Run the wired rig until a signal comes; see `tendond simulate --help`.
 
     Raises:
         TendondError: see `run_simulator`; or the configuration lacks what the drivers need, or the port is taken.
     """
-    config = load_config(config_file)
+    config = on_plant(load_config(config_file), plant_name)
     servo = present(config.servo, "servo", config_file)
     vicon = present(config.vicon, "vicon", config_file)
     folder = Path() if config_file is None else config_file.parent
@@ -69,13 +83,16 @@ def inject_fault(config_file: Path | None, fault: str, options: Mapping[str, obj
     print(reply.message)
 
 
-def run_simulator(config_file: Path | None, profile: str | None, *, lockstep: bool, cycles: int | None) -> None:
+def run_simulator(
+    config_file: Path | None, profile: str | None, *, lockstep: bool, cycles: int | None, plant: str | None = None
+) -> None:
     """Run until a signal comes, or for a number of cycles; see `tendond simulate --help`.
 
     Raises:
         TendondError: the configuration cannot be used, there is no controller, or the plant has no solution.
     """
     config, source = chosen_config(config_file, profile)
+    config = on_plant(config, plant)
     rod = _rod(config, source)
     simulator = Simulator(config, Plant(config, rod), stop_on_signals())
     say(f"simulating rig '{config.rig.name}' for the controller at {config.bus.endpoint}")
@@ -108,4 +125,6 @@ def _rod(config: RigConfig, source: str) -> PlantRod:
         return rod
     except ModelError as error:
         where = "simulator." if str(error).startswith("rod.") else "simulator.rod: "
+        if str(error).startswith("simulator."):
+            where = ""
         raise ConfigError(f"{source}: {where}{error}") from error

@@ -6,7 +6,7 @@ its strain everywhere.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,23 @@ from tendond.model.rod.rod import Rod
 from tendond.model.rod.state import RodState
 
 Array = NDArray[np.float64]
+
+
+@runtime_checkable
+class KnowsCrossSections(Protocol):
+    """A plant's rod that knows its cross-sections anywhere."""
+
+    def cross_sections(self, state: Any, at: Array) -> tuple[Array, Array, Array]:
+        """Return positions, orientations and strains; see `StrainPlaces.find`."""
+
+
+@runtime_checkable
+class KnowsTipMotion(Protocol):
+    """A plant's rod that knows its tip's rate and acceleration itself."""
+
+    def tip_motion(self, state: Any) -> tuple[Array, Array]:
+        """Return angular rate, body frame [rad/s], and acceleration, base's frame [m/s^2], shape (3,) each."""
+
 
 BODY_RATE = slice(9, 12)
 """Angular rate w among the levels of a node, `model.rod.state.RodState`."""
@@ -39,11 +56,11 @@ class CrossSections:
 
 def cross_sections(rod: PlantRod, state: Any, at: Array) -> CrossSections:
     """Return the cross-sections of a state of the rod at arc lengths [m], shape (places,)."""
-    if isinstance(rod, GeneralPlantRod):
-        position, rotation, strain = rod.cross_sections(state, at)
-        return CrossSections(position, rotation, strain[:, :2])
-    assert isinstance(rod, Rod)
-    return _between_nodes(rod, state, at)
+    if isinstance(rod, Rod):
+        return _between_nodes(rod, state, at)
+    assert isinstance(rod, KnowsCrossSections)
+    position, rotation, strain = rod.cross_sections(state, at)
+    return CrossSections(position, rotation, strain[:, :2])
 
 
 def tip_motion(rod: PlantRod, before: Any, state: Any) -> tuple[Array, Array]:
@@ -56,6 +73,8 @@ def tip_motion(rod: PlantRod, before: Any, state: Any) -> tuple[Array, Array]:
     if isinstance(rod, GeneralPlantRod):
         turn = Rotation.from_matrix(rod.tip(before).rotation.T @ rod.tip(state).rotation)
         return turn.as_rotvec() / rod.time_step, (state.velocity - before.velocity) / rod.time_step
+    if isinstance(rod, KnowsTipMotion):
+        return rod.tip_motion(state)
     assert isinstance(rod, Rod)
     return state.levels[state.count % 3, -1, BODY_RATE].copy(), rod.tip(state).acceleration
 

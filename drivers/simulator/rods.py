@@ -1,7 +1,7 @@
 """Rods of the simulated plant: the shooting rod, or the general one for robots that shooting does not solve."""
 
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,7 @@ from tendond.model.rod.loads import ZERO
 from tendond.model.rod.parameters import RodParameters
 from tendond.model.rod.tip import Tip
 from tendond.model.rods.general import GeneralRod, GeneralState
-from tendond.model.rods.selection import Solver, rod_from_section, rubs, solver_of
+from tendond.model.rods.selection import rod_from_section, rubs, solver_of
 from tendond.model.strain.analysis.accuracy import tip_error
 from tendond.model.strain.describe.configured import robot_from_section
 from tendond.model.strain.friction.along import stretches
@@ -72,8 +72,16 @@ class PlantRod(Protocol):
         """Add a body to the tip."""
 
 
-def plant_solver(section: SimulatorSection) -> Solver:
+PLANTS = ("shooting", "general", "mujoco")
+"""Names of the plants, values of `simulator.solver`."""
+
+PlantSolver = Literal["shooting", "general", "mujoco"]
+
+
+def plant_solver(section: SimulatorSection) -> PlantSolver:
     """Return the solver of a simulated plant: `simulator.solver`, else the one that its robot and friction need."""
+    if section.solver == "mujoco":
+        return "mujoco"
     if section.solver is None and section.servo.friction > 0.0:
         return "general"
     return solver_of(section.rod, section.solver)
@@ -88,7 +96,12 @@ def plant_rod(section: SimulatorSection, time_step: float) -> PlantRod:
 
     Raises:
         ParameterError: a robot that cannot be, or that the named solver does not solve.
+        ModuleNotFoundError: solver 'mujoco', and it is not installed.
     """
+    if plant_solver(section) == "mujoco":
+        from tendond.drivers.simulator.mujoco_rod import MujocoRod
+
+        return MujocoRod(section, time_step)
     if plant_solver(section) == "general":
         return GeneralPlantRod(plant_robot(section), time_step)
     if section.servo.friction > 0.0 or rubs(section.rod):
@@ -204,6 +217,8 @@ class GeneralPlantRod(GeneralRod):
     def spread_push(self, place: float, half_width: float = 0.05) -> None:
         """Spread the push of later steps over the mass points of a stretch, as a parabola; see `Rod.spread_push`.
 
+        Where fewer than two lie there, over the two beside its middle, so that force and moment are those of the push.
+
         Args:
             place: of its middle, as a part of the length. half_width: likewise.
         """
@@ -211,8 +226,10 @@ class GeneralPlantRod(GeneralRod):
         at = np.concatenate(([0.0], np.cumsum(layout.step)))[layout.place] / self.parameters.length
         on_axis = ~layout.arm.any(axis=1)
         share = np.where(on_axis, np.maximum(0.0, 1.0 - ((at - place) / half_width) ** 2), 0.0)
-        if not share.any():
-            share[np.argmin(np.where(on_axis, np.abs(at - place), np.inf))] = 1.0
+        if np.count_nonzero(share) < 2:
+            share = np.zeros(len(at))
+            points = np.flatnonzero(on_axis)[np.argsort(at[on_axis])]
+            share[points] = [np.interp(place, at[points], one) for one in np.eye(len(points))]
         self._push = share / share.sum()
 
     def load_tip(self, mass: float, inertia: ArrayLike = ZERO) -> None:

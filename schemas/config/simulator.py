@@ -87,10 +87,11 @@ class SimulatorSection(Schema):
         float, Field(ge=0.0001, le=0.1, description="period of the poses, and time step of the plant [s]")
     ] = 0.01
     rod: RodSection = Field(RodSection(), description="the plant's own parameters")
-    solver: Literal["shooting", "general"] | None = Field(
+    solver: Literal["shooting", "general", "mujoco"] | None = Field(
         None,
         description="rod of the plant; shooting: the paper's; general: sections, any routing, light damping,"
-        " friction of tendons; default: shooting where it describes the robot, its damping ratio is 5 % or more,"
+        " friction of tendons; mujoco: a chain of links in MuJoCo, which shares no mechanics with the controller's"
+        " model (extra mujoco); default: shooting where it describes the robot, its damping ratio is 5 % or more,"
         " it hardly sags by its weight, and nothing rubs",
     )
     drive: Literal["tension", "displacement"] = Field(

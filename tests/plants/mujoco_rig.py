@@ -1,8 +1,8 @@
 """The MuJoCo plant as a process in real time: a camera and a tendon driver as others would write them.
 
-It knows the documented messages and a Zenoh client, and no line of tendond. `python -m tests.plants.mujoco_rig
---endpoint tcp/127.0.0.1:7460 --mass 0.035` is the paper's robot with a weight of 35 g; it prints the
-tip's position once a second, and with `--duration` a summary of the last 2 s as JSON.
+It knows the documented messages and a Zenoh client, and of tendond the MuJoCo plant alone. `python -m
+tests.plants.mujoco_rig --endpoint tcp/127.0.0.1:7460 --mass 0.035` is the paper's robot with a weight of 35 g; it
+prints the tip's position once a second, and with `--duration` a summary of the last 2 s as JSON.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import time
 import numpy as np
 import zenoh
 
-from tests.plants.mjcf import Robot
+from tests.plants.paper_robot import Robot
 from tests.plants.rig import MujocoRig, RigSettings
 
 CONNECT_SECONDS = 60.0
@@ -123,7 +123,7 @@ def main(arguments: list[str] | None = None) -> int:
             elif time.monotonic() - heard > WATCHDOG_SECONDS:
                 armed = False
             if not attached and seq * period >= asked.attach_at:
-                rig.plant.attach(asked.mass)
+                rig.plant.hang(asked.mass)
                 attached = True
             rig.advance(tension, displacement, armed)
             seq += 1

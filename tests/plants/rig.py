@@ -1,6 +1,6 @@
 """Camera and tendon drive about a plant: poses are delayed and noisy, commands are held.
 
-Units, signs and frames are those of schemas/messages.py; no line of tendond is in it.
+Units, signs and frames are those of schemas/messages.py, of which no line is in it.
 """
 
 from collections import deque
@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plants.mjcf import Robot
-from tests.plants.mujoco_robot import MujocoRobot
+from tests.plants.paper_robot import PaperRobot, Robot
 
 Array = NDArray[np.float64]
 
@@ -44,7 +43,7 @@ class MujocoRig:
     """
 
     def __init__(self, robot: Robot, rig: RigSettings) -> None:
-        self.plant = MujocoRobot(robot)
+        self.plant = PaperRobot(robot)
         self._rig = rig
         self._random = np.random.default_rng(rig.seed)
         self._poses: deque[tuple[Array, Array]] = deque(maxlen=rig.delay + 1)

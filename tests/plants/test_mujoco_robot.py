@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import ellipeinc, ellipkinc
 
-from tests.plants.mjcf import SITE_GAP, Robot
-from tests.plants.mujoco_robot import MujocoRobot
+from tendond.drivers.mujoco.chain import SITE_GAP
+from tests.plants.paper_robot import PaperRobot, Robot
 from tests.plants.rig import MujocoRig, RigSettings
 
 WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -19,7 +19,7 @@ WEIGHTLESS = (0.0, 0.0, 0.0)
 
 def frequency(robot: Robot) -> float:
     """Lowest natural frequency [Hz] of the straight, weightless, undamped chain, from its mass and stiffness."""
-    plant = MujocoRobot(robot)
+    plant = PaperRobot(robot)
     inertance = np.zeros((plant.model.nv, plant.model.nv))  # M^-1
     mujoco.mj_solveM(plant.model, plant.data, inertance, np.eye(plant.model.nv))
     stiffness = plant.model.jnt_stiffness[plant.model.dof_jntid].reshape(-1)
@@ -51,16 +51,16 @@ def test_a_tip_mass_lowers_the_frequency_as_the_textbook_says(mass: float) -> No
 
 
 def test_a_mass_that_is_attached_later_is_one_that_was_there_from_the_start() -> None:
-    plant = MujocoRobot(Robot())
-    plant.attach(0.05)
+    plant = PaperRobot(Robot())
+    plant.hang(0.05)
     plant.settle()
-    assert plant.position == pytest.approx(MujocoRobot(Robot(tip_mass=0.05)).position, abs=1e-6)
+    assert plant.position == pytest.approx(PaperRobot(Robot(tip_mass=0.05)).position, abs=1e-6)
 
 
 def test_it_rings_down_with_the_damping_of_the_rods_material() -> None:
     """Moment = EI u + Bbt u_t: the first mode's damping ratio is w Bbt / (2 EI)."""
     robot = Robot(gravity=WEIGHTLESS, damping=2e-4, drag=0.0, step=5e-4)
-    plant = MujocoRobot(robot)
+    plant = PaperRobot(robot)
     plant.push(np.array([0.01, 0.0, 0.0]))
     plant.settle()
     plant.push(np.zeros(3))
@@ -82,7 +82,7 @@ def test_it_rings_down_with_the_damping_of_the_rods_material() -> None:
 def test_a_tendon_bends_the_weightless_rod_into_an_arc_to_its_own_side(tendon: int, axis: int, sign: int) -> None:
     """u = T r / EI, the same all along."""
     robot = Robot(gravity=WEIGHTLESS)
-    plant = MujocoRobot(robot)
+    plant = PaperRobot(robot)
     tension = np.zeros(4)
     tension[tendon] = 20.0
     plant.set_tension(tension)
@@ -106,7 +106,7 @@ def test_a_dead_force_on_the_tip_bends_the_rod_into_the_elastica() -> None:
     """P L^2 / EI = 5 of Bisshopp and Drucker, Quarterly of Applied Mathematics 3 (1945)."""
     robot = Robot(gravity=WEIGHTLESS, links=40)
     load = 5.0
-    plant = MujocoRobot(robot)
+    plant = PaperRobot(robot)
     plant.push(np.array([load * robot.bending_stiffness / robot.length**2, 0.0, 0.0]))
     plant.settle()
 
@@ -127,7 +127,7 @@ def test_a_dead_force_on_the_tip_bends_the_rod_into_the_elastica() -> None:
 
 def test_a_displacement_command_holds_the_same_shape_as_its_tension() -> None:
     """The ends' displacement is the tendon's shortening and its stretch."""
-    plant = MujocoRobot(Robot(step=5e-4))
+    plant = PaperRobot(Robot(step=5e-4))
     plant.set_tension(np.array([20.0, 0.0, 0.0, 0.0]))
     plant.settle()
     pulled, shortening = plant.position, plant.displacement

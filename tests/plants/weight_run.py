@@ -12,12 +12,12 @@ import numpy as np
 from tendond.daemon.control.cycle import step
 from tendond.daemon.control.setup import CycleSetup
 from tendond.daemon.control.state import initial_state
+from tendond.drivers.mujoco.robot import DivergedError
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.messages import Mode, TendonState, TipPose
 from tendond.schemas.record import CycleInputs
 from tendond.schemas.requests import ControlAction
-from tests.plants.mjcf import Robot
-from tests.plants.mujoco_robot import DivergedError
+from tests.plants.paper_robot import Robot
 from tests.plants.rig import MujocoRig, RigSettings
 
 ARM_AT = 1.0

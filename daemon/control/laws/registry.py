@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from tendond.daemon.control.laws import backstepping, mpc, sensitivity, sliding_mode
+from tendond.daemon.control.laws import backstepping, mpc, policy, sensitivity, sliding_mode
 from tendond.daemon.control.laws.law import Law
 from tendond.daemon.errors import LawError, LawPackageError
 from tendond.schemas.errors.explain import choose, explain
@@ -15,6 +15,9 @@ GROUP = "tendond.laws"
 """Entry points of that group name a law each: `name = "package.module:LAW"`."""
 
 BUILT_IN: tuple[Law, ...] = (backstepping.LAW, sliding_mode.LAW, sensitivity.LAW, mpc.LAW)
+
+TRAINED: Mapping[str, Law] = {policy.LAW.name: policy.LAW}
+"""Laws that cannot run without a file of their own: known by name, but not among those that run as they are."""
 
 MEMBERS = ("name", "parameters", "state", "task_space", "start", "decide")
 """Members of the protocol `Law` without which none can run; `convergence` may be missing in an older package."""
@@ -31,7 +34,7 @@ class Laws(Mapping[str, Law]):
         self._found: dict[str, Law] = {}
 
     def __getitem__(self, name: str) -> Law:
-        return self._all()[name]
+        return TRAINED[name] if name in TRAINED else self._all()[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all())
@@ -62,7 +65,7 @@ class Laws(Mapping[str, Law]):
 
     @staticmethod
     def _add(found: dict[str, Law], law: Law, source: str) -> None:
-        if law.name in found:
+        if law.name in found or law.name in TRAINED:
             raise LawPackageError(
                 f"{GROUP}: {source} brings a law '{law.name}', and there is one of that name already: rename one of "
                 "them, or uninstall the package"

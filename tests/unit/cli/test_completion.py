@@ -12,6 +12,7 @@ from tendond.cli import completion
 from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.laws.registry import GROUP
 from tendond.daemon.control.tuning.keys import tunable_keys
+from tendond.drivers.simulator.rods import PLANTS
 from tendond.offline.demo.scenarios import SCENARIOS
 from tendond.schemas.config.rig import RigConfig
 
@@ -125,6 +126,7 @@ def test_the_names_that_are_repeated_for_completion_are_those_of_the_program() -
     assert tuple(LAWS)[: len(completion.BUILT_IN_LAWS)] == completion.BUILT_IN_LAWS
     assert set(completion.laws()) == set(LAWS)
     assert tuple(SCENARIOS) == completion.SCENARIOS
+    assert PLANTS == completion.PLANTS
     assert completion.LAW_GROUP == GROUP
     keys = tunable_keys(RigConfig()).values()
     gains = {f"{key.law}.{key.name}={key.configured}" for key in keys if key.law in completion.BUILT_IN_LAWS}

@@ -38,6 +38,9 @@ NEEDING = {
     "validate": ("matplotlib", ["validate", "armlab", "--out", "OUT"]),
     "log export bag": ("rosbags", ["log", "export", NORMAL, "--rosbag2", "--out", "OUT/bag"]),
     "bridge ros2": ("rosbags", ["bridge", "ros2", "--config", "CONFIG"]),
+    "simulate": ("mujoco", ["simulate", "--plant", "mujoco", "--config", "CONFIG"]),
+    "config mjcf": ("mujoco", ["config", "mjcf", "--out", "OUT/robot.xml"]),
+    "bench plants": ("mujoco", ["bench", "plants"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

@@ -34,7 +34,7 @@ TENDONS = 4
 
 
 def _rod(tendons: int) -> Rod:
-    """Return a shooting rod with this number of tendons around it, on which its kernels depend."""
+    """Return a shooting rod with this number of tendons around it; its kernels are for up to 4, 8 or 16."""
     angles = 2.0 * math.pi * np.arange(tendons) / tendons
     positions = tuple((0.02 * math.cos(angle), 0.02 * math.sin(angle)) for angle in angles)
     return Rod(RodParameters(tendon_positions=positions), "euler", nodes=10)

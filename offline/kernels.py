@@ -42,7 +42,7 @@ def compile_kernels(parts: Sequence[Sequence[str]], tendons: int, progress: Prog
 
     Args:
         parts: lists of names in `tendond.model.warm.PARTS`, compiled beside each other.
-        tendons: number of tendons, on which the shooting rod's kernels depend.
+        tendons: number of tendons; the shooting rod has kernels for up to 4, 8 and 16.
         progress: called for each function.
 
     Raises:

@@ -11,14 +11,14 @@ from tendond.cli.signals import exit_on_signals
 def warm(
     config_file: Annotated[
         Path | None,
-        typer.Option("-c", "--config", help="Compile what this configuration needs. Default: all for four tendons."),
+        typer.Option("-c", "--config", help="Compile what this one needs. Default: all, for up to 4 tendons."),
     ] = None,
 ) -> None:
     """Compile the model's kernels, so that no later start has to.
 
-    Takes a minute or two, once for each user and version; a second when they are compiled. The shooting rod's depend
-    on the number of tendons: four, or that of the configuration; the general rod's on none. Ctrl-C ends it at once;
-    what is compiled by then is kept.
+    Takes a minute or two, once for each user and version; a second when they are compiled. The shooting rod has
+    kernels for up to four, eight and sixteen tendons, the general rod the same for all. Ctrl-C ends it at once; what
+    is compiled by then is kept.
 
     Example: tendond warm -c rig.toml
     """

@@ -36,7 +36,7 @@ class DiscreteRod:
         self._data = discretise(parameters, self.scheme, self.nodes, tolerance)
         self._bdf = bdf_alpha(time_step, alpha)
         n, self._stages = parameters.tendon_count, len(self._data.push)
-        self._work = new_work(n, len(self.scheme.weights), parameters.length, parameters.force_scale)
+        self._work = new_work(self._data, parameters.force_scale)
         self._no_history = np.zeros((self._stages, HISTORY))
         self._loads = np.zeros(n + 15)
         self._weight = gravity_loads(parameters)

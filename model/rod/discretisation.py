@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tendond.model.errors import ParameterError
 from tendond.model.rod.parameters import RodParameters
-from tendond.model.solver.problem import Bdf, RodData
+from tendond.model.solver.problem import WIDTHS, Bdf, RodData
 from tendond.model.solver.schemes import Scheme
 from tendond.model.solver.work import LANES
 
@@ -19,6 +19,11 @@ EI/L^2: such a force moves the tip of any straight rod by 5.6e-7 of its length."
 
 MARCH_BUDGET = 60
 """Marches that one solve may spend; a step of a smooth motion takes one or two."""
+
+
+def kernel_width(tendons: int) -> int:
+    """Return the width of the kernels for so many tendons; beyond the largest of `WIDTHS`, their number itself."""
+    return next((width for width in WIDTHS if width >= tendons), tendons)
 
 
 def discretise(parameters: RodParameters, scheme: Scheme, nodes: int, tolerance: float | None) -> RodData:
@@ -40,11 +45,13 @@ def discretise(parameters: RodParameters, scheme: Scheme, nodes: int, tolerance:
     if not 0.0 < tolerance < math.inf:
         raise ParameterError(f"tolerance = {tolerance} must be above 0 N")
     tableau, weights = scheme.arrays()
+    unused = (0.0,) * (kernel_width(parameters.tendon_count) - parameters.tendon_count)
     return RodData(
         one=(0,),
         many=(0,) * LANES,
-        x=tuple(float(x) for x, _ in parameters.tendon_positions),
-        y=tuple(float(y) for _, y in parameters.tendon_positions),
+        tendons=parameters.tendon_count,
+        x=tuple(float(x) for x, _ in parameters.tendon_positions) + unused,
+        y=tuple(float(y) for _, y in parameters.tendon_positions) + unused,
         constants=parameters.constants(),
         tableau=tableau,
         weights=weights,

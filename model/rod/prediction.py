@@ -69,8 +69,8 @@ def predict_tip(
         inputs: combinations of tensions, in each row the tensions per unit of one, shape (2, n).
         scratch, tip, tip_jacobian: written.
     """
-    n = len(rod.x)
-    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), n)
+    n = rod.tendons
+    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), rod)
     step_history(bdf, state, scratch.history)
     problem, profile, jacobian = Problem(bdf[0], False, loads, scratch.history), scratch.profile, scratch.jacobian
     unknown, node = work.last, work.shots.node
@@ -131,7 +131,7 @@ def _differentiate(
         perturb(work, j, j, perturbation(work, unknown, j))
     for lane in range(6, LANES):
         step = _input_step(rod, work, unknown, inputs, lane - 6)
-        for i in range(len(rod.x)):
+        for i in range(rod.tendons):
             perturb(work, 6 + i, lane, step * inputs[lane - 6, i])
     march(rod.many, rod, problem, shots, profile)
     for lane in range(LANES):
@@ -147,7 +147,7 @@ def _differentiate(
 def _input_step(rod: RodData, work: Work, unknown: Any, inputs: Any, row: int) -> float:
     """Difference step of a combination: that of the tension which it changes by the largest amount."""
     largest = 0
-    for i in range(len(rod.x)):
+    for i in range(rod.tendons):
         if abs(inputs[row, i]) > abs(inputs[row, largest]):
             largest = i
     return float(perturbation(work, unknown, 6 + largest) / abs(inputs[row, largest]))

@@ -54,7 +54,7 @@ def velocity_jacobian(rod: RodData, memory: Any, bdf: Bdf, state: StateData, ten
     shape (3,), is filled [m/s/N]. False where the equations are singular.
     """
     rest, pulled, now, free = LANES - 1, LANES - 2, state.step, state.step + 1
-    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), len(rod.x))
+    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), rod)
     unknown = state.unknowns[now % RING]
     problem = Problem(bdf[0], False, state.loads, state.histories[now % 2])
     profile = Profile(state.levels[free % 3], state.geometries[free % 2])  # of the next step: not in use
@@ -95,8 +95,8 @@ def tip_sensitivity(
 
     The profile is scratch; `jacobian`, shape (6 + n, 6 + n), is overwritten. False where the equations are singular.
     """
-    n = len(rod.x)
-    rod, work = borrowed_rod(rod), open_work(borrowed(memory), n)
+    n = rod.tendons
+    rod, work = borrowed_rod(rod), open_work(borrowed(memory), rod)
     evaluate(rod, work, problem, unknown, profile, work.raw)
     differentiate(rod, work, problem, unknown, 6 + n, profile, jacobian)
     last, strain = profile.geometry[profile.geometry.shape[0] - 1], profile.levels[profile.levels.shape[0] - 1]

@@ -57,7 +57,7 @@ def tip_quantities(rod: RodData, c0: float, level: Any, history: Any, place: Any
         out[j] = place[j]
     out[12], out[13], out[14] = rotate(R, q)
     out[15], out[16], out[17] = rotate(R, add(q_t, cross(w, q)))
-    n = len(rod.x)
+    n = rod.tendons
     for i in range(n):
         r = (rod.x[i], rod.y[i], 0.0)
         P = add(v, cross(u, r))

@@ -58,7 +58,7 @@ class TipTrajectory:
 
 
 _bound: dict[int, Bound] = {}
-"""The kernel for rods of so many tendons."""
+"""The kernel, by the width of the rod's tendons."""
 
 
 def simulate_trajectory(rod: Rod, start: RodState, loads: Array) -> TipTrajectory:
@@ -80,6 +80,6 @@ def simulate_trajectory(rod: Rod, start: RodState, loads: Array) -> TipTrajector
     state = start.copy()
     rod._check(state)
     tips, tensions = np.full((len(loads), 3), np.nan), np.full((len(loads), n), np.nan)
-    run = _bound.setdefault(n, Bound(advance_all))
+    run = _bound.setdefault(len(rod._data.x), Bound(advance_all))
     solved = run.call(rod._data, rod._work, rod._bdf, state.data(), np.ascontiguousarray(loads), tips, tensions)
     return TipTrajectory(int(solved), tips, tensions)

@@ -38,9 +38,9 @@ class Shots(NamedTuple):
     """Base loads of the rods that march together, and results of their march; rows of one float per rod."""
 
     base: Any  # n(0) [N], m(0) [N m], shape (6 * lanes,)
-    tension: Any  # [N], shape (n * lanes,)
+    tension: Any  # [N], and zeros, shape (width * lanes,)
     node: Any  # state of the last node, written, shape (24 * lanes,)
-    length: Any  # tendon path lengths [m], written, shape (n * lanes,)
+    length: Any  # tendon path lengths [m], written, shape (width * lanes,)
     residual: Any  # force and moment missing at the tip, written, shape (6 * lanes,)
     stages: Any  # scratch, at least (48 + 24 s) * lanes where the scheme has s > 1 stages
 
@@ -78,7 +78,7 @@ def _point(
     One rod's stage is kept in the profile.
     """
     _, R, e, u, q, w = state
-    n, history = len(rod.x), problem.history
+    n, history = rod.tendons, problem.history
     xs, ys = simd_vector(rod.x, lanes), simd_vector(rod.y, lanes)
     tension, length = simd_load(shots.tension, 0, xs), simd_load(shots.length, 0, xs)
     sums, speed = tendon_sums(lanes, xs, ys, tension, repeat_vector(stretch(e), rod.x), repeat_vector(u, rod.x))
@@ -119,7 +119,7 @@ def _tip_missing(lanes: Any, rod: RodData, material: Any, problem: Problem, shot
     """Residual of force and moment at the tip [N, N m], with the body on it."""
     Kse, Kbt, Bse, Bbt = material[0], material[1], material[2], material[3]
     _, R, e, u, q, w = state
-    n, history, c0 = len(rod.x), problem.history, problem.c0
+    n, history, c0 = rod.tendons, problem.history, problem.c0
     xs, ys = simd_vector(rod.x, lanes), simd_vector(rod.y, lanes)
     tension = simd_load(shots.tension, 0, xs)
     pulls = tendon_pulls(lanes, xs, ys, tension, repeat_vector(stretch(e), rod.x), repeat_vector(u, rod.x))

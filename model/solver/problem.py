@@ -15,6 +15,9 @@ CONSTANTS = np.dtype(
 HISTORY = 18
 """Numbers that a stage keeps in time: e, u, q, w, e_s, u_s."""
 
+WIDTHS = (4, 8, 16)
+"""Numbers of tendons that kernels are compiled for: the processor works on four or eight numbers at once."""
+
 Bdf = tuple[float, float, float, float]
 """Coefficients of BDF-alpha: c0, c1, c2 [1/s], d1 [-]."""
 
@@ -22,12 +25,15 @@ Bdf = tuple[float, float, float, float]
 class RodData(NamedTuple):
     """A rod and its discretisation: what does not change while it is simulated.
 
-    `one` and `many` have as many entries as lanes march together.
+    `one` and `many` have as many entries as lanes march together. Tendons stand in SIMD vectors, whose width is that of
+    `x` and `y` and belongs to the kernel's type: it is one of `WIDTHS`, and tendons that a rod has not are on the axis
+    and without tension there, so that a kernel serves every number of tendons up to its width.
     """
 
     one: tuple[int, ...]
     many: tuple[int, ...]
-    x: tuple[float, ...]  # tendon positions in the cross-section [m]
+    tendons: int  # n
+    x: tuple[float, ...]  # tendon positions in the cross-section [m], then zeros
     y: tuple[float, ...]
     constants: Any  # array of one `CONSTANTS` record
     tableau: Any  # Butcher's a, shape (s, s)
@@ -79,8 +85,9 @@ class StateData(NamedTuple):
 def borrowed_rod(rod: RodData) -> RodData:
     """The same rod, its arrays borrowed."""
     return RodData(
-        rod.one, rod.many, rod.x, rod.y, borrowed(rod.constants), borrowed(rod.tableau), borrowed(rod.weights),
-        borrowed(rod.push), rod.flags, rod.steps, rod.ds, rod.length, rod.stiffness, rod.tolerance, rod.budget,
+        rod.one, rod.many, rod.tendons, rod.x, rod.y, borrowed(rod.constants), borrowed(rod.tableau),
+        borrowed(rod.weights), borrowed(rod.push), rod.flags, rod.steps, rod.ds, rod.length, rod.stiffness,
+        rod.tolerance, rod.budget,
     )  # fmt: skip
 
 

@@ -32,11 +32,13 @@ DIFFERENCE_STEP = 1e-7
 def evaluate(rod: RodData, work: Work, problem: Problem, unknown: Any, profile: Profile, raw: Any) -> None:
     """One shot: raw(unknown) = (residual of force and moment at the tip, tendon lengths)."""
     many = work.shots
-    one = Shots(unknown[:6], unknown[6:], many.node, many.length, many.residual, many.stages)
+    for i in range(rod.tendons):
+        work.pull[i] = unknown[6 + i]
+    one = Shots(unknown[:6], work.pull, many.node, many.length, many.residual, many.stages)
     march(rod.one, rod, problem, one, profile)
     for j in range(6):
         raw[j] = one.residual[j]
-    for i in range(len(rod.x)):
+    for i in range(rod.tendons):
         raw[6 + i] = one.length[i]
 
 
@@ -47,7 +49,7 @@ def spread(rod: RodData, work: Work, unknown: Any) -> None:
     for lane in range(LANES):
         for j in range(6):
             shots.base[j * LANES + lane] = unknown[j]
-        for i in range(len(rod.x)):
+        for i in range(rod.tendons):
             shots.tension[i * LANES + lane] = unknown[6 + i]
 
 
@@ -96,7 +98,7 @@ def differentiate(
             inverse = 1.0 / perturbation(work, unknown, column)
             for j in range(6):
                 jacobian[j, column] = change(shots.residual, j, lane, work.raw[j]) * inverse
-            for i in range(len(rod.x)):
+            for i in range(rod.tendons):
                 jacobian[6 + i, column] = change(shots.length, i, lane, work.raw[6 + i]) * inverse
             for j in range(STATE):
                 work.tip[j, column] = change(shots.node, j, lane, work.tip[j, column]) * inverse
@@ -113,7 +115,7 @@ def _error(rod: RodData, problem: Problem, unknown: Any, raw: Any) -> float:
     for j in range(3, 6):
         total += (raw[j] / arm) * (raw[j] / arm)
     if problem.displacement_driven:
-        for i in range(len(rod.x)):
+        for i in range(rod.tendons):
             missing = unknown[6 + i] - max(0.0, string_tension(rod, problem, raw, i))
             total += missing * missing
     return float(math.sqrt(total))
@@ -128,7 +130,7 @@ def string_tension(rod: RodData, problem: Problem, raw: Any, i: int) -> float:
 @inlined
 def newton_matrix(rod: RodData, work: Work, problem: Problem, jacobian: Any) -> int:
     """Fill `work.matrix` with the equations' Jacobian and return their number; a slack tendon's equation is T = 0."""
-    n = len(rod.x)
+    n = rod.tendons
     m = 6 + n if problem.displacement_driven else 6
     for j in range(6):
         for column in range(m):
@@ -186,7 +188,7 @@ def solve(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent (one for each call of `march`).
     """
-    n = len(rod.x)
+    n = rod.tendons
     m = 6 + n if problem.displacement_driven else 6
     if not problem.displacement_driven:
         for i in range(n):

@@ -25,7 +25,7 @@ def advance(rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any) -
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
-    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), len(rod.x))
+    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), rod)
     count = state.step
     history = state.histories[(count + 1) % 2]
     step_history(bdf, state, history)
@@ -42,7 +42,7 @@ def advance(rod: RodData, memory: Any, bdf: Bdf, state: StateData, loads: Any) -
         status, error, more = continue_to(rod, work, problem, unknown, state.loads, 1.0, profile, state.jacobian)
         marches += more
     if status == SOLVED:
-        for i in range(len(rod.x)):
+        for i in range(rod.tendons):
             state.lengths[i] = work.raw[6 + i]
         for j in range(state.loads.shape[0]):
             state.loads[j] = problem.loads[j]
@@ -77,13 +77,13 @@ def relax(
     Returns:
         SOLVED or DIVERGED, the residual's norm, marches spent.
     """
-    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), len(rod.x))
+    rod, state, work = borrowed_rod(rod), borrowed_state(state), open_work(borrowed(memory), rod)
     problem = Problem(0.0, state.displacement_driven, borrowed(loads), borrowed(history))
     profile = Profile(state.levels[0], state.geometries[0])
     status, error, marches = continue_to(
         rod, work, problem, state.unknowns[0], state.loads, first, profile, state.jacobian
     )
-    for i in range(len(rod.x)):
+    for i in range(rod.tendons):
         state.lengths[i] = work.raw[6 + i]
     return status, error, marches
 

@@ -9,6 +9,7 @@ from tendond.model.numerics.compile import inlined
 from tendond.model.solver.lanes import STATE
 from tendond.model.solver.march import Shots
 from tendond.model.solver.predictor import PAST
+from tendond.model.solver.problem import RodData
 
 LANES = 8
 """Rods that march together for a Jacobian."""
@@ -31,6 +32,7 @@ class Work(NamedTuple):
     matrix: Any  # (m, m)
     differences: Any  # (PAST, m): of past solutions
     tip: Any  # (24, m): derivatives of the last node's state by the unknowns
+    pull: Any  # (width,): tensions of a single shot, and zeros
     shots: Shots  # of `LANES` rods
 
 
@@ -40,8 +42,9 @@ def _take(memory: Any, at: int, rows: int, columns: int) -> Any:
 
 
 @inlined
-def open_work(memory: Any, n: int) -> Work:
-    """The arrays in `memory`, for n tendons."""
+def open_work(memory: Any, rod: RodData) -> Work:
+    """The arrays in `memory`."""
+    n, width = rod.tendons, len(rod.x)
     m = 6 + n
     at = 7 * m
     loads = memory[at : at + n + 15]
@@ -52,12 +55,14 @@ def open_work(memory: Any, n: int) -> Work:
     at += PAST * m
     tip = _take(memory, at, STATE, m)
     at += STATE * m
+    pull = memory[at : at + width]
+    at += width
     base = memory[at : at + 6 * LANES]
     at += 6 * LANES
-    tension = memory[at : at + n * LANES]
-    at += n * LANES
-    length = memory[at : at + n * LANES]
-    at += n * LANES
+    tension = memory[at : at + width * LANES]
+    at += width * LANES
+    length = memory[at : at + width * LANES]
+    at += width * LANES
     residual = memory[at : at + 6 * LANES]
     at += 6 * LANES
     node = memory[at : at + STATE * LANES]
@@ -74,16 +79,18 @@ def open_work(memory: Any, n: int) -> Work:
         matrix,
         differences,
         tip,
+        pull,
         Shots(base, tension, node, length, residual, memory[at:]),
     )
 
 
-def new_work(n: int, stages: int, length: float, force: float) -> NDArray[np.float64]:
-    """Memory for a rod with n tendons, a space scheme of that many stages, a length [m] and a force scale [N]."""
+def new_work(rod: RodData, force: float) -> NDArray[np.float64]:
+    """Memory for a rod with a force scale [N]."""
+    n, width = rod.tendons, len(rod.x)
     m = 6 + n
-    solver = 7 * m + n + 15 + m * m + PAST * m + STATE * m
-    marches = (12 + 2 * n + STATE) * LANES + (2 + stages) * STATE * LANES
+    solver = 7 * m + n + 15 + m * m + PAST * m + STATE * m + width
+    marches = (12 + 2 * width + STATE) * LANES + (2 + len(rod.weights)) * STATE * LANES
     memory = np.zeros(solver + marches)
     memory[:m] = force
-    memory[3:6] = MOMENT_ARM * length * force
+    memory[3:6] = MOMENT_ARM * rod.length * force
     return memory

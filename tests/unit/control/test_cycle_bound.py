@@ -60,7 +60,7 @@ def test_every_kind_of_reference_is_tried_here() -> None:
     assert {*IN_SPACE, *OF_SECTIONS} == set(SPACE_KINDS)
 
 
-@pytest.mark.parametrize("count", [1, 3, 4])  # each number but four compiles kernels of its own, the larger the longer
+@pytest.mark.parametrize("count", [1, 3, 4])
 def test_no_cycle_takes_long(count: int) -> None:
     tendons = {"tendon_positions": ring(count)}
     start = {"across": 0.2, "branch": "below_135"}

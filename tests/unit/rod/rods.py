@@ -21,7 +21,7 @@ CONSERVATIVE = replace(WEIGHTLESS, bending_damping=(0.0, 0.0, 0.0), drag=(0.0, 0
 """Nothing takes energy away but the time scheme."""
 
 THREE_TENDONS = replace(PAPER, tendon_positions=tuple((0.02 * np.cos(at), 0.02 * np.sin(at)) for at in (0.1, 2.2, 4.5)))
-"""Another number of tendons than four, at unequal angles: each number takes a minute to compile."""
+"""Another number of tendons than four, at unequal angles."""
 
 
 class External(TypedDict, total=False):

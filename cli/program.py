@@ -20,6 +20,7 @@ EVERYDAY = {
     "status": "rig",
     "watch": "rig",
     "teleop": "rig",
+    "set": "rig",
     "doctor": "rig",
     "replay": "log",
     "plot": "log",

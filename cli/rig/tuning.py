@@ -1,4 +1,4 @@
-"""`tendond rig set`, `tendond rig get`: gains and limits of a running controller."""
+"""`tendond set`, `tendond rig get`: gains and limits of a running controller."""
 
 import json
 import math
@@ -23,7 +23,7 @@ CHECKED_BEND = 60.0
 
 
 def set_values(settings: list[str], config_file: Path | None, *, configured: bool, unchecked: bool) -> None:
-    """Tune gains and limits; see `tendond rig set --help`.
+    """Tune gains and limits; see `tendond set --help`.
 
     Args:
         settings: as KEY=VALUE; a key is complete, or what follows one of its dots where that is unique.
@@ -97,7 +97,7 @@ def loop_remark(config: RigConfig) -> str:
         if not found.stable and math.isfinite(found.radius):
             return (
                 f"remark: bent by {CHECKED_BEND:g} degrees the loop with these values is unstable: motions grow by a "
-                f"factor of {found.radius:.4g} in each cycle; 'tendond rig set --configured' goes back"
+                f"factor of {found.radius:.4g} in each cycle; 'tendond set --configured' goes back"
             )
     return ""
 
@@ -120,7 +120,7 @@ def show_values(config_file: Path | None, *, as_json: bool) -> None:
         table.add_row(key, shown, f"{row['configured']:g}", escape(str(row["allowed"])), str(row["changes"]))
     Console(width=None if Console().is_terminal else 200).print(table)
     if status.tuned:
-        print(f"'tendond rig set --configured{option_of(config_file)}' goes back to the configuration's values")
+        print(f"'tendond set --configured{option_of(config_file)}' goes back to the configuration's values")
 
 
 def _rows(config: RigConfig, status: Status) -> dict[str, dict[str, float | str]]:

@@ -1,4 +1,4 @@
-"""`tendond rig set`, `tendond rig get`: options and help."""
+"""`tendond set`, `tendond rig get`: options and help."""
 
 from typing import Annotated
 
@@ -28,7 +28,7 @@ def set_(
     They are checked like a configuration's and move to their new value at a bounded rate, while the arm tracks; some
     keys change only while idle. A key may be shortened: alpha1=900. The configuration's file is not changed.
 
-    Example: tendond rig set control.laws.backstepping.alpha1=900 limits.tension_max=40 --config rig.toml
+    Example: tendond set control.laws.backstepping.alpha1=900 limits.tension_max=40 --config rig.toml
     """
     from tendond.cli.rig.tuning import set_values
 

@@ -8,7 +8,6 @@ import typer
 from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
-from tendond.schemas.errors.explain import choose
 
 
 def control(
@@ -50,6 +49,7 @@ def control(
     from tendond.offline.control.report import HEADING, misses, row
     from tendond.offline.control.run import run
     from tendond.offline.progress import tracked
+    from tendond.schemas.errors.explain import choose
 
     robots = [one for name in robot or ["paper"] for one in (ROBOTS if name == "all" else [name])]
     for asked, known, hint in ((law, LAWS, "--law"), (task, TASKS, "--task"), (plant, PLANTS, "--plant")):

@@ -28,7 +28,7 @@ ON_THE_BUS = [
     "watch --once",
     "rig law backstepping",
     "rig reference across=0.3",
-    "rig set limits.tension_max=40",
+    "set limits.tension_max=40",
     "rig get",
     "rig inject noise",
     "rig teach record",

@@ -1,4 +1,4 @@
-"""`tendond rig set`: short keys, and the remark on gains that make the loop unstable."""
+"""`tendond set`: short keys, and the remark on gains that make the loop unstable."""
 
 import pytest
 

@@ -13,7 +13,7 @@ NORMAL, FAULTS = FOLDER / "normal.mcap", FOLDER / "faults.mcap"
 REQUIRED = {
     "rig law": ["backstepping"],
     "rig reference": ["across=0.3"],
-    "rig set": ["limits.tension_max=40"],
+    "set": ["limits.tension_max=40"],
     "rig inject": ["noise"],
     "rig teach play": ["path.csv"],
     "servo setup": ["1"],

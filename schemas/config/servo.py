@@ -16,6 +16,9 @@ WATCHDOG_UNIT = 0.02
 """Unit of the servo's Bus Watchdog [s]."""
 
 
+RADIUS = 0.015
+"""Default radius of the spools [m]."""
+
 PROFILE_SHARE = 5.9 / XL430_W250.velocity_limit
 """Default profile velocity, as a fraction of the factory's Velocity Limit: that of the XL430's default."""
 
@@ -23,11 +26,18 @@ HEAT_MARGIN = 4.0
 """Degrees by which the default temperature_max is below the factory's Temperature Limit."""
 
 
-def _defaults(motor: Motor) -> dict[str, float]:
-    """Return the defaults that depend on the model; those of the XL430 are in the fields."""
+def _defaults(motor: Motor, radius: float) -> dict[str, float]:
+    """Return the defaults that depend on the model; those of the XL430 are in the fields.
+
+    Args:
+        motor: ratings of the model.
+        radius: of the spools [m].
+    """
     low, high = motor.voltage
+    velocity = math.floor(100.0 * PROFILE_SHARE * motor.velocity_limit) / 100.0
     return {
-        "profile_velocity": math.floor(100.0 * PROFILE_SHARE * motor.velocity_limit) / 100.0,
+        "profile_velocity": velocity,
+        "displacement_rate": min(SERVO_RATE, math.floor(1e3 * radius * min(velocity, motor.no_load_speed)) / 1e3),
         "profile_acceleration": min(200.0, math.floor(10.0 * motor.acceleration_limit) / 10.0)
         if math.isfinite(motor.acceleration_limit)
         else 200.0,
@@ -56,8 +66,8 @@ class ServoSection(Schema):
         "PH54-100-S500",
     ] = Field(
         "XL430-W250-T",
-        description="model of the servos, all of one; profile_velocity, profile_acceleration, temperature_max,"
-        " voltage_min and voltage_max have other defaults for others",
+        description="model of the servos, all of one; profile_velocity, profile_acceleration, displacement_rate,"
+        " temperature_max, voltage_min and voltage_max have other defaults for others",
     )
     port: str = Field("/dev/ttyUSB0", description="serial port of the bus")
     baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = Field(
@@ -70,7 +80,7 @@ class ServoSection(Schema):
         "calibration.json", description="calibration file with zeros, signs and spools, relative to this file"
     )
     spool_radius: Annotated[float, Field(gt=0.0, le=0.2, description="radius of the spools before calibration [m]")] = (
-        0.015
+        RADIUS
     )
     period: Annotated[float, Field(ge=0.002, le=0.1, description="period of the driver's cycle [s]")] = 0.01
     reply_timeout: Annotated[
@@ -174,7 +184,11 @@ class ServoSection(Schema):
     def _of_model(cls, values: Any) -> Any:
         """Fill in the defaults of another model than the XL430."""
         motor = MOTORS.get(values.get("model", "")) if isinstance(values, Mapping) else None
-        return values if motor is None or motor is XL430_W250 else {**_defaults(motor), **values}
+        if motor is None or motor is XL430_W250:
+            return values
+        radius = values.get("spool_radius", RADIUS)
+        usable = isinstance(radius, int | float) and 0.0 < radius <= 0.2  # else its own field says what is wrong
+        return {**_defaults(motor, radius if usable else RADIUS), **values}
 
     @property
     def motor(self) -> Motor:

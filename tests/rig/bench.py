@@ -42,7 +42,7 @@ class DriverBench:
         self.section = settings
         self.port = str(port)
         self.calibration = calibration(ticks_per_turn=settings.motor.ticks_per_turn)
-        hang_springs(servos, self.calibration)
+        hang_springs(servos.servos, self.calibration)
         self.seq = 0
         self.tension_max = tension_max
         self.driver = self.new_driver()

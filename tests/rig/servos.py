@@ -57,7 +57,7 @@ def calibration(
     return Calibration(rig=rig, date="2026-01-01T00:00:00+00:00", tendons=tuple(tendons))
 
 
-def hang_springs(bus: EmulatedBus, calibrated: Calibration) -> None:
+def hang_springs(servos: Sequence[EmulatedServo], calibrated: Calibration) -> None:
     """Hang a spring on each spool, slack below zero."""
 
     def spring(tendon: TendonCalibration) -> Callable[[float], float]:
@@ -69,5 +69,5 @@ def hang_springs(bus: EmulatedBus, calibrated: Calibration) -> None:
 
         return torque
 
-    for servo, tendon in zip(bus.servos, calibrated.tendons, strict=True):
+    for servo, tendon in zip(servos, calibrated.tendons, strict=True):
         servo.torque = spring(tendon)

@@ -8,6 +8,9 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.model import ServoModel
 from tendond.drivers.dynamixel.serial.register import Register
 
+SUPPLY_VOLTS = 12.0
+"""Supply at power-up, where a model has that [V]; others have their rated one."""
+
 TICK_WRAP = 32768
 """Number of values of Realtime Tick, which counts milliseconds."""
 
@@ -28,7 +31,8 @@ class EmulatedShaft:
         self.model = model
         self._memory = ControlTable(model)
         self.temperature = 30.0
-        self.voltage = min(max(12.0, model.motor.rated_volts), model.motor.voltage[1])
+        low, high = model.motor.voltage
+        self.voltage = SUPPLY_VOLTS if low <= SUPPLY_VOLTS <= high else model.motor.rated_volts
         self._shaft = Actuator()
         self._shaft.place(float(position))
         self._milliseconds = 0.0

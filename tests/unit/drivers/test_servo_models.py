@@ -186,6 +186,65 @@ def test_a_calibration_of_a_servo_with_other_positions_is_refused(monkeypatch: p
         bench.driver._reconnect(0.0)
 
 
+X_ADDRESSES = (63, 64, 70, 98, 100, 108, 112, 116, 132, 144, 146)
+P_ADDRESSES = (63, 512, 518, 546, 548, 556, 560, 564, 580, 592, 594)
+REGISTERS = (
+    table.SHUTDOWN,
+    table.TORQUE_ENABLE,
+    table.HARDWARE_ERROR_STATUS,
+    table.BUS_WATCHDOG,
+    table.GOAL_PWM,
+    table.PROFILE_ACCELERATION,
+    table.PROFILE_VELOCITY,
+    table.GOAL_POSITION,
+    table.PRESENT_POSITION,
+    table.PRESENT_INPUT_VOLTAGE,
+    table.PRESENT_TEMPERATURE,
+)
+
+MANUAL = """
+XL430-W250-T  | 1060 | 72 | 140 |  60 |  885 |     - |  265 | 52 |  640
+XL330-M077    | 1190 | 70 |  70 |  35 |  885 |  1750 | 1620 | 53 |  400
+XL330-M288    | 1200 | 70 |  70 |  35 |  885 |  1750 |  445 | 53 |  400
+XC330-M288    | 1240 | 70 |  70 |  35 |  885 |  2352 |  350 | 52 | 1100
+XC330-T288    | 1220 | 70 | 140 |  55 |  885 |   910 |  320 | 52 |  900
+XC430-W150    | 1070 | 80 | 160 |  60 |  885 |     - |  460 | 52 |  460
+XC430-W240    | 1080 | 80 | 160 |  60 |  885 |     - |  306 | 52 |  700
+XM430-W210    | 1030 | 80 | 160 |  95 |  885 |  1193 |  330 | 52 |  800
+XM430-W350    | 1020 | 80 | 160 |  95 |  885 |  1193 |  350 | 52 |  800
+XM540-W150    | 1130 | 80 | 160 |  95 |  885 |  2047 |  230 | 52 |  800
+XM540-W270    | 1120 | 80 | 160 |  95 |  885 |  2047 |  128 | 52 |  800
+PH42-020-S300 | 2000 | 80 | 350 | 150 | 2009 |  4500 | 2920 | 58 |    0
+PH54-100-S500 | 2010 | 80 | 350 | 150 | 2009 | 15900 | 2920 | 58 |    0
+"""
+"""Initial values by the manual's page of each model, typed from it and not from the driver's tables; a P series' gain has
+none."""
+
+COLUMNS = (
+    table.MODEL,
+    table.TEMPERATURE_LIMIT,
+    table.MAX_VOLTAGE_LIMIT,
+    table.MIN_VOLTAGE_LIMIT,
+    table.PWM_LIMIT,
+    table.CURRENT_LIMIT,
+    table.VELOCITY_LIMIT,
+    table.SHUTDOWN,
+    table.POSITION_P_GAIN,
+)
+
+
+def test_addresses_and_initial_values_are_those_of_the_manual() -> None:
+    rows = [[cell.strip() for cell in line.split("|")] for line in MANUAL.strip().splitlines()]
+    assert [name for name, *_ in rows] == list(MODELS)
+    for name, *values in rows:
+        model = MODELS[name]
+        assert tuple(model.entry(one).address for one in REGISTERS) == (
+            P_ADDRESSES if name.startswith("P") else X_ADDRESSES
+        )
+        found = [str(model.entry(one).initial) if model.has(one) else "-" for one in COLUMNS]
+        assert found == values, name
+
+
 @pytest.mark.parametrize("model", MODELS.values(), ids=lambda one: one.name)
 def test_the_table_of_a_model_is_consistent_and_its_own(model: object) -> None:
     one = MODELS[model.name]  # type: ignore[attr-defined]  # the parametrisation's type is lost

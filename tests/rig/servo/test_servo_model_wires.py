@@ -25,7 +25,7 @@ OTHERS = {name: kind for name, kind in KINDS.items() if name != "XL430"}
 def test_a_servo_of_any_kind_is_pulled_stopped_by_its_own_watchdog_and_released_by_a_reset(
     kind: str, tmp_path: Path
 ) -> None:
-    settings = section(**{"watchdog": 0.3, **OTHERS[kind]})
+    settings = section(watchdog=0.3, **OTHERS[kind])
     with emulated(tmp_path, section=settings) as servos:
         bench = DriverBench(servos, tmp_path / "ttyUSB0", settings, 20.0)
         bench.pull()

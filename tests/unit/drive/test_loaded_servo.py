@@ -14,8 +14,9 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.lockstep import open_loop, watched_loop
 from tendond.model.tendons.servo import ServoDynamics, advance, at_rest
 from tendond.offline.drive.cases import CAMERA, CONFIGURED, REAL, Case, config_of
+from tendond.schemas.config.rates import speed_line
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.config.servo import ServoSection, speed_line
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import Mode, TendonCommand
 from tendond.schemas.motors import XL430_W250
 from tendond.schemas.requests import ControlAction

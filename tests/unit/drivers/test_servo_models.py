@@ -18,7 +18,7 @@ from tendond.schemas.motors import MOTORS
 from tests.rig.servos import RADIUS, hang_springs
 from tests.unit.drivers.stepped import SteppedBench
 
-KINDS = {
+KINDS: dict[str, dict[str, str | float]] = {
     "XL430": {"model": "XL430-W250-T"},
     "XM430 in mode 5": {"model": "XM430-W350", "current_limit": 0.4},
     "XL330": {"model": "XL330-M288", "tension_margin": 2.0},
@@ -217,8 +217,8 @@ XM540-W270    | 1120 | 80 | 160 |  95 |  885 |  2047 |  128 | 52 |  800
 PH42-020-S300 | 2000 | 80 | 350 | 150 | 2009 |  4500 | 2920 | 58 |    0
 PH54-100-S500 | 2010 | 80 | 350 | 150 | 2009 | 15900 | 2920 | 58 |    0
 """
-"""Initial values by the manual's page of each model, typed from it and not from the driver's tables; a P series' gain has
-none."""
+"""Initial values by the manual's page of each model, typed from it and not from the driver's tables; gains of the P
+series have none."""
 
 COLUMNS = (
     table.MODEL,

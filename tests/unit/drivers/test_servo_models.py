@@ -259,7 +259,7 @@ def test_the_table_of_a_model_is_consistent_and_its_own(model: object) -> None:
     assert len({request.length for request in one.requests}) == len(one.requests)
     velocity = one.entry(table.VELOCITY_LIMIT).initial * one.velocity_unit
     assert velocity == pytest.approx(one.motor.velocity_limit, rel=1e-3)
-    ServoSection(model=one.name)  # type: ignore[arg-type]  # a name of the same list
+    ServoSection(model=one.name)
 
 
 @pytest.mark.parametrize(

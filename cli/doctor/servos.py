@@ -9,6 +9,7 @@ from tendond.cli.doctor.check import CheckOutcome, CheckResult, Rig, failed, pas
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import WANTED_MS, latency_timer
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.models import MODELS, mismatch
 from tendond.drivers.dynamixel.tools.requirements import objections
 from tendond.drivers.dynamixel.tools.scan import ports
 from tendond.schemas.config.servo import ServoSection
@@ -69,7 +70,7 @@ def servos(rig: Rig) -> CheckResult | None:
         return passed("not queried: in use by the driver")
     ids = section.servo_ids(len(rig.config.rod.tendon_positions))
     try:
-        with ServoBus(section.port, section.baudrate, section.reply_timeout) as bus:
+        with ServoBus(section.port, section.baudrate, section.reply_timeout, MODELS[section.model]) as bus:
             missing = bus.absent(ids)
             if missing:
                 return failed(f"no reply from {_named(missing)}", "switch on their power; then: tendond servo scan")
@@ -96,21 +97,20 @@ def servos(rig: Rig) -> CheckResult | None:
 def _ask(bus: ServoBus, one: int, section: ServoSection) -> CheckResult:
     """Query a servo."""
     model = bus.read(one, table.MODEL)
-    name = table.MODEL_NAME if model == table.MODEL_NUMBER else f"model {model}"
+    if other := mismatch(model, bus.model):
+        return failed(f"servo {one}: {other}", "set servo.model, or replace the servo")
     voltage = bus.read(one, table.PRESENT_INPUT_VOLTAGE) * table.VOLTAGE_UNIT
     degrees = bus.read(one, table.PRESENT_TEMPERATURE)
     firmware = bus.read(one, table.FIRMWARE)
-    finding = f"servo {one}: {name}, firmware {firmware}, {voltage:.1f} V, {degrees} degrees"
+    finding = f"servo {one}: {bus.model.name}, firmware {firmware}, {voltage:.1f} V, {degrees} degrees"
     errors = table.hardware_errors(bus.read(one, table.HARDWARE_ERROR_STATUS))
     if errors:
         return failed(f"{finding}, {', '.join(errors)}", f"fix the cause, then tendond servo reboot {one}")
-    if model != table.MODEL_NUMBER:
-        return failed(finding, f"the driver supports only {table.MODEL_NAME}")
     if not section.voltage_min <= voltage <= section.voltage_max:
         return failed(f"{finding}: not {section.voltage_min:g} to {section.voltage_max:g} V", "check its power supply")
     if degrees > section.temperature_max:
         return failed(f"{finding}: hotter than {section.temperature_max:g}", "let it cool down")
-    if wrong := objections(bus, one, section.reply_timeout):
+    if wrong := objections(bus, one, section):
         return failed(f"{finding}: {', '.join(wrong)}", f"tendond servo setup {one}")
     if bus.read(one, table.TORQUE_ENABLE):
         return warned(f"{finding}, holds its tendon", "tendond servo home")

@@ -7,7 +7,6 @@ from tendond.bus.client import BusError, open_client
 from tendond.bus.operator import ask, status_in
 from tendond.cli.common import stop_on_signals
 from tendond.cli.servo.rig import confirm, servo_rig
-from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
 from tendond.drivers.dynamixel.tools.calibrate import Ask
 from tendond.drivers.dynamixel.tools.rig import open_bus
@@ -18,6 +17,7 @@ from tendond.offline.identification.servo_log import SHOWN, fit_recording
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import Mode
+from tendond.schemas.motors import XL430_W250
 from tendond.schemas.requests import ControlAction
 
 LOOK_SECONDS = 0.5
@@ -52,7 +52,7 @@ def identify_servo(config_file: Path | None, tendon: int, travel: float, yes: bo
         test = step_test(bus, rig.section, located.spool, rig.tension_max, travel, stopped)
     radius, section = located.spool.calibration.spool_radius, rig.section
     fit = fit_steps(test.steps, section.profile_velocity * radius, max(section.profile_acceleration * radius, 0.1))
-    print(report(fit, test.hysteresis, radius))
+    print(report(fit, test.hysteresis, radius, rig.section.motor.tick))
     return fit
 
 
@@ -68,20 +68,21 @@ def identify_from_log(log: Path, tendon: int) -> ServoFit:
     fit, backlash = fit_recording(
         recording, tendon, section.profile_velocity * radius, max(section.profile_acceleration * radius, 0.1)
     )
-    print(report(fit, backlash, radius))
+    print(report(fit, backlash, radius, section.motor.tick))
     return fit
 
 
-def report(fit: ServoFit, hysteresis: float, radius: float) -> str:
+def report(fit: ServoFit, hysteresis: float, radius: float, tick: float = XL430_W250.tick) -> str:
     """Write the dynamics with their errors, and the keys of the configuration.
 
     Args:
         fit: dynamics.
         hysteresis: difference of where the servo rests at one goal, or its backlash [m].
         radius: of the spool [m].
+        tick: unit of the servo's positions [rad].
     """
     servo, (dead, rate, acceleration, lag) = fit.servo, fit.error
-    step = table.TICK * radius
+    step = tick * radius
     delay = fit.dead_time + servo.lag
     seen = {
         "rate": rate <= SHOWN * servo.rate,

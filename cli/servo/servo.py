@@ -90,7 +90,7 @@ def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | 
             " factory's limits? Only one servo may have this id."
         )
         confirm(question, yes, ask)
-        changed = set_up(bus, old, target, section.baudrate)
+        changed = set_up(bus, old, target, section)
     print(f"servo {target}: " + (", ".join(changed) or "already set up"))
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendond.model.tendons.servo import ServoDynamics, available_rate, braking_distance
+from tendond.schemas.config.rates import speed_line
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.servo import speed_line
 
 Array = NDArray[np.float64]
 

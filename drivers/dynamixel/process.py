@@ -20,6 +20,7 @@ from tendond.drivers.dynamixel.places import PlaceKeeper, places_file, read_plac
 from tendond.drivers.dynamixel.serial.adapter import DELAYED_SECONDS, latency_warning
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.late import LateReplies
+from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.drivers.host import Host, await_controller
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.servo import ServoSection
@@ -76,7 +77,7 @@ class ServoProcess:
         calibration = load_calibration(self._folder / section.calibration, self._config.rig.name, ids)
 
         def open_bus() -> ServoBus:
-            return ServoBus(section.port, section.baudrate, section.reply_timeout)
+            return ServoBus(section.port, section.baudrate, section.reply_timeout, MODELS[section.model])
 
         try:
             session = await_controller(self._config, self._host.stopped)

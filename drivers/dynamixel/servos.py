@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from tendond.drivers.dynamixel.calibration import Calibration
-from tendond.drivers.dynamixel.checks import find, watchdog_units, within_range
+from tendond.drivers.dynamixel.checks import find, profile_units, watchdog_units, within_range
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import TRIES, NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
+from tendond.drivers.dynamixel.strength import current_bound, goal_pwm, load_limit
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import locate
 from tendond.schemas.config.servo import ServoSection
@@ -56,15 +56,25 @@ class ServoGroup:
         self.watchdog = watchdog_units(section)
         self.limits = tuple(load_limit(section, tension_max, one.spool_radius) for one in calibration.tendons)
         for tendon in calibration.tendons:
+            if tendon.ticks_per_turn != section.motor.ticks_per_turn:
+                raise ServoError(
+                    f"servo {tendon.servo}: its calibration is of a servo with {tendon.ticks_per_turn} positions a"
+                    f" turn, the {section.model} has {section.motor.ticks_per_turn}: run 'tendond servo calibrate'"
+                )
             if objection := section.turn_objection(tendon.spool_radius, f"tendon {tendon.servo}'s spool_radius"):
                 raise ServoError(f"servo {tendon.servo}: {objection}")
         find(bus, self.ids)
-        require(bus, self.ids, section.reply_timeout)
+        require(bus, self.ids, section)
         readings = self._first()
+        self._currents = {
+            identifier: bus.model.current_goal(bound)
+            for identifier, limit in zip(self.ids, self.limits, strict=True)
+            if (bound := current_bound(section, limit)) is not None
+        }
         self._tendons = calibration.tendons
         self.locate(readings, last or {})
         for spool in self.spools:
-            within_range(section, spool)
+            within_range(section, spool, bus.model)
 
     def locate(self, readings: Sequence[ServoReading], last: Mapping[int, float]) -> None:
         """Find the turn of each servo.
@@ -124,6 +134,8 @@ class ServoGroup:
             for identifier in self.ids:
                 self._bus.write(identifier, table.BUS_WATCHDOG, 0)
                 self._write_profile(identifier)
+            for identifier, current in self._currents.items():
+                self._bus.write(identifier, table.GOAL_CURRENT, current)
             self.bound([0.0] * len(self.ids), readings)
             self._bus.write_all(table.GOAL_POSITION, here)  # before the torque, or the servos would move to an old goal
             self._bus.write_all(table.TORQUE_ENABLE, dict.fromkeys(self.ids, 1))
@@ -136,12 +148,9 @@ class ServoGroup:
 
     def _write_profile(self, identifier: int) -> None:
         section = self._section
-        velocity = max(1, int(section.profile_velocity / table.VELOCITY_UNIT))
-        acceleration = round(section.profile_acceleration / table.ACCELERATION_UNIT)
-        if section.profile_acceleration > 0.0:
-            acceleration = max(1, acceleration)
-        self._bus.write(identifier, table.PROFILE_VELOCITY, min(velocity, 32767))
-        self._bus.write(identifier, table.PROFILE_ACCELERATION, min(acceleration, 32767))
+        velocity, acceleration = profile_units(self._bus.model, section)
+        self._bus.write(identifier, table.PROFILE_VELOCITY, velocity)
+        self._bus.write(identifier, table.PROFILE_ACCELERATION, acceleration)
 
     def bound(self, rates: Sequence[float], readings: Sequence[ServoReading]) -> None:
         """Limit the output of the motors to the allowed load and rate.
@@ -153,14 +162,23 @@ class ServoGroup:
         Raises:
             ServoError: the packet was not sent.
         """
-        wanted = {}
+        motor, wanted = self._section.motor, {}
         for spool, limit, rate, reading in zip(self.spools, self.limits, rates, readings, strict=True):
             servo = spool.calibration
-            pwm = goal_pwm(limit, servo.spool_radius, rate, reading.voltage * table.VOLTAGE_UNIT)
-            if abs(pwm - reading.goal_pwm) >= PWM_STEP or (pwm == table.FULL_PWM != reading.goal_pwm):
+            pwm = self._bus.model.full_pwm
+            if not motor.continuous:
+                pwm = goal_pwm(limit, servo.spool_radius, rate, reading.voltage * table.VOLTAGE_UNIT, motor)
+            if abs(pwm - reading.goal_pwm) >= PWM_STEP or (pwm == self._bus.model.full_pwm != reading.goal_pwm):
                 wanted[servo.servo] = pwm
         if wanted:
             self._bus.write_all(table.GOAL_PWM, wanted)
+        lost = {
+            identifier: self._currents[identifier]
+            for identifier, reading in zip(self.ids, readings, strict=True)
+            if self._currents.get(identifier, reading.goal_current) != reading.goal_current
+        }
+        if lost:
+            self._bus.write_all(table.GOAL_CURRENT, lost)
 
     def wake(self, readings: Sequence[ServoReading]) -> None:
         """Take over servos stopped by their watchdog: restore their profiles, hold their positions.
@@ -225,4 +243,7 @@ class ServoGroup:
 
     def tensions(self, readings: Sequence[ServoReading]) -> tuple[float, ...]:
         """Return the tension of each tendon, as the servos estimate it [N]."""
-        return tuple(spool.tension(reading.load) for spool, reading in zip(self.spools, readings, strict=True))
+        return tuple(
+            spool.tension(reading.load, self._section.motor)
+            for spool, reading in zip(self.spools, readings, strict=True)
+        )

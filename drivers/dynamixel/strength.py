@@ -2,8 +2,9 @@
 
 import math
 
-from tendond.drivers.dynamixel.serial.table import FULL_PWM, OUTPUT_PER_TICK, TICK
-from tendond.schemas.config.servo import NO_LOAD_SPEED, RATED_VOLTS, STALL_TORQUE, ServoSection
+from tendond.drivers.dynamixel.serial.table import FULL_PWM
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.motors import XL430_W250, Motor
 
 GEAR_MARGIN = 0.1
 """Fraction of the motor's output for gear friction and acceleration, beyond load and speed. Not in the manual: an
@@ -32,11 +33,11 @@ def load_limit(section: ServoSection, tension_max: float, spool_radius: float) -
         tension_max: limits.tension_max [N].
         spool_radius: spool radius of the tendon's spool [m].
     """
-    allowed = section.tension_margin * tension_max * spool_radius / STALL_TORQUE
+    allowed = section.tension_margin * tension_max * spool_radius / section.motor.stall_torque
     return min(section.load_max, max(allowed, SENSED_LOAD * section.pretension_load))
 
 
-def sag(load: float, spool_radius: float) -> float:
+def sag(load: float, spool_radius: float, motor: Motor = XL430_W250) -> float:
     """Return the distance of a tendon at rest from its goal under a load [m].
 
     The position controller is proportional: at rest its output, which is the load, takes an error.
@@ -44,13 +45,14 @@ def sag(load: float, spool_radius: float) -> float:
     Args:
         load: of the stall torque [-].
         spool_radius: spool radius of the tendon's spool [m].
+        motor: of the servo; 'tendond servo setup' leaves its gains as they are.
     """
-    return load * FULL_PWM / OUTPUT_PER_TICK * TICK * spool_radius
+    return load * motor.full_error * spool_radius
 
 
-def range_margin(spool_radius: float) -> float:
+def range_margin(spool_radius: float, motor: Motor = XL430_W250) -> float:
     """Return the distance by which a tendon may be outside its range, or from its zero when released [m]."""
-    return sag(RANGE_LOAD, spool_radius)
+    return sag(RANGE_LOAD, spool_radius, motor)
 
 
 def arrival_distance(section: ServoSection, spool_radius: float) -> float:
@@ -58,7 +60,7 @@ def arrival_distance(section: ServoSection, spool_radius: float) -> float:
 
     It is the sag under the largest load that a tool takes for none, and the gears' friction: 0.9 mm by default.
     """
-    return sag(2.0 * section.pretension_load + GEAR_MARGIN, spool_radius)
+    return sag(2.0 * section.pretension_load + GEAR_MARGIN, spool_radius, section.motor)
 
 
 def speed_share(load: float, rise: float, limit: float) -> float:
@@ -77,7 +79,24 @@ def speed_share(load: float, rise: float, limit: float) -> float:
     return min(1.0, max(0.0, (limit - predicted) / ((1.0 - SPEED_LOAD) * limit)))
 
 
-def goal_pwm(limit: float, spool_radius: float, rate: float, volts: float) -> int:
+def current_bound(section: ServoSection, limit: float) -> float | None:
+    """Return the current that a servo may take [A]; none where nothing limits it but the motor's output.
+
+    A motor without a known stall torque (P series) can pull several times the torque that its loads are fractions of,
+    and its Goal Current is what bounds it.
+
+    Args:
+        section: [servo].
+        limit: largest load [-]; with a margin for the gears, so that a load above it is still seen.
+    """
+    motor = section.motor
+    if not (section.current_limit or motor.continuous):
+        return None
+    needed = (limit + GEAR_MARGIN) * motor.stall_current
+    return min(needed, section.current_limit or motor.current_max)
+
+
+def goal_pwm(limit: float, spool_radius: float, rate: float, volts: float, motor: Motor = XL430_W250) -> int:
     """Return the Goal PWM [register units] with which a servo at a rate cannot pull much more than its limit.
 
     The voltage of a DC motor is the sum of shares for torque and speed:
@@ -88,6 +107,7 @@ def goal_pwm(limit: float, spool_radius: float, rate: float, volts: float) -> in
         spool_radius: spool radius of the tendon's spool [m].
         rate: at which the tendon is to move [m/s].
         volts: volts of the supply [V].
+        motor: of the servo, one whose stall torque is known.
     """
-    share = limit + GEAR_MARGIN + abs(rate) / spool_radius / NO_LOAD_SPEED
-    return min(FULL_PWM, math.ceil(FULL_PWM * share * RATED_VOLTS / max(volts, 1.0)))
+    share = limit + GEAR_MARGIN + abs(rate) / spool_radius / motor.no_load_speed
+    return min(FULL_PWM, math.ceil(FULL_PWM * share * motor.rated_volts / max(volts, 1.0)))

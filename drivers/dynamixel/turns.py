@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.calibration import TendonCalibration
-from tendond.drivers.dynamixel.serial.table import TICKS_PER_TURN
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.schemas.config.servo import ServoSection
 
@@ -60,7 +59,7 @@ def locate(section: ServoSection, tendon: TendonCalibration, position: int, last
         position: reported [ticks].
         last: last known displacement of the tendon [m]; none where unknown.
     """
-    nearest = round((position - tendon.zero) / TICKS_PER_TURN)
+    nearest = round((position - tendon.zero) / tendon.ticks_per_turn)
     turn = 2.0 * math.pi * tendon.spool_radius
     reach = math.ceil(max(section.displacement_max, -section.displacement_min) / turn) + 1
     places = {(spool := Spool(tendon, nearest + k)): spool.displacement(position) for k in range(-reach, reach + 1)}

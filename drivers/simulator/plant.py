@@ -12,8 +12,8 @@ from tendond.drivers.simulator.rods import GeneralPlantRod, PlantRod
 from tendond.drivers.simulator.sensors import SimulatedSensors, Truth
 from tendond.drivers.simulator.servo import SimulatedActuators
 from tendond.model.rod.tip_body import ball_inertia
+from tendond.schemas.config.rates import speed_line
 from tendond.schemas.config.rig import RigConfig
-from tendond.schemas.config.servo import speed_line
 from tendond.schemas.faults import Fault
 from tendond.schemas.messages import SensorReading, SimulatorTruth, TendonCommand, TendonState, TipPose
 

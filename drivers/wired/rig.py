@@ -13,8 +13,8 @@ from tendond.bus.identity import new_source
 from tendond.drivers.dynamixel.calibration import Calibration, TendonCalibration
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
-from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS
+from tendond.drivers.dynamixel.serial.models import MODELS
+from tendond.drivers.dynamixel.tools.requirements import requirements
 from tendond.drivers.host import await_controller
 from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.introduction import Introduction
@@ -54,11 +54,11 @@ class WiredError(ConfigError):
 class SpooledServo:
     """Emulated servo with a tendon of the rod on its spool; `tension` is the rod's pull [N]."""
 
-    def __init__(self, tendon: TendonCalibration, baudrate: int) -> None:
+    def __init__(self, tendon: TendonCalibration, section: ServoSection) -> None:
         self._tendon = tendon
-        self.servo = EmulatedServo(tendon.servo, baudrate, tendon.zero)
-        for one in REQUIREMENTS:  # as `tendond servo setup` leaves it
-            self.servo.write(one.register.address, one.register.to_bytes(one.wanted))
+        self.servo = EmulatedServo(tendon.servo, section.baudrate, tendon.zero, MODELS[section.model])
+        for one in requirements(self.servo.model, section):  # as `tendond servo setup` leaves it
+            self.servo.put(one.register, one.wanted)
         self.servo.torque = lambda ticks: -tendon.sign * self.tension * tendon.spool_radius
         self._zero = self.servo.position
         self.tension = 0.0
@@ -70,7 +70,7 @@ class SpooledServo:
 
     def displacement_at(self, position: float) -> float:
         """Return the displacement of the tendon's end [m] at a position of the servo [ticks]."""
-        turned = (position - self._zero) * table.TICK
+        turned = (position - self._zero) * self.servo.model.tick
         return self._tendon.sign * turned * self._tendon.spool_radius
 
 
@@ -117,7 +117,7 @@ class WiredRig:
         self._source = new_source("simulator")
         self._stopped = stopped
         self._alignment = Alignment(vicon, config.rod.base_gravity)
-        self._tendons = [SpooledServo(tendon, servo.baudrate) for tendon in calibration.tendons]
+        self._tendons = [SpooledServo(tendon, servo) for tendon in calibration.tendons]
         self.bus = EmulatedBus(_free_link(Path(servo.port)), [tendon.servo for tendon in self._tendons])
 
     def close(self) -> None:

@@ -1,8 +1,9 @@
 """Emulated servos between controller and plant in lockstep: the wired rig without drivers, clock and packets."""
 
 from tendond.drivers.dynamixel.calibration import Calibration
+from tendond.drivers.dynamixel.checks import profile_units
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.table import Register
+from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.simulator.lockstep import Wires
 from tendond.drivers.wired.rig import SpooledServo
@@ -24,14 +25,14 @@ class ServoWires:
     """
 
     def __init__(self, section: ServoSection, calibration: Calibration, period: float, phase: float = 0.5) -> None:
-        self._tendons = [SpooledServo(tendon, section.baudrate) for tendon in calibration.tendons]
+        self._tendons = [SpooledServo(tendon, section) for tendon in calibration.tendons]
         self._spools = [Spool(tendon) for tendon in calibration.tendons]
         self._period = period
         self._before = round(STEPS * phase)
+        velocity, acceleration = profile_units(MODELS[section.model], section)
         for tendon in self._tendons:
-            tendon.servo.write(table.PROFILE_VELOCITY.address, _units(table.PROFILE_VELOCITY, section.profile_velocity))
-            acceleration = _units(table.PROFILE_ACCELERATION, section.profile_acceleration)
-            tendon.servo.write(table.PROFILE_ACCELERATION.address, acceleration)
+            tendon.servo.put(table.PROFILE_VELOCITY, velocity)
+            tendon.servo.put(table.PROFILE_ACCELERATION, acceleration)
 
     @property
     def wires(self) -> Wires:
@@ -44,9 +45,8 @@ class ServoWires:
             if step == self._before and command.armed:
                 for tendon, spool, goal in zip(self._tendons, self._spools, command.displacement, strict=True):
                     if not tendon.servo.energised:  # until then a tendon that sags turns its servo
-                        tendon.servo.write(table.TORQUE_ENABLE.address, b"\x01")
-                    goals = table.GOAL_POSITION
-                    tendon.servo.write(goals.address, goals.to_bytes(spool.ticks(goal)))
+                        tendon.servo.put(table.TORQUE_ENABLE, 1)
+                    tendon.servo.put(table.GOAL_POSITION, spool.ticks(goal))
             for tendon in self._tendons:
                 tendon.servo.advance(self._period / STEPS)
         ends = tuple(tendon.displacement for tendon in self._tendons)
@@ -57,9 +57,3 @@ class ServoWires:
         for tendon, tension in zip(self._tendons, state.tension, strict=True):
             tendon.tension = tension
         return state
-
-
-def _units(register: Register, value: float) -> bytes:
-    """Return a profile's speed [rad/s] or acceleration [rad/s^2] as the bytes of its register."""
-    unit = table.VELOCITY_UNIT if register is table.PROFILE_VELOCITY else table.ACCELERATION_UNIT
-    return register.to_bytes(max(1, int(value / unit)))

@@ -7,7 +7,8 @@ from tendond.offline.paper.facts import deviation, mean_error, off
 from tendond.offline.paper.published import EXPERIMENT, LAWS
 from tendond.offline.paper.run import Runs
 from tendond.offline.paper.scenarios import RIG
-from tendond.schemas.config.servo import NO_LOAD_SPEED, ServoSection
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.motors import XL430_W250
 
 BACK, SLIDE = LAWS
 
@@ -23,7 +24,7 @@ def rig_paragraphs(runs: Runs) -> list[str]:
     pulled = float(run.displacement[rise] - run.displacement[0])
     speed = pulled / (rise * period)
     servo = ServoSection()
-    able = NO_LOAD_SPEED * servo.spool_radius
+    able = XL430_W250.no_load_speed * servo.spool_radius
     rod = RIG["simulator"]["rod"]
     plant, model = simulator.rod, config.rod
     return [
@@ -43,10 +44,10 @@ def rig_paragraphs(runs: Runs) -> list[str]:
         "our "
         f"run pulls {1e3 * pulled:.0f} mm, at {1e3 * period:g} ms an iteration {speed:.2f} m/s. An XL430-W250-T turns "
         "at "
-        f"{NO_LOAD_SPEED * 60 / (2 * np.pi):.0f} rpm maximum, {able:.3f} m/s on a spool of "
+        f"{XL430_W250.no_load_speed * 60 / (2 * np.pi):.0f} rpm maximum, {able:.3f} m/s on a spool of "
         f"{1e3 * servo.spool_radius:g} mm. "
         f"Either the experiment's iterations lasted {1e3 * pulled / (rise * able):.0f} ms or more, or its spools had a "
-        f"radius of {1e3 * speed / NO_LOAD_SPEED:.0f} mm or more; the paper gives neither.",
+        f"radius of {1e3 * speed / XL430_W250.no_load_speed:.0f} mm or more; the paper gives neither.",
         f"The steady-state error is {mean_error(run, 100, 120):.2f} mm at iteration 100 and "
         f"{mean_error(run, -20, None):.2f} mm at the end: the observer treats innovations below "
         f"{1e3 * NOISE_FLOOR * config.rod.length:.2g} mm mostly as noise and corrects them slowly.",

@@ -6,7 +6,6 @@ import numpy as np
 from rich.table import Table
 
 from tendond.offline.logs.log import Array, LogFile
-from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE
 from tendond.schemas.messages import Mode, ServoHealth
 
 LAGS = 40
@@ -58,12 +57,12 @@ def wires(log: LogFile) -> list[WireTraces]:
     tensions = np.array([state.tension for state in states if state is not None])
     period = log.config.loop.period
     passed = np.diff([record.tick for record in armed]) * period  # a cycle without a report is left out
-    radius = log.config.servo.spool_radius
+    radius, servo = log.config.servo.spool_radius, log.config.servo.motor
     found = []
     for tendon in range(commanded.shape[1]):
         lag, error = _lag(commanded[:, tendon], reported[:, tendon])
         tension = float(tensions[:, tendon].max())
-        load = tension * radius / STALL_TORQUE
+        load = tension * radius / servo.torque_max
         found.append(
             WireTraces(
                 travel=float(np.ptp(commanded[:, tendon])),
@@ -73,7 +72,7 @@ def wires(log: LogFile) -> list[WireTraces]:
                 rate=float(np.abs(np.diff(commanded[:, tendon]) / passed).max()),
                 tension=tension,
                 load=load,
-                motor=NO_LOAD_SPEED * max(0.0, 1.0 - load) * radius,
+                motor=servo.no_load_speed * max(0.0, 1.0 - load) * radius,
             )
         )
     return found
@@ -97,7 +96,7 @@ def pace(log: LogFile, tendons: list[WireTraces]) -> str:
         return ""
     one = max(tendons, key=lambda each: each.rate)
     allowed = min(log.config.limits.displacement_rate, section.displacement_rate)
-    free = NO_LOAD_SPEED * section.spool_radius
+    free = section.motor.no_load_speed * section.spool_radius
     return (
         f"The servos limit the speed: {one.travel * 1e3:.1f} mm of tendon take {one.travel / free:.2f} s at the"
         f" {free * 1e3:.1f} mm/s that they have without load, {one.travel / allowed:.2f} s at the"

@@ -9,7 +9,6 @@ from tendond.daemon.control.laws import LAWS
 from tendond.daemon.control.reference.planar import PLANES
 from tendond.daemon.control.selection import Selection
 from tendond.daemon.errors import UsageError
-from tendond.drivers.dynamixel.serial.table import TICK
 from tendond.model.rods.selection import model_rod
 from tendond.offline.trying.first_target import RESERVE, FirstTarget, first_target
 from tendond.schemas.config.machine import BusSection, RigSection
@@ -189,7 +188,7 @@ def _simulated(config: RigConfig) -> tuple[dict[str, Any], list[str]]:
             "acceleration": observer.servo_acceleration,
             "lag": observer.command_delay,
             "backlash": observer.backlash,
-            "resolution": TICK * servo.spool_radius,
+            "resolution": servo.motor.tick * servo.spool_radius,
         }
         said.append(f"servos with {config.limits.displacement_rate * 1e3:.3g} mm/s, and lag and play by [observer]")
     tables["simulator"] = changed

@@ -1,10 +1,11 @@
-"""Limits that suit a robot and its servos, for a configuration that sets none."""
+"""Limits that suit a robot and its servos, for a configuration that sets none, and what the servos cannot meet."""
 
 import math
 
 from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.robot import RodSection
-from tendond.schemas.config.servo import ServoSection, fastest_rate, strongest_tension
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.motors import RPM
 
 DERIVED = frozenset({"limits.tension_max", "limits.displacement_min", "limits.displacement_max"})
 """Keys whose default depends on [servo]: an example that sets them would take them for the user's."""
@@ -97,3 +98,85 @@ def _stiffness(rod: RodSection) -> float:
 def _arm(rod: RodSection) -> float:
     """Largest distance of a tendon from the axis [m]; the backbone's radius where all are on it."""
     return max(max(math.hypot(x, y) for x, y in rod.tendon_positions), rod.radius)
+
+
+def fastest_rate(section: ServoSection) -> float:
+    """Largest rate of a tendon that the servos can reach [m/s]: their own limit, their profile, the motor's speed."""
+    return min(
+        section.displacement_rate, min(section.profile_velocity, section.motor.no_load_speed) * section.spool_radius
+    )
+
+
+def strongest_tension(section: ServoSection) -> float:
+    """Largest tension that the servos may pull with [N]."""
+    motor = section.motor
+    torque = section.load_max * motor.stall_torque
+    if section.current_limit:
+        torque = min(torque, section.current_limit * motor.torque_constant)
+    return torque / section.spool_radius
+
+
+def _strength(section: ServoSection) -> str:
+    """Return what bounds the servos' torque, in words."""
+    motor = section.motor
+    kind = "continuous" if motor.continuous else "stall"
+    current = f", and {section.current_limit:g} A of servo.current_limit" if section.current_limit else ""
+    return f"{motor.stall_torque:g} N m {kind} torque, servo.load_max of it{current}"
+
+
+def speed_line(section: ServoSection | None, volts: float) -> tuple[float, float]:
+    """Return the tension at which a servo stands [N], and its tendon's speed without load [m/s], at a voltage [V].
+
+    Both are proportional to the voltage (ROBOTIS e-Manual, XL430-W250, Performance Graph); zeros for 0 V, no limit.
+    """
+    section = section or ServoSection()
+    radius, motor = section.spool_radius, section.motor
+    share = volts / motor.rated_volts
+    return motor.torque_max * share / radius, motor.no_load_speed * share * radius
+
+
+def servo_objections(
+    section: ServoSection,
+    tendons: int,
+    tension_max: float,
+    displacement_rate: float,
+    displacement_min: float,
+    displacement_max: float,
+) -> list[str]:
+    """Name the controller's limits that the servos cannot meet, one line each.
+
+    Args:
+        section: [servo].
+        tendons: tendons of the rod.
+        tension_max: that of [limits] [N].
+        displacement_rate: displacement rate of [limits] [m/s].
+        displacement_min: displacement min of [limits] [m].
+        displacement_max: displacement max of [limits] [m].
+    """
+    objections = []
+    if section.ids and len(section.ids) != tendons:
+        objections.append(f"servo.ids has {len(section.ids)} servos, rod.tendon_positions {tendons} tendons")
+    strongest = strongest_tension(section)
+    if tension_max > strongest:
+        objections.append(
+            f"limits.tension_max = {tension_max:g} N is more than the servos may pull: {_strength(section)}, on"
+            f" servo.spool_radius make {strongest:.1f} N"
+        )
+    fastest = fastest_rate(section)
+    if displacement_rate > fastest * (1.0 + 1e-9):
+        rpm = section.motor.no_load_speed / RPM
+        objections.append(
+            f"limits.displacement_rate = {displacement_rate:g} m/s is faster than the servos: {fastest:.4g} m/s by"
+            f" servo.displacement_rate, servo.profile_velocity and the manual's {rpm:.3g} rpm on"
+            " servo.spool_radius"
+        )
+    for name, limit, own, outside in (
+        ("min", displacement_min, section.displacement_min, displacement_min < section.displacement_min),
+        ("max", displacement_max, section.displacement_max, displacement_max > section.displacement_max),
+    ):
+        if outside:
+            objections.append(
+                f"limits.displacement_{name} = {limit:g} m is outside servo.displacement_{name} = {own:g} m:"
+                " the servo driver would take it for a fault"
+            )
+    return objections

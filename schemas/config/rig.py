@@ -20,7 +20,7 @@ from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.migration.version import KEY, version_objection, without_version
 from tendond.schemas.config.observer import ObserverSection
-from tendond.schemas.config.rates import with_own_rates, with_servo_limits
+from tendond.schemas.config.rates import servo_objections, with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
 from tendond.schemas.config.renamed import with_new_names
 from tendond.schemas.config.robot import RodSection
@@ -28,7 +28,7 @@ from tendond.schemas.config.rod.inherit import over
 from tendond.schemas.config.rod.swing import swings
 from tendond.schemas.config.safety.section import SafetySection
 from tendond.schemas.config.sensors.section import SensorSection, sensor_objections
-from tendond.schemas.config.servo import ServoSection, servo_objections
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.config.simulator import SimulatorSection
 from tendond.schemas.config.teleop import TeleopSection
 from tendond.schemas.config.vicon import ViconSection

@@ -1,34 +1,74 @@
 """[servo]: Dynamixel bus, spools, and the servo driver's own limits."""
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from tendond.schemas.assumed_rig import SERVO_RATE
 from tendond.schemas.base import Schema
 from tendond.schemas.config.ranges import NotNegative, Positive
+from tendond.schemas.motors import MOTORS, XL430_W250, Motor
 
 BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
-RATED_VOLTS = 11.1
-"""Voltage at which the manual gives stall torque and no-load speed, which are proportional to it [V]."""
-
-STALL_TORQUE = 1.4
-"""Stall torque of the XL430-W250-T at 11.1 V [N m] (ROBOTIS e-Manual)."""
-
-NO_LOAD_SPEED = 57.0 * 2.0 * math.pi / 60.0
-"""No-load speed of the XL430-W250-T at 11.1 V [rad/s] (ROBOTIS e-Manual)."""
-
-VELOCITY_LIMIT = 265 * 0.229 * 2.0 * math.pi / 60.0
-"""Factory value of the XL430-W250-T's Velocity Limit [rad/s] (ROBOTIS e-Manual); 'tendond servo setup' keeps it."""
-
 WATCHDOG_UNIT = 0.02
 """Unit of the servo's Bus Watchdog [s]."""
+
+
+RADIUS = 0.015
+"""Default radius of the spools [m]."""
+
+PROFILE_SHARE = 5.9 / XL430_W250.velocity_limit
+"""Default profile velocity, as a fraction of the factory's Velocity Limit: that of the XL430's default."""
+
+HEAT_MARGIN = 4.0
+"""Degrees by which the default temperature_max is below the factory's Temperature Limit."""
+
+
+def _defaults(motor: Motor, radius: float) -> dict[str, float]:
+    """Return the defaults that depend on the model; those of the XL430 are in the fields.
+
+    Args:
+        motor: ratings of the model.
+        radius: of the spools [m].
+    """
+    low, high = motor.voltage
+    velocity = math.floor(100.0 * PROFILE_SHARE * motor.velocity_limit) / 100.0
+    return {
+        "profile_velocity": velocity,
+        "displacement_rate": min(SERVO_RATE, math.floor(1e3 * radius * min(velocity, motor.no_load_speed)) / 1e3),
+        "profile_acceleration": min(200.0, math.floor(10.0 * motor.acceleration_limit) / 10.0)
+        if math.isfinite(motor.acceleration_limit)
+        else 200.0,
+        "temperature_max": motor.temperature_limit - HEAT_MARGIN,
+        "voltage_min": max(low, 0.85 * motor.rated_volts),
+        "voltage_max": min(high, 1.2 * motor.rated_volts),
+    }
 
 
 class ServoSection(Schema):
     """[servo]: Dynamixel bus, spools, and the servo driver's own limits."""
 
+    model: Literal[
+        "XL430-W250-T",
+        "XL330-M077",
+        "XL330-M288",
+        "XC330-M288",
+        "XC330-T288",
+        "XC430-W150",
+        "XC430-W240",
+        "XM430-W210",
+        "XM430-W350",
+        "XM540-W150",
+        "XM540-W270",
+        "PH42-020-S300",
+        "PH54-100-S500",
+    ] = Field(
+        "XL430-W250-T",
+        description="model of the servos, all of one; profile_velocity, profile_acceleration, displacement_rate,"
+        " temperature_max, voltage_min and voltage_max have other defaults for others",
+    )
     port: str = Field("/dev/ttyUSB0", description="serial port of the bus")
     baudrate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = Field(
         1_000_000, description="baud rate of the bus [bit/s]"
@@ -40,19 +80,28 @@ class ServoSection(Schema):
         "calibration.json", description="calibration file with zeros, signs and spools, relative to this file"
     )
     spool_radius: Annotated[float, Field(gt=0.0, le=0.2, description="radius of the spools before calibration [m]")] = (
-        0.015
+        RADIUS
     )
     period: Annotated[float, Field(ge=0.002, le=0.1, description="period of the driver's cycle [s]")] = 0.01
     reply_timeout: Annotated[
         float, Field(ge=0.001, le=1.0, description="timeout of a servo's reply, beyond its time on the wire [s]")
     ] = 0.004
     fast_read: bool = Field(True, description="use Fast Sync Read; false for firmware without it")
-    profile_velocity: Annotated[float, Field(gt=0.0, le=24.0, description="Profile Velocity of the servos [rad/s]")] = (
+    profile_velocity: Annotated[float, Field(gt=0.0, le=50.0, description="Profile Velocity of the servos [rad/s]")] = (
         5.9
     )
     profile_acceleration: Annotated[
         float, Field(ge=0.0, le=12000.0, description="Profile Acceleration of the servos [rad/s^2]; 0: no limit")
     ] = 200.0
+    current_limit: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            le=20.0,
+            description="largest current of a servo, its Goal Current [A]: an X series servo that has it is then in"
+            " Current-based Position Control Mode; 0: none, the P series has its largest load's in any case",
+        ),
+    ] = 0.0
     watchdog: Annotated[
         float,
         Field(
@@ -89,8 +138,8 @@ class ServoSection(Schema):
     temperature_max: Annotated[
         float, Field(gt=0.0, le=80.0, description="largest temperature of a servo [degree Celsius]")
     ] = 68.0
-    voltage_min: Annotated[float, Field(ge=6.0, le=14.0, description="smallest supply voltage [V]")] = 9.5
-    voltage_max: Annotated[float, Field(ge=6.0, le=14.8, description="largest supply voltage [V]")] = 13.0
+    voltage_min: Annotated[float, Field(ge=3.0, le=35.0, description="smallest supply voltage [V]")] = 9.5
+    voltage_max: Annotated[float, Field(ge=3.0, le=35.0, description="largest supply voltage [V]")] = 13.0
     command_timeout: Annotated[
         float, Field(ge=0.02, le=2.0, description="time without a command after which the goals are held [s]")
     ] = 0.1
@@ -130,6 +179,22 @@ class ServoSection(Schema):
     )
     slow_rate: Positive = Field(0.01, description="rate of homing, pretension and calibration [m/s]")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_model(cls, values: Any) -> Any:
+        """Fill in the defaults of another model than the XL430."""
+        motor = MOTORS.get(values.get("model", "")) if isinstance(values, Mapping) else None
+        if motor is None or motor is XL430_W250:
+            return values
+        radius = values.get("spool_radius", RADIUS)
+        usable = isinstance(radius, int | float) and 0.0 < radius <= 0.2  # else its own field says what is wrong
+        return {**_defaults(motor, radius if usable else RADIUS), **values}
+
+    @property
+    def motor(self) -> Motor:
+        """Ratings of the model."""
+        return MOTORS[self.model]
+
     @field_validator("ids")
     @classmethod
     def _different(cls, value: tuple[int, ...]) -> tuple[int, ...]:
@@ -147,12 +212,40 @@ class ServoSection(Schema):
             raise ValueError("home_window is above displacement_max")
         if objection := self.turn_objection(self.spool_radius, "spool_radius"):
             raise ValueError(objection)
-        if self.profile_velocity > VELOCITY_LIMIT:
-            raise ValueError(
-                f"profile_velocity = {self.profile_velocity:g} rad/s is above the servos' Velocity Limit as 'tendond"
-                f" servo setup' leaves it: {VELOCITY_LIMIT:.4g} rad/s"
-            )
+        if objection := self._motor_objection():
+            raise ValueError(objection)
         return self
+
+    def _motor_objection(self) -> str:
+        """Explain what the model cannot do; empty where it can."""
+        motor = self.motor
+        if self.profile_velocity > motor.velocity_limit:
+            return (
+                f"profile_velocity = {self.profile_velocity:g} rad/s is above the servos' Velocity Limit as 'tendond"
+                f" servo setup' leaves it: {motor.velocity_limit:.4g} rad/s"
+            )
+        if self.profile_acceleration > motor.acceleration_limit:
+            return (
+                f"profile_acceleration = {self.profile_acceleration:g} rad/s^2 is above the Acceleration Limit of the"
+                f" {motor.name} as 'tendond servo setup' leaves it: {motor.acceleration_limit:.4g} rad/s^2"
+            )
+        if self.baudrate > motor.baud_max:
+            return f"baudrate = {self.baudrate}: the {motor.name} has at most {motor.baud_max} bit/s"
+        low, high = motor.voltage
+        if self.model != XL430_W250.name and not low <= self.voltage_min < self.voltage_max <= high:
+            return (
+                f"voltage_min = {self.voltage_min:g} V and voltage_max = {self.voltage_max:g} V: the {motor.name} has a"
+                f" supply of {low:g} to {high:g} V"
+            )
+        if self.current_limit and not motor.limits_current:
+            able = ", ".join(name for name, one in MOTORS.items() if one.limits_current)
+            return f"current_limit: the {motor.name} does not measure its current; remove it, or use one of {able}"
+        if self.current_limit > motor.current_max:
+            return (
+                f"current_limit = {self.current_limit:g} A is above the Current Limit of the {motor.name},"
+                f" {motor.current_max:.4g} A"
+            )
+        return ""
 
     def turn_objection(self, spool_radius: float, name: str) -> str:
         """Explain why a rebooted servo would not know where its tendon is; empty where it would.
@@ -180,68 +273,3 @@ class ServoSection(Schema):
     def servo_ids(self, tendons: int) -> tuple[int, ...]:
         """Return the id of each tendon's servo."""
         return self.ids or tuple(range(1, tendons + 1))
-
-
-def fastest_rate(section: ServoSection) -> float:
-    """Largest rate of a tendon that the servos can reach [m/s]: their own limit, their profile, the motor's speed."""
-    return min(section.displacement_rate, min(section.profile_velocity, NO_LOAD_SPEED) * section.spool_radius)
-
-
-def strongest_tension(section: ServoSection) -> float:
-    """Largest tension that the servos may pull with [N]."""
-    return STALL_TORQUE * section.load_max / section.spool_radius
-
-
-def speed_line(section: ServoSection | None, volts: float) -> tuple[float, float]:
-    """Return the tension at which a servo stands [N], and its tendon's speed without load [m/s], at a voltage [V].
-
-    Both are proportional to the voltage (ROBOTIS e-Manual, XL430-W250, Performance Graph); zeros for 0 V, no limit.
-    """
-    radius = (section or ServoSection()).spool_radius
-    share = volts / RATED_VOLTS
-    return STALL_TORQUE * share / radius, NO_LOAD_SPEED * share * radius
-
-
-def servo_objections(
-    section: ServoSection,
-    tendons: int,
-    tension_max: float,
-    displacement_rate: float,
-    displacement_min: float,
-    displacement_max: float,
-) -> list[str]:
-    """Name the controller's limits that the servos cannot meet, one line each.
-
-    Args:
-        section: [servo].
-        tendons: tendons of the rod.
-        tension_max: that of [limits] [N].
-        displacement_rate: displacement rate of [limits] [m/s].
-        displacement_min: displacement min of [limits] [m].
-        displacement_max: displacement max of [limits] [m].
-    """
-    objections = []
-    if section.ids and len(section.ids) != tendons:
-        objections.append(f"servo.ids has {len(section.ids)} servos, rod.tendon_positions {tendons} tendons")
-    strongest = strongest_tension(section)
-    if tension_max > strongest:
-        objections.append(
-            f"limits.tension_max = {tension_max:g} N is more than the servos may pull: {STALL_TORQUE:g} N m stall "
-            f"torque, servo.load_max of it, on servo.spool_radius make {strongest:.1f} N"
-        )
-    fastest = fastest_rate(section)
-    if displacement_rate > fastest * (1.0 + 1e-9):
-        objections.append(
-            f"limits.displacement_rate = {displacement_rate:g} m/s is faster than the servos: {fastest:.4g} m/s by"
-            " servo.displacement_rate, servo.profile_velocity and the manual's 57 rpm on servo.spool_radius"
-        )
-    for name, limit, own, outside in (
-        ("min", displacement_min, section.displacement_min, displacement_min < section.displacement_min),
-        ("max", displacement_max, section.displacement_max, displacement_max > section.displacement_max),
-    ):
-        if outside:
-            objections.append(
-                f"limits.displacement_{name} = {limit:g} m is outside servo.displacement_{name} = {own:g} m:"
-                " the servo driver would take it for a fault"
-            )
-    return objections

@@ -9,6 +9,7 @@ from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 from tests.rig.servos import BAUDRATE, REPLY_SECONDS, calibration, hang_springs
@@ -40,8 +41,8 @@ class DriverBench:
         self.servos = servos
         self.section = settings
         self.port = str(port)
-        self.calibration = calibration()
-        hang_springs(servos, self.calibration)
+        self.calibration = calibration(ticks_per_turn=settings.motor.ticks_per_turn)
+        hang_springs(servos.servos, self.calibration)
         self.seq = 0
         self.tension_max = tension_max
         self.driver = self.new_driver()
@@ -53,7 +54,7 @@ class DriverBench:
         return ServoDriver(
             self.section,
             self.calibration,
-            lambda: ServoBus(self.port, BAUDRATE, self.section.reply_timeout),
+            lambda: ServoBus(self.port, BAUDRATE, self.section.reply_timeout, MODELS[self.section.model]),
             last,
             self.tension_max,
         )

@@ -178,7 +178,7 @@ class Guard:
             if reading.watchdog != self.watchdog:
                 return f"servo {servo}: its Bus Watchdog is {reading.watchdog}, not {self.watchdog}: was it rebooted?"
             place = spool.displacement(reading.position)
-            margin = range_margin(spool.calibration.spool_radius)
+            margin = range_margin(spool.calibration.spool_radius, section.motor)
             if not section.displacement_min - margin <= place <= section.displacement_max + margin:
                 return f"tendon {index} (servo {servo}): stands at {place * 1e3:.1f} mm, outside its range"
             load, limit = abs(reading.load) * table.LOAD_UNIT, self.limits[index]

@@ -160,7 +160,7 @@ class ServoSession:
         taut = [load > self._section.pretension_load for load in self.readings.loads]
         before, places = self.goals, self.readings.displacement
         self.goals = release_step(self._section, self.goals, duration, places, taut)
-        margins = [range_margin(spool.calibration.spool_radius) for spool in self.servos.spools]
+        margins = [range_margin(one.calibration.spool_radius, self._section.motor) for one in self.servos.spools]
         held = [index for index in range(len(places)) if index not in self.dropped]
         return self.goals == before and all(places[index] < margins[index] for index in held)
 

@@ -3,9 +3,17 @@
 from tendond.drivers.dynamixel.emulator.motor import EmulatedMotor
 from tendond.drivers.dynamixel.emulator.protocol import Error
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.table import Register
+from tendond.drivers.dynamixel.serial.model import ServoModel
+from tendond.drivers.dynamixel.serial.models import XL430
+from tendond.drivers.dynamixel.serial.register import Register
 
-GOALS = (table.GOAL_PWM, table.GOAL_VELOCITY, table.GOAL_POSITION)
+GOALS = (table.GOAL_PWM, table.GOAL_CURRENT, table.GOAL_VELOCITY, table.GOAL_POSITION)
+POSITIONS = (table.POSITION, table.EXTENDED_POSITION, table.CURRENT_POSITION)
+LIMITS = {
+    table.GOAL_PWM: table.PWM_LIMIT,
+    table.GOAL_CURRENT: table.CURRENT_LIMIT,
+    table.GOAL_VELOCITY: table.VELOCITY_LIMIT,
+}
 CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
 RESET_ALL, RESET_BUT_ID, RESET_BUT_ID_AND_RATE = 0xFF, 0x01, 0x02
 
@@ -17,15 +25,16 @@ class EmulatedServo(EmulatedMotor):
         identifier: number on the bus.
         baudrate: baudrate of the servo [bit/s].
         position: position of the shaft at power-up [ticks]; the servo knows only the position within a turn.
+        model: of the servo.
 
     Attributes:
         silent: it neither replies nor acts.
     """
 
-    def __init__(self, identifier: int, baudrate: int = 57600, position: int = 2048) -> None:
-        super().__init__(position)
+    def __init__(self, identifier: int, baudrate: int = 57600, position: int = 2048, model: ServoModel = XL430) -> None:
+        super().__init__(position, model)
         self._store(table.ID, identifier)
-        self._store(table.BAUD_RATE, table.BAUD_CODES[baudrate])
+        self._store(table.BAUD_RATE, self.model.baud_codes[baudrate])
         self.silent = False
 
     def power_up(self) -> None:
@@ -47,7 +56,7 @@ class EmulatedServo(EmulatedMotor):
     @property
     def baudrate(self) -> int:
         """Baud rate [bit/s]."""
-        return next(rate for rate, code in table.BAUD_CODES.items() if code == self.value(table.BAUD_RATE))
+        return next(rate for rate, code in self.model.baud_codes.items() if code == self.value(table.BAUD_RATE))
 
     @property
     def deaf(self) -> bool:
@@ -115,6 +124,11 @@ class EmulatedServo(EmulatedMotor):
         self._store(table.REGISTERED_INSTRUCTION, 0)
         return self.write(address, data)
 
+    def put(self, register: Register, value: int) -> Error:
+        """Write a register by its name, as a host does."""
+        entry = self.model.entry(register)
+        return self.write(entry.address, entry.to_bytes(value))
+
     def write(self, address: int, data: bytes, *, primary: bool = True) -> Error:
         """Write whole registers, up to the first that is refused.
 
@@ -137,9 +151,9 @@ class EmulatedServo(EmulatedMotor):
         if error is not Error.NONE:
             return error
         mode = self.value(table.OPERATING_MODE)
-        if register is table.TORQUE_ENABLE and value and not self.energised:
+        if register == table.TORQUE_ENABLE and value and not self.energised:
             self._switch_on()
-        elif register is table.OPERATING_MODE and value != mode:
+        elif register == table.OPERATING_MODE and value != mode:
             self._store(register, value)
             self._new_mode(value)
             return error
@@ -147,7 +161,7 @@ class EmulatedServo(EmulatedMotor):
             if self._error & self.value(table.SHUTDOWN):
                 return Error.RESULT_FAIL
             self._switch_on()
-        if register is table.GOAL_POSITION and self.energised:
+        if register == table.GOAL_POSITION and self.energised:
             self._profile_start = self._shaft.position
             self._ongoing = True
         self._store(register, value)
@@ -161,23 +175,28 @@ class EmulatedServo(EmulatedMotor):
             return Error.DATA_RANGE
         if register in GOALS and self.value(table.BUS_WATCHDOG) == table.WATCHDOG_TRIPPED:
             return Error.DATA_RANGE
-        if register is table.GOAL_PWM and abs(value) > self.value(table.PWM_LIMIT):
+        if (limit := LIMITS.get(register)) is not None and abs(value) > self.value(limit):
             return Error.DATA_LIMIT
-        if register is table.GOAL_VELOCITY and abs(value) > self.value(table.VELOCITY_LIMIT):
+        if self.model.has(table.ACCELERATION_LIMIT) and self._beyond_profile(register, value):
             return Error.DATA_LIMIT
-        one_turn = register is table.GOAL_POSITION and self.value(table.OPERATING_MODE) == table.POSITION
+        one_turn = register == table.GOAL_POSITION and self.value(table.OPERATING_MODE) == table.POSITION
         if one_turn and not self.value(table.MIN_POSITION_LIMIT) <= value <= self.value(table.MAX_POSITION_LIMIT):
             return Error.DATA_LIMIT
-        if register is table.TORQUE_ENABLE and value and self._error & self.value(table.SHUTDOWN):
+        if register == table.TORQUE_ENABLE and value and self._error & self.value(table.SHUTDOWN):
             return Error.RESULT_FAIL
         return Error.NONE
 
+    def _beyond_profile(self, register: Register, value: int) -> bool:
+        """Return true for a profile above the limits of its EEPROM, which a model with Acceleration Limit refuses."""
+        limits = {table.PROFILE_VELOCITY: table.VELOCITY_LIMIT, table.PROFILE_ACCELERATION: table.ACCELERATION_LIMIT}
+        return register in limits and value > self.value(limits[register])
+
     def _new_mode(self, mode: int) -> None:
         """Reset what a change of Operating Mode resets."""
-        if mode in (table.POSITION, table.EXTENDED_POSITION):
+        if mode in POSITIONS:
             self._forget_turns()
         self._store(table.PROFILE_VELOCITY, 0)
         self._store(table.PROFILE_ACCELERATION, 0)
-        self._store(table.GOAL_PWM, self.value(table.PWM_LIMIT))
+        self._reset_goals()
         for gain in (table.VELOCITY_I_GAIN, table.VELOCITY_P_GAIN, table.POSITION_D_GAIN, table.POSITION_P_GAIN):
-            self._store(gain, gain.initial)
+            self._store(gain, self.model.entry(gain).initial)

@@ -9,12 +9,14 @@ from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_REBOOT, INST_WRITE
 
 from tendond.drivers.dynamixel.serial.group_read import read_fast, read_plain
+from tendond.drivers.dynamixel.serial.model import ServoModel
+from tendond.drivers.dynamixel.serial.models import XL430
 from tendond.drivers.dynamixel.serial.port import NoReplyError as NoReplyError
 from tendond.drivers.dynamixel.serial.port import PortLostError as PortLostError
 from tendond.drivers.dynamixel.serial.port import RefusedError as RefusedError
 from tendond.drivers.dynamixel.serial.port import ServoError as ServoError
-from tendond.drivers.dynamixel.serial.reading import ALERT, READ_REQUESTS, ServoReading
-from tendond.drivers.dynamixel.serial.table import Register
+from tendond.drivers.dynamixel.serial.reading import ALERT, ServoReading
+from tendond.drivers.dynamixel.serial.register import Register
 from tendond.drivers.dynamixel.serial.transport import HEADER, STATUS_BYTES, Transport
 
 TRIES = 8
@@ -29,23 +31,26 @@ READ_BYTES = 14
 
 
 class ServoBus:
-    """Servos on a serial port.
+    """Servos on a serial port, all of one model. Registers are named by any model's entry.
 
     Args:
         port, baudrate, reply_timeout: see `Transport`, which opens the port.
+        model: model of the servos.
 
     Raises:
         PortLostError: it cannot be opened.
 
     Attributes:
         port: name of the port.
+        model: model of the servos; a tool that asks several sets it for each.
         transport: packets on it.
         reads: number of reads of all servos.
         round_trips: times of those with all replies, since the list was last emptied [s]; bounded.
     """
 
-    def __init__(self, port: str, baudrate: int, reply_timeout: float) -> None:
+    def __init__(self, port: str, baudrate: int, reply_timeout: float, model: ServoModel = XL430) -> None:
         self.port = port
+        self.model = model
         self.reads = 0
         self.round_trips: deque[float] = deque(maxlen=1000)
         self.transport = Transport(port, baudrate, reply_timeout)
@@ -63,7 +68,7 @@ class ServoBus:
 
     def read_seconds(self, servos: int) -> float:
         """Duration of a read of so many servos on the wire alone [s]."""
-        length = READ_REQUESTS[0].length + STATUS_BYTES
+        length = self.model.requests[0].length + STATUS_BYTES
         return self.transport.wire_seconds(READ_BYTES + servos + servos * length)
 
     def ping(self, identifier: int) -> int | None:
@@ -82,9 +87,10 @@ class ServoBus:
         Raises:
             PortLostError, NoReplyError, RefusedError: see there.
         """
-        parameters = struct.pack("<HH", register.address, register.size)
-        data = self._confirmed(identifier, f"read {register.name}", INST_READ, parameters, register.size)
-        return register.from_bytes(data)
+        entry = self.model.entry(register)
+        parameters = struct.pack("<HH", entry.address, entry.size)
+        data = self._confirmed(identifier, f"read {entry.name}", INST_READ, parameters, entry.size)
+        return entry.from_bytes(data)
 
     def read_many(self, identifier: int, registers: Sequence[Register]) -> dict[Register, int]:
         """Read several registers of one servo at once, from the first to the last.
@@ -92,10 +98,11 @@ class ServoBus:
         Raises:
             PortLostError, NoReplyError, RefusedError: see there.
         """
-        first = min(register.address for register in registers)
-        length = max(register.address + register.size for register in registers) - first
+        entries = [self.model.entry(register) for register in registers]
+        first = min(one.address for one in entries)
+        length = max(one.address + one.size for one in entries) - first
         data = self._confirmed(identifier, "read", INST_READ, struct.pack("<HH", first, length), length)
-        return {one: one.from_bytes(data[one.address - first : one.address - first + one.size]) for one in registers}
+        return {one: one.from_bytes(data[one.address - first : one.address - first + one.size]) for one in entries}
 
     def write(self, identifier: int, register: Register, value: int) -> None:
         """Write a register, confirmed.
@@ -103,10 +110,11 @@ class ServoBus:
         Raises:
             PortLostError, NoReplyError, RefusedError: see there.
         """
-        data = register.to_bytes(value)
+        entry = self.model.entry(register)
+        data = entry.to_bytes(value)
         if HEADER in data:
             raise RefusedError(f"servo {identifier}: {register.name} = {value} cannot be sent: it looks like a header")
-        parameters = struct.pack("<H", register.address) + data
+        parameters = struct.pack("<H", entry.address) + data
         self._confirmed(identifier, f"write {register.name} = {value}", INST_WRITE, parameters, 0)
 
     def reboot(self, identifier: int) -> None:
@@ -141,16 +149,17 @@ class ServoBus:
         Raises:
             PortLostError: the port has gone away.
         """
+        entry = self.model.entry(register)
         parameters = b""
         for identifier, wanted in values.items():
-            data = register.to_bytes(wanted)
+            data = entry.to_bytes(wanted)
             if HEADER in data:
-                data = register.to_bytes(wanted + 1)
+                data = entry.to_bytes(wanted + 1)
             parameters += bytes([identifier]) + data
         if HEADER in parameters:
             raise RefusedError(f"write {register.name}: cannot be sent: it looks like a header")
         with self.transport.in_use():
-            result = self.transport.sync_write(register.address, register.size, parameters)
+            result = self.transport.sync_write(entry.address, entry.size, parameters)
         if result != COMM_SUCCESS:
             raise NoReplyError(f"write {register.name}: {self.transport.text(result)}")
 
@@ -174,9 +183,9 @@ class ServoBus:
         for start in range(0, len(identifiers), SERVOS_PER_READ):
             some = identifiers[start : start + SERVOS_PER_READ]
             if self.transport.pending:
-                self._request = (self._request + 1) % len(READ_REQUESTS)
+                self._request = (self._request + 1) % len(self.model.requests)
             with self.transport.in_use():
-                request = READ_REQUESTS[self._request]
+                request = self.model.requests[self._request]
                 readings |= (read_fast if fast else read_plain)(self.transport, request, some)
         self.round_trips.append(time.monotonic() - began)
         return readings

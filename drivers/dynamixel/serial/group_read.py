@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from dynamixel_sdk import COMM_SUCCESS
 from dynamixel_sdk.robotis_def import BROADCAST_ID
 
+from tendond.drivers.dynamixel.serial.model import ReadRequest
 from tendond.drivers.dynamixel.serial.port import NoReplyError
-from tendond.drivers.dynamixel.serial.reading import ReadRequest, ServoReading, reading_from
+from tendond.drivers.dynamixel.serial.reading import ServoReading, reading_from
 from tendond.drivers.dynamixel.serial.transport import Transport
 
 

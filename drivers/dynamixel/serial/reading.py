@@ -1,35 +1,21 @@
-"""State of a servo in one read, and the requests for it."""
+"""State of a servo in one read."""
 
 from dataclasses import dataclass
 
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.table import Register
+from tendond.drivers.dynamixel.serial.model import ReadRequest
+from tendond.drivers.dynamixel.serial.register import Register
 
 ALERT = 0x80
 """Bit of a status packet's error byte for a hardware error."""
 
-LAST = table.PRESENT_TEMPERATURE
-
-
-@dataclass(frozen=True)
-class ReadRequest:
-    """Read from `address` to Present Temperature, `length` bytes."""
-
-    address: int
-    length: int
-
-
-def _from(register: Register) -> ReadRequest:
-    return ReadRequest(register.address, LAST.address + LAST.size - register.address)
-
-
-READ_REQUESTS = tuple(map(_from, (table.TORQUE_ENABLE, table.SHUTDOWN, table.STARTUP_CONFIGURATION)))
-"""Requests with all of a `ServoReading`, of different length: a reply shows to which it belongs."""
-
 
 @dataclass(frozen=True)
 class ServoReading:
-    """State of a servo, in units of its registers; `alert`: it has a hardware error."""
+    """State of a servo, in units of its registers; `alert`: it has a hardware error.
+
+    `load` is in `table.LOAD_UNIT` on every model, that of one that measures its current from its current.
+    """
 
     torque: int
     hardware_error: int
@@ -41,6 +27,7 @@ class ServoReading:
     temperature: int
     alert: bool
     goal_pwm: int = table.FULL_PWM
+    goal_current: int = 0
 
 
 def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading:
@@ -51,18 +38,21 @@ def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading
         data: data of the reply, `question.length` bytes.
         error: error of the reply's status.
     """
+    model = question.model
 
     def value(register: Register) -> int:
-        start = register.address - question.address
-        return register.from_bytes(data[start : start + register.size])
+        entry = model.entry(register)
+        start = entry.address - question.address
+        return entry.from_bytes(data[start : start + entry.size])
 
     return ServoReading(
         torque=value(table.TORQUE_ENABLE),
         hardware_error=value(table.HARDWARE_ERROR_STATUS),
         watchdog=value(table.BUS_WATCHDOG),
         goal_pwm=value(table.GOAL_PWM),
+        goal_current=value(table.GOAL_CURRENT) if model.current_unit else 0,
         goal=value(table.GOAL_POSITION),
-        load=value(table.PRESENT_LOAD),
+        load=round(value(model.load) * model.load_unit / table.LOAD_UNIT),
         position=value(table.PRESENT_POSITION),
         voltage=value(table.PRESENT_INPUT_VOLTAGE),
         temperature=value(table.PRESENT_TEMPERATURE),

@@ -1,57 +1,18 @@
 """Control table of the XL430-W250-T as data: the manual's names, addresses, sizes, ranges and initial values.
 
+Its registers are also how the code names one on any model: the entry of the model's own table has the same name
+(`models.py:ServoModel.entry`).
+
 Source: ROBOTIS e-Manual, XL430-W250-T, "Control Table of EEPROM Area" and "Control Table of RAM Area".
 """
 
 import math
-from dataclasses import dataclass
 
-MODEL_NUMBER = 1060
-MODEL_NAME = "XL430-W250-T"
+from tendond.drivers.dynamixel.serial.register import Register
+from tendond.schemas.motors import XL430_W250
 
-
-@dataclass(frozen=True)
-class Register:
-    """One entry: name as in the manual, address, bytes, and whether it is signed, in EEPROM or read-only.
-
-    A servo accepts values from `minimum` to `maximum`, in units of the register; `bits`, where not 0, are those that
-    may be set, and `values`, where not empty, the only ones allowed.
-    """
-
-    name: str
-    address: int
-    size: int
-    minimum: int
-    maximum: int
-    initial: int = 0
-    eeprom: bool = False
-    read_only: bool = False
-    bits: int = 0
-    values: tuple[int, ...] = ()
-
-    @property
-    def signed(self) -> bool:
-        """Two's complement."""
-        return self.minimum < 0
-
-    def accepts(self, value: int) -> bool:
-        """Return true for a value that the manual allows to be written."""
-        if self.values:
-            return value in self.values
-        return self.minimum <= value <= self.maximum and not (self.bits and value & ~self.bits)
-
-    def to_bytes(self, value: int) -> bytes:
-        """Little-endian.
-
-        Raises:
-            OverflowError: the value does not fit.
-        """
-        return value.to_bytes(self.size, "little", signed=self.signed)
-
-    def from_bytes(self, data: bytes) -> int:
-        """The value in the register's bytes."""
-        return int.from_bytes(data, "little", signed=self.signed)
-
+MODEL_NUMBER = XL430_W250.number
+MODEL_NAME = XL430_W250.name
 
 _FULL = 2**31 - 1
 _GAIN = 16_383
@@ -132,21 +93,27 @@ REGISTERS = (
 )
 TABLE_SIZE = 662
 
+CURRENT_LIMIT = Register("Current Limit", 38, 2, 0, 1193, 1193, eeprom=True)
+ACCELERATION_LIMIT = Register("Acceleration Limit", 40, 4, 0, 32767, 32767, eeprom=True)
+PWM_SLOPE = Register("PWM Slope", 62, 1, 1, 255, 140, eeprom=True)
+GOAL_CURRENT = Register("Goal Current", 102, 2, -1193, 1193, 1193)
+PRESENT_CURRENT = Register("Present Current", 126, 2, -32768, 32767, read_only=True)
+"""Registers of other models, which the XL430 has not."""
+
 EXTENDED_POSITION = 4
 """Value of `OPERATING_MODE`: position over many turns. Power-up and a change of mode lose the turns."""
 
 POSITION = 3
 """Value of `OPERATING_MODE`: within one turn, between the position limits."""
 
+CURRENT_POSITION = 5
+"""Value of `OPERATING_MODE`: position over many turns, with a current of at most `GOAL_CURRENT`."""
+
 TORQUE_ON_BY_GOAL, TIME_BASED, REVERSE = 0b1000, 0b0100, 0b0001
 """Bits of `DRIVE_MODE`."""
 
 FULL_PWM = 885
 """Value of `PWM_LIMIT`, `GOAL_PWM` and `PRESENT_PWM` for the whole supply voltage."""
-
-OUTPUT_PER_TICK = POSITION_P_GAIN.initial / 128.0
-"""Output of the position controller, in units of `FULL_PWM`, per tick from the goal (ROBOTIS e-Manual, Position PID
-Gain); 'tendond servo setup' leaves the gain as it is, and that of the integral at 0."""
 
 WATCHDOG_TRIPPED = -1
 """Value of `BUS_WATCHDOG`: the servo has stopped by itself, and refuses goals until 0 is written."""
@@ -155,12 +122,13 @@ VOLTAGE_ERROR, HOT_ERROR, OVERLOAD_ERROR = 0, 2, 5
 
 HARDWARE_ERRORS = {
     VOLTAGE_ERROR: "Input Voltage Error",
+    1: "Motor Hall Sensor Error",
     HOT_ERROR: "Overheating Error",
     3: "Motor Encoder Error",
     4: "Electrical Shock Error",
     OVERLOAD_ERROR: "Overload Error",
 }
-"""Bits of `HARDWARE_ERROR_STATUS`."""
+"""Bits of `HARDWARE_ERROR_STATUS`; the X series never sets bit 1, which is of the P series."""
 
 BAUD_CODES = {
     9600: 0,

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tendond.drivers.dynamixel.calibration import Calibration, now, save_calibration, set_aside
-from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus
 from tendond.drivers.dynamixel.tools.rig import ServoRig
 from tendond.drivers.dynamixel.tools.tendons import home, pretension
@@ -74,7 +73,7 @@ def store_zeros(rig: ServoRig, calibration: Calibration, taut: Sequence[Taut]) -
     """
     kept = set_aside(rig.calibration_file)
     tendons = tuple(
-        tendon.model_copy(update={"zero": one.position % table.TICKS_PER_TURN})
+        tendon.model_copy(update={"zero": one.position % tendon.ticks_per_turn})
         for tendon, one in zip(calibration.tendons, taut, strict=True)
     )
     renewed = Calibration(rig=calibration.rig, date=now(), tendons=tendons)

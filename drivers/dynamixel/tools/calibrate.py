@@ -119,6 +119,7 @@ class _Tendon:
             zero=self.bus.read(self.servo, table.PRESENT_POSITION),
             sign=1,
             spool_radius=self.section.spool_radius,
+            ticks_per_turn=self.section.motor.ticks_per_turn,
         )
         signed = trial.model_copy(update={"sign": self._sign(trial)})
         rest = self.camera.bend()
@@ -127,11 +128,11 @@ class _Tendon:
         if objection := self.section.turn_objection(signed.spool_radius, "its radius"):
             raise MismatchError(f"tendon {self.index}: {objection}")
         taut = pretension(self.bus, self.section, Spool(signed), self.rig.tension_max)
-        self.show(f"tendon {self.index}: zero at {taut % table.TICKS_PER_TURN} ticks, where it begins to pull")
+        self.show(f"tendon {self.index}: zero at {taut % signed.ticks_per_turn} ticks, where it begins to pull")
         found = signed.model_copy(update={"zero": taut})
         if rest is not None:
             self._before_camera(found)
-        return found.model_copy(update={"zero": taut % table.TICKS_PER_TURN})
+        return found.model_copy(update={"zero": taut % found.ticks_per_turn})
 
     def _sign(self, trial: TendonCalibration) -> int:
         """Turn it there and back, and ask which tendon moved in which direction."""
@@ -175,7 +176,7 @@ class _Tendon:
                 motion.move(target, self.section.pretension_load, lambda: False)
                 if motion.load >= self.section.pretension_load:
                     raise ServoError(f"servo {self.servo}: load {motion.load:.0%}: is the tendon slack?")
-            return -tendon.sign * (motion.rest().position - here.zero) * table.TICK
+            return -tendon.sign * (motion.rest().position - here.zero) * here.tick
 
     def _before_camera(self, tendon: TendonCalibration) -> None:
         """Pull a little, and check that the tip bends towards this tendon by as much as its radius predicts.

@@ -10,7 +10,7 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.strength import arrival_distance, goal_pwm, load_limit, range_margin
+from tendond.drivers.dynamixel.strength import arrival_distance, current_bound, goal_pwm, load_limit, range_margin
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.schemas.config.servo import ServoSection
 
@@ -160,12 +160,17 @@ class ServoMotion:
         section, write = self._section, self._bus.write
         radius = self.spool.calibration.spool_radius
         rate = 2.0 * max(section.slow_rate, section.release_rate)
-        speed = max(1, min(table.PROFILE_VELOCITY.maximum, round(rate / radius / table.VELOCITY_UNIT)))
+        model, motor = self._bus.model, section.motor
+        fastest = min(rate / radius, motor.velocity_limit)
+        speed = max(1, min(model.entry(table.PROFILE_VELOCITY).maximum, round(fastest / model.velocity_unit)))
         volts = self.latest.voltage * table.VOLTAGE_UNIT
         write(self.id, table.BUS_WATCHDOG, 0)
         write(self.id, table.PROFILE_VELOCITY, speed)
         write(self.id, table.PROFILE_ACCELERATION, 0)
-        write(self.id, table.GOAL_PWM, goal_pwm(self._limit, radius, rate, volts))
+        if (bound := current_bound(section, self._limit)) is not None:
+            write(self.id, table.GOAL_CURRENT, model.current_goal(bound))
+        if not motor.continuous:
+            write(self.id, table.GOAL_PWM, goal_pwm(self._limit, radius, rate, volts, motor))
         write(self.id, table.GOAL_POSITION, self.latest.position)
         write(self.id, table.TORQUE_ENABLE, 1)
         write(self.id, table.GOAL_POSITION, self.latest.position)
@@ -173,7 +178,7 @@ class ServoMotion:
 
     def release_step(self) -> None:
         """Release a pulled tendon after an error, as far as it goes, instead of dropping it."""
-        if self.displacement <= range_margin(self.spool.calibration.spool_radius):
+        if self.displacement <= range_margin(self.spool.calibration.spool_radius, self._section.motor):
             return
         with suppress(ServoError):
             self._lost = 0
@@ -203,8 +208,8 @@ def energised(bus: ServoBus, section: ServoSection, spool: Spool, tension_max: f
         ServoError: it has an error, is not set up, refuses or does not reply.
     """
     identifier = spool.calibration.servo
-    require(bus, (identifier,), section.reply_timeout)
-    within_range(section, spool)
+    require(bus, (identifier,), section)
+    within_range(section, spool, bus.model)
     motion = ServoMotion(bus, section, spool, load_limit(section, tension_max, spool.calibration.spool_radius))
     motion.look()
     try:

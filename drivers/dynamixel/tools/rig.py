@@ -9,6 +9,7 @@ from tendond.drivers.dynamixel.checks import find
 from tendond.drivers.dynamixel.places import places_file, read_places, write_places
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.drivers.dynamixel.tools.requirements import require
 from tendond.drivers.dynamixel.turns import Located, locate
 from tendond.schemas.config.rig import RigConfig
@@ -71,7 +72,7 @@ class ServoRig:
             ServoError: a servo does not reply, or is not what it must be.
         """
         find(bus, self.ids)
-        require(bus, self.ids, self.section.reply_timeout)
+        require(bus, self.ids, self.section)
         last = read_places(self.places_file, calibration)
         return [
             locate(
@@ -100,4 +101,4 @@ def open_bus(section: ServoSection, at: int | None = None) -> ServoBus:
     Raises:
         PortLostError: it cannot be opened.
     """
-    return ServoBus(section.port, at or section.baudrate, section.reply_timeout)
+    return ServoBus(section.port, at or section.baudrate, section.reply_timeout, MODELS[section.model])

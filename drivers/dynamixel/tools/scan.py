@@ -8,6 +8,7 @@ from pathlib import Path
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.adapter import DELAYED_SECONDS, latency_timer, latency_warning
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, RefusedError, ServoBus
+from tendond.drivers.dynamixel.serial.models import model_of, name_of
 from tendond.drivers.dynamixel.serial.ping import PING_SLOT_SECONDS, ping_all
 from tendond.schemas.config.servo import BAUD_RATES
 
@@ -41,8 +42,7 @@ class FoundServo:
     doubt: str = ""
 
     def __str__(self) -> str:
-        name = table.MODEL_NAME if self.model == table.MODEL_NUMBER else f"model {self.model}"
-        return f"{self.port}: {self.baudrate} bit/s, id {self.id}: {name}{self.doubt}"
+        return f"{self.port}: {self.baudrate} bit/s, id {self.id}: {name_of(self.model)}{self.doubt}"
 
 
 def ports(devices: Path = Path("/dev")) -> list[str]:
@@ -103,6 +103,7 @@ def _at_rate(
         garbled = garbled or unintelligible
     bus.transport.set_baudrate(baudrate)
     for identifier, model in sorted(models.items()):
+        bus.model = model_of(model) or bus.model
         if identifier <= last_id:
             yield FoundServo(bus.port, baudrate, identifier, model, _doubt(bus, identifier, reply_timeout))
         else:

@@ -4,16 +4,23 @@ from contextlib import suppress
 
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import NoReplyError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.models import mismatch, model_of
 from tendond.drivers.dynamixel.servos import REBOOT_PINGS
-from tendond.drivers.dynamixel.tools.requirements import REQUIREMENTS, enable_replies
+from tendond.drivers.dynamixel.tools.requirements import enable_replies, requirements
+from tendond.schemas.config.servo import ServoSection
 
 TRIES = 5
 
 
-def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
+def set_up(bus: ServoBus, old: int, new: int, section: ServoSection) -> list[str]:
     """Set id, baud rate and required values of a servo, which must stand still and be alone with its old id.
 
     Rate and id come last. After an interruption it can be repeated.
+
+    Args:
+        bus: open, of the configured model.
+        old, new: id before and after.
+        section: [servo], with model and baud rate.
 
     Returns:
         What was changed.
@@ -26,15 +33,15 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
         raise ServoError(
             f"servo {old}: does not reply, or several do: plug in one at a time, and see 'tendond servo scan'"
         )
-    if model != table.MODEL_NUMBER:
-        raise ServoError(f"servo {old}: is model {model}, not {table.MODEL_NUMBER} ({table.MODEL_NAME})")
+    if other := mismatch(model, bus.model):
+        raise ServoError(f"servo {old}: {other}")
     if new != old and _ping(bus, new) is not None:
         raise ServoError(f"servo {new}: there is one already on this bus")
     enable_replies(bus, (old,))
     if bus.read(old, table.TORQUE_ENABLE):
         raise ServoError(f"servo {old}: its torque is on: stop the driver or tool, then 'tendond servo reboot {old}'")
     changed = []
-    for one in REQUIREMENTS:
+    for one in requirements(bus.model, section):
         before = bus.read(old, one.register)
         if before != one.wanted:
             bus.write(old, one.register, one.wanted)
@@ -45,13 +52,13 @@ def set_up(bus: ServoBus, old: int, new: int, baudrate: int) -> list[str]:
         if _ping(bus, new) is None:
             raise ServoError(f"servo {new}: does not reply after its id was set: run 'tendond servo scan'")
         changed.append(f"ID {old} -> {new}")
-    code = table.BAUD_CODES[baudrate]
+    code = bus.model.baud_codes[section.baudrate]
     before = bus.read(new, table.BAUD_RATE)
     if before != code:
         with suppress(NoReplyError):
             bus.write(new, table.BAUD_RATE, code)
         changed.append(f"{table.BAUD_RATE.name} {before} -> {code}")
-        bus.transport.set_baudrate(baudrate)
+        bus.transport.set_baudrate(section.baudrate)
     if _ping(bus, new) is None:
         raise ServoError(f"servo {new}: does not reply any more after it was set up: run 'tendond servo scan'")
     return changed
@@ -66,6 +73,8 @@ def reboot(bus: ServoBus, identifier: int) -> str:
     Raises:
         ServoError: it does not reply, before or afterwards.
     """
+    if (model := model_of(_ping(bus, identifier) or 0)) is not None:
+        bus.model = model  # whatever is configured: it is only rebooted
     enable_replies(bus, (identifier,))
     errors = table.hardware_errors(bus.read(identifier, table.HARDWARE_ERROR_STATUS))
     bus.reboot(identifier)

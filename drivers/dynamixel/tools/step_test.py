@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendond.drivers.dynamixel.checks import profile_units
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.spool import Spool
@@ -79,12 +80,13 @@ def step_test(
 
 def _set_profile(bus: ServoBus, section: ServoSection, motion: ServoMotion, limit: float) -> None:
     """Write the profile of operation, and the motor output that it needs."""
-    speed = max(1, int(section.profile_velocity / table.VELOCITY_UNIT))
-    acceleration = round(section.profile_acceleration / table.ACCELERATION_UNIT)
+    speed, acceleration = profile_units(bus.model, section)
     radius, volts = motion.spool.calibration.spool_radius, motion.latest.voltage * table.VOLTAGE_UNIT
     bus.write(motion.id, table.PROFILE_VELOCITY, speed)
     bus.write(motion.id, table.PROFILE_ACCELERATION, acceleration)
-    bus.write(motion.id, table.GOAL_PWM, goal_pwm(limit, radius, section.profile_velocity * radius, volts))
+    if not section.motor.continuous:
+        pwm = goal_pwm(limit, radius, section.profile_velocity * radius, volts, section.motor)
+        bus.write(motion.id, table.GOAL_PWM, pwm)
 
 
 def _step(bus: ServoBus, motion: ServoMotion, goal: float, stopped: Callable[[], bool]) -> StepResponse:

@@ -99,7 +99,7 @@ def take_over(bus: ServoBus, section: ServoSection, servo: int) -> bool:
     """
     if not bus.read(servo, table.TORQUE_ENABLE):
         return False
-    load = abs(bus.read(servo, table.PRESENT_LOAD)) * table.LOAD_UNIT
+    load = abs(bus.read(servo, bus.model.load)) * bus.model.load_unit
     if load > 2.0 * section.pretension_load:
         raise ServoError(
             f"servo {servo}: holds a load of {load:.0%}: run 'tendond servo home' if it is calibrated, or support the"

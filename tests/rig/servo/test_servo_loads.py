@@ -9,7 +9,8 @@ import pytest
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import goal_pwm, load_limit
-from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection
+from tendond.schemas.config.servo import ServoSection
+from tendond.schemas.motors import XL430_W250
 from tests.rig.bench import SLACK, DriverBench, section
 from tests.rig.servos import RADIUS, emulated
 
@@ -73,11 +74,11 @@ def test_a_standing_servo_has_no_more_output_than_the_load_that_it_may_have(weak
 
 def test_output_and_load_are_shared_as_in_a_motor() -> None:
     settings = ServoSection()
-    assert load_limit(settings, 20.0, 0.015) == pytest.approx(1.5 * 20.0 * 0.015 / STALL_TORQUE)
+    assert load_limit(settings, 20.0, 0.015) == pytest.approx(1.5 * 20.0 * 0.015 / XL430_W250.stall_torque)
     assert load_limit(settings, 60.0, 0.015) == settings.load_max
     assert load_limit(settings, 0.5, 0.015) == pytest.approx(1.5 * settings.pretension_load)
     still = goal_pwm(0.3, 0.015, 0.0, 11.1)
-    half = goal_pwm(0.3, 0.015, 0.5 * NO_LOAD_SPEED * 0.015, 11.1)
+    half = goal_pwm(0.3, 0.015, 0.5 * XL430_W250.no_load_speed * 0.015, 11.1)
     assert still == pytest.approx(885 * 0.4, abs=1)
     assert half - still == pytest.approx(885 * 0.5, abs=1)
     assert goal_pwm(0.7, 0.015, 1.0, 11.1) == 885

@@ -31,7 +31,7 @@ def test_home_releases_pulled_tendons_by_the_places_that_a_killed_driver_left(tm
     ):
         made = calibration(rig=one.name)
         save_calibration(tmp_path / "calibration.json", made)
-        hang_springs(servos, made)
+        hang_springs(servos.servos, made)
         servos.apply(lambda: setattr(servos.servos[0], "_turns", 3))
         config = parse_config(one.config.read_text(), "rig.toml")
         with Hub(config) as hub:

@@ -14,9 +14,11 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.simulator.lockstep import open_loop, watched_loop
 from tendond.model.tendons.servo import ServoDynamics, advance, at_rest
 from tendond.offline.drive.cases import CAMERA, CONFIGURED, REAL, Case, config_of
+from tendond.schemas.config.rates import speed_line
 from tendond.schemas.config.rig import RigConfig, check_config
-from tendond.schemas.config.servo import NO_LOAD_SPEED, STALL_TORQUE, ServoSection, speed_line
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import Mode, TendonCommand
+from tendond.schemas.motors import XL430_W250
 from tendond.schemas.requests import ControlAction
 
 SERVO = ServoDynamics(rate=0.2, acceleration=3.0, lag=0.02, stall=80.0, no_load=0.09)
@@ -87,7 +89,7 @@ def test_a_servo_whose_goal_pwm_is_half_has_half_the_line() -> None:
         servo.advance(0.3)
         found.append((servo.position - start) * table.TICK)
     share = servo.voltage / 11.1
-    expected = [NO_LOAD_SPEED * (share * duty - 0.3 / STALL_TORQUE) for duty in (1.0, 0.5)]
+    expected = [XL430_W250.no_load_speed * (share * duty - 0.3 / XL430_W250.stall_torque) for duty in (1.0, 0.5)]
     assert found[1] / found[0] == pytest.approx(expected[1] / expected[0], rel=0.02)
 
 

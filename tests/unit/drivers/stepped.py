@@ -9,6 +9,7 @@ from tendond.drivers.dynamixel.emulator.line import ServoLine
 from tendond.drivers.dynamixel.emulator.protocol import Receiver
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial.bus import ServoBus
+from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 from tests.rig.servos import BAUDRATE, REPLY_SECONDS, calibration, set_up
@@ -55,18 +56,24 @@ class SteppedBench:
         section: [servo].
         tension_max: of [limits] [N].
         monkeypatch: replaces pyserial's port.
+        step: of the servos' time [s].
     """
 
-    def __init__(self, section: ServoSection, tension_max: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(
+        self, section: ServoSection, tension_max: float, monkeypatch: pytest.MonkeyPatch, step: float = STEP
+    ) -> None:
         self.section = section
-        self.servos = [EmulatedServo(index + 1, BAUDRATE) for index in range(4)]
+        self._step = step
+        model = MODELS[section.model]
+        self.servos = [EmulatedServo(index + 1, BAUDRATE, model=model) for index in range(4)]
         for servo in self.servos:
-            set_up(servo)
+            set_up(servo, section)
         serial = InstantSerial(self.servos)
         monkeypatch.setattr("serial.Serial", lambda **_: serial)
         self.now, self._seq = 0.0, 0
+        self.calibration = calibration(ticks_per_turn=section.motor.ticks_per_turn)
         self.driver = ServoDriver(
-            section, calibration(), lambda: ServoBus("none", BAUDRATE, REPLY_SECONDS), {}, tension_max
+            section, self.calibration, lambda: ServoBus("none", BAUDRATE, REPLY_SECONDS, model), {}, tension_max
         )
 
     def cycle(self, displacement: Sequence[float], *, armed: bool, during: Callable[[], None] = lambda: None) -> None:
@@ -84,7 +91,7 @@ class SteppedBench:
         )
         self.now += self.section.period
         self.driver.cycle(self.now, command)
-        for _ in range(round(self.section.period / STEP)):
+        for _ in range(round(self.section.period / self._step)):
             for servo in self.servos:
-                servo.advance(STEP)
+                servo.advance(self._step)
             during()

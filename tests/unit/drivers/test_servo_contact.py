@@ -6,7 +6,7 @@ import pytest
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.strength import GEAR_MARGIN, load_limit, speed_share
-from tendond.schemas.config.servo import STALL_TORQUE
+from tendond.schemas.motors import XL430_W250
 from tests.rig.bench import section
 from tests.rig.servos import RADIUS, REPLY_SECONDS
 from tests.unit.drivers.stepped import SteppedBench
@@ -21,7 +21,7 @@ SLACK = (0.0, 0.0, 0.0, 0.0)
 
 def bound(tension_max: float) -> float:
     """Largest tension [N] that a standing motor pulls with: servo.tension_margin, and what its gears may need."""
-    return STALL_TORQUE / RADIUS * (load_limit(section(), tension_max, RADIUS) + GEAR_MARGIN)
+    return XL430_W250.stall_torque / RADIUS * (load_limit(section(), tension_max, RADIUS) + GEAR_MARGIN)
 
 
 def pulls(monkeypatch: pytest.MonkeyPatch, stiffness: float, tension_max: float, caught: float) -> tuple[float, str]:

@@ -9,8 +9,8 @@ import pytest
 from tendond.offline.plots.wires import _lag, pace, wires, wires_table
 from tendond.schemas.config.presets import WIRED
 from tendond.schemas.config.rig import parse_config
-from tendond.schemas.config.servo import STALL_TORQUE
 from tendond.schemas.messages import Mode, ServoHealth, TendonCommand, TendonState
+from tendond.schemas.motors import XL430_W250
 
 CYCLES, LAG = 300, 7
 PEAK = 0.06
@@ -52,7 +52,7 @@ def test_lag_error_and_load_of_a_tendon_are_found_again() -> None:
     assert moving.error == pytest.approx(1e-4, rel=0.01)
     assert moving.travel == pytest.approx(PEAK, rel=1e-3)
     assert moving.rate == pytest.approx(math.pi * PEAK / (CYCLES * log.config.loop.period), rel=0.01)
-    assert moving.load == pytest.approx(40.0 * 0.015 / STALL_TORQUE, rel=1e-3)
+    assert moving.load == pytest.approx(40.0 * 0.015 / XL430_W250.stall_torque, rel=1e-3)
     assert (resting.travel, resting.rate, resting.tension) == (0.0, 0.0, 0.0)
 
 

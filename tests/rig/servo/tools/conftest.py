@@ -12,7 +12,7 @@ from tests.rig.servos import calibration, emulated, hang_springs
 @pytest.fixture
 def servos(tmp_path: Path) -> Iterator[EmulatedBus]:
     with emulated(tmp_path, count=2) as bus:
-        hang_springs(bus, calibration((1, -1)))
+        hang_springs(bus.servos, calibration((1, -1)))
         yield bus
 
 

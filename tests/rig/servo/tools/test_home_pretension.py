@@ -15,6 +15,7 @@ from tendond.drivers.dynamixel.emulator.protocol import Error
 from tendond.drivers.dynamixel.places import write_places
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.register import Register
 from tests.rig.servo.tools.operating import Operator, calibrated, displace, displaced, place
 from tests.rig.servos import calibration
 
@@ -152,8 +153,8 @@ def test_a_tool_that_is_interrupted_releases_a_pulled_tendon_before_the_torque_g
     off_at: list[float] = []
     write = servos.servos[0]._write
 
-    def watched(register: table.Register, value: int) -> Error:
-        if register is table.TORQUE_ENABLE and value == 0 and servos.servos[0].energised:
+    def watched(register: Register, value: int) -> Error:
+        if register == table.TORQUE_ENABLE and value == 0 and servos.servos[0].energised:
             off_at.append(displaced(servos)[0])
         return write(register, value)
 

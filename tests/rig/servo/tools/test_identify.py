@@ -12,8 +12,9 @@ from tendond.drivers.dynamixel.emulator.bus import EmulatedBus
 from tendond.drivers.dynamixel.emulator.motor import SHAFT_LAG
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import ServoError
-from tendond.schemas.config.servo import STALL_TORQUE, ServoSection
+from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import Mode
+from tendond.schemas.motors import XL430_W250
 from tests.rig.servo.tools.operating import Operator, calibrated, displace, displaced
 
 pytestmark = pytest.mark.rig
@@ -52,7 +53,7 @@ def test_a_tendon_that_pulls_or_is_held_or_does_not_exist_is_not_moved(slack: Em
         identify_servo(config, 0, 20e-3, True, Operator())
     second = slack.servos[1]
     second.grip = 1.0  # holds its load without torque
-    slack.apply(lambda: setattr(second, "torque", lambda ticks: 0.1 * STALL_TORQUE))
+    slack.apply(lambda: setattr(second, "torque", lambda ticks: 0.1 * XL430_W250.stall_torque))
     with pytest.raises(ServoError, match=r"servo 2: its tendon pulls \(load 10%\): slacken it"):
         identify_servo(config, 1, 6e-3, True, Operator())
     second.write(table.TORQUE_ENABLE.address, b"\x01")

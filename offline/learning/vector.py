@@ -71,7 +71,8 @@ class TendonVectorEnv(VectorEnv[Array, Array, NDArray[Any]]):
 
         Args:
             seed: of robots and goals: of the first, the others' follow; or one each.
-            options: `goal`, position to move to instead [m], shape (3,); `reset_mask`, which of them, shape (N,).
+            options: `goal`, position to move to instead [m], shape (3,) or (N, 3); `reset_mask`, which of them, shape
+                (N,).
 
         Raises:
             ValueError: not as many seeds, or as long a mask, as there are robots.
@@ -139,8 +140,11 @@ class TendonVectorEnv(VectorEnv[Array, Array, NDArray[Any]]):
             assert random is not None
             drawn.append(self.task.draw(random))
         self._robots.rest(lanes, [one.robot for one in drawn])
-        for index, one in zip(lanes, drawn, strict=True):
-            self._goal[index] = self._robots.goal(*one) if goal is None else goal
+        if goal is None:
+            for index, one in zip(lanes, drawn, strict=True):
+                self._goal[index] = self._robots.goal(*one)
+        else:
+            self._goal[mask] = np.broadcast_to(np.asarray(goal, dtype=np.float64), self._goal.shape)[mask]
         self._tension[mask], self._cycle[mask], self._velocity[mask] = self.task.rest_tension, 0, 0.0
         self._begin[mask] = self._position[mask] = self._robots.tip[mask]
         self._ended = self._ended & ~mask

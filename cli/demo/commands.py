@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendond.cli.completion import profiles, scenarios
-from tendond.cli.options import PlantName
+from tendond.cli.completion import plants, profiles, scenarios
 from tendond.cli.signals import exit_on_signals
 
 
@@ -30,7 +29,12 @@ def demo(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="For scenario plane: no clock, so that a busy computer loses no pose.")
     ] = False,
-    plant: PlantName = None,
+    plant: Annotated[
+        str | None,
+        typer.Option(
+            "--plant", help="For scenario plane: shooting, general or mujoco (an extra).", autocompletion=plants
+        ),
+    ] = None,
 ) -> None:
     """Run the controller on a simulated robot, with log and figures.
 

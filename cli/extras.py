@@ -15,6 +15,7 @@ EXTRAS = {
     "rosbags": "ros2",
     "mujoco": "mujoco",
     "gymnasium": "gym",
+    "onnx": "onnx",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

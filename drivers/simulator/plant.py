@@ -75,6 +75,11 @@ class Plant:
         """Simulated time [s]."""
         return self.seq * self._rod.time_step
 
+    @property
+    def state(self) -> Any:
+        """State of the rod, as its steps return it."""
+        return self._state
+
     def shape(self, points: int) -> Array:
         """Return points of the backbone from base to tip [m], shape (points, 3)."""
         return self._rod.curve(self._state, points)

@@ -1,4 +1,4 @@
-"""The file of a policy: a NumPy archive of weights and scales, and its way into a configuration."""
+"""The file of a policy: a NumPy archive of weights and scales, or an ONNX file; and its path into a configuration."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,7 +41,12 @@ def read_policy(path: Path) -> dict[str, Any]:
 
     Raises:
         ConfigError: it cannot be read, or is no policy.
+        ModuleNotFoundError: an ONNX file, and onnx is not installed.
     """
+    if path.suffix == ".onnx":
+        from tendond.offline.learning.onnx_file import read_onnx  # an extra, which other files do not need
+
+        return read_onnx(path)
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in archive.files}
@@ -57,7 +62,7 @@ def with_policy(config: RigConfig, folder: Path, source: str) -> RigConfig:
     """Return the configuration with the policy whose file it names, if any, relative to a folder.
 
     Raises:
-        ConfigError: see `read_policy`; or the policy has another number of tendons.
+        ConfigError, ModuleNotFoundError: see `read_policy`; or the policy has another number of tendons, or no rate.
     """
     table = config.control.laws.get("policy", {})
     file = table.get("file")
@@ -69,6 +74,11 @@ def with_policy(config: RigConfig, folder: Path, source: str) -> RigConfig:
         raise ConfigError(
             f"{source}: control.laws.policy.file: {folder / file} has {outputs} outputs, but the robot has {tendons}"
             " tendons: train a policy for this robot"
+        )
+    if "rate" not in found:
+        raise ConfigError(
+            f"{source}: control.laws.policy.rate: {folder / file} does not say the rate of a tension at an output of 1:"
+            " set it to that of the environment, `env.rate` [N/s]"
         )
     control = config.control.model_copy(update={"laws": {**config.control.laws, "policy": found}})
     return config.model_copy(update={"control": control})

@@ -2,7 +2,7 @@
 
 With the layers' weights W and biases b, z the observation scaled by the robot,
 
-    y = z,  y <- tanh(W y + b) for each layer,  T + rate dt y
+    y = z,  y <- f(W y + b) for each layer, f its activation,  T + rate dt y, y within -1..1
 
 so that a policy can ask for no more than `rate`, and that every limit of a command and the safety filter come after
 it, as for any law. Its weights are parameters, so that a log has them and replays to the last bit; the command line
@@ -11,7 +11,7 @@ reads them from the file that `file` names. `offline/learning/environment.py` is
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,11 @@ Row = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDTH_MAX)]
 
 
 class Layer(LawParameters):
-    """weights: W [-], a row an output. bias: b [-]."""
+    """weights: W [-], a row an output. bias: b [-]. activation: of the outputs; 'relu' is max(0, y)."""
 
     weights: Annotated[tuple[Row, ...], Field(min_length=1, max_length=WIDTH_MAX)]
     bias: Row
+    activation: Literal["tanh", "relu", "linear"] = "tanh"
 
     @model_validator(mode="after")
     def _fits(self) -> "Layer":
@@ -47,7 +48,7 @@ class Layer(LawParameters):
 
 
 class Parameters(LawParameters):
-    """file: NumPy archive (.npz) of the policy, beside the configuration; the command line reads it into the others.
+    """file: of the policy, .npz or .onnx, beside the configuration; the command line reads it into the others.
 
     layers: of the network, the last one with an output a tendon. length: by which positions, and velocities of a
     second, are scaled [m]. tension: by which tensions are scaled [N]. rate: of a tension at an output of 1 [N/s].
@@ -79,9 +80,13 @@ class Parameters(LawParameters):
         scale = np.full(len(observation), self.length)
         scale[KINEMATIC:] = self.tension
         found: Array = observation / scale
-        for weights, bias in self.matrices:
-            found = np.tanh(weights @ found + bias)
-        return found
+        for layer, (weights, bias) in zip(self.layers, self.matrices, strict=True):
+            found = weights @ found + bias
+            if layer.activation == "tanh":
+                found = np.tanh(found)
+            elif layer.activation == "relu":
+                found = np.maximum(found, 0.0)
+        return np.asarray(np.clip(found, -1.0, 1.0))
 
 
 @dataclass(frozen=True)

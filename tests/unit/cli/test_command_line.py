@@ -1,6 +1,7 @@
 """Every command: help with an example, bad usage in a few lines, JSON, old spellings."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,8 @@ from typer.main import get_command
 from tendond.cli.app import app
 from tendond.cli.program import EVERYDAY, MOVED
 from tendond.offline.demo.scenarios import SCENARIOS
+from tendond.schemas.config.presets import PROFILES
+from tendond.schemas.config.rig import parse_config
 from tests.golden.scripts import FOLDER
 from tests.unit.cli.commands import COMMANDS, RUNNABLE, few_lines, subcommands, tendond
 
@@ -122,10 +125,39 @@ def test_only_the_demo_in_the_plane_runs_without_a_clock(
     ran: list[tuple[object, ...]] = []
     monkeypatch.setattr("tendond.offline.demo.scenarios.run_plane", lambda *given, **more: ran.append((*given, more)))
     assert tendond(capsys, "demo", "--lockstep", "--out", str(tmp_path)).status == 0
-    assert ran == [(tmp_path, "paper", {"lockstep": True})]
+    assert ran == [(tmp_path, "paper", {"lockstep": True, "plant": None})]
     refused = tendond(capsys, "demo", "--scenario", "wired", "--lockstep")
     assert (refused.status, len(ran)) == (2, 1)
     assert "runs in real time" in refused.said
+
+
+@pytest.mark.parametrize("profile", ["paper", "nasty"])
+def test_a_demo_on_another_plant_has_it_in_its_configuration(
+    profile: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """One profile begins the table [simulator] itself, the other one not."""
+    texts: list[str] = []
+    monkeypatch.setattr("tendond.offline.demo.scenarios.run_chain", lambda _, text, *given, **more: texts.append(text))
+    assert tendond(capsys, "demo", "--plant", "general", "--profile", profile, "--out", str(tmp_path)).status == 0
+    found, own = (parse_config(one, "test").simulator for one in (texts[0], PROFILES[profile]))
+    assert found == own.model_copy(update={"solver": "general"})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--plant", "mujoko"), "did you mean 'mujoco'"),
+        (("--plant", "mujoco", "--scenario", "wired"), "has a plant of its own"),
+        (("--plant", "shooting", "--profile", "nasty"), "--plant shooting: profile 'nasty': .*no friction of tendons"),
+    ],
+)
+def test_a_plant_that_a_demo_cannot_have_is_refused_before_it_begins(
+    arguments: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    refused = tendond(capsys, "demo", *arguments, "--out", str(tmp_path / "out"))
+    assert refused.status == 2
+    assert re.search(words, refused.said)
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_top_level_help_lists_groups_first_and_is_short(capsys: pytest.CaptureFixture[str]) -> None:

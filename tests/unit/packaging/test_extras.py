@@ -41,6 +41,7 @@ NEEDING = {
     "simulate": ("mujoco", ["simulate", "--plant", "mujoco", "--config", "CONFIG"]),
     "config mjcf": ("mujoco", ["config", "mjcf", "--out", "OUT/robot.xml"]),
     "bench plants": ("mujoco", ["bench", "plants"]),
+    "demo plant": ("mujoco", ["demo", "--plant", "mujoco", "--out", "OUT"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

@@ -52,7 +52,7 @@ def test_pulling_the_right_tendon_pays(env: TendonEnv) -> None:
 
 
 def test_robots_are_unlike_each_other_and_the_first_is_as_configured(env: TendonEnv) -> None:
-    stiffness = [env._rig(number).simulator.rod.youngs_modulus for number in range(4)]
+    stiffness = [env.task.rig(number).simulator.rod.youngs_modulus for number in range(4)]
     assert stiffness[0] == env.config.rod.youngs_modulus
     assert len(set(stiffness)) == 4
     assert all(0.85 <= one / stiffness[0] <= 1.15 for one in stiffness)

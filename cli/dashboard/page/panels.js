@@ -1,0 +1,155 @@
+"use strict";
+// What a frame shows, put into the page. Text is only ever set as text.
+
+const element = (name) => document.getElementById(name);
+const put = (name, text) => {
+  const one = element(name);
+  if (one.textContent !== text) one.textContent = text;
+};
+const millimetres = (metres) => (1000 * metres).toFixed(1);
+const made = (name, parent, text = "") => {
+  const one = document.createElement(name);
+  one.textContent = text;
+  parent.append(one);
+  return one;
+};
+
+const HISTORY = 400; // frames: 20 s
+
+class Panels {
+  constructor(welcome) {
+    this.welcome = welcome;
+    this.scene = new Scene(element("scene"), welcome.length, welcome.gravity);
+    this.errors = [];
+    put("rig", welcome.rig);
+  }
+
+  show(frame) {
+    const { body } = document;
+    body.dataset.mode = frame.mode ?? "";
+    body.dataset.seq = frame.seq ?? "";
+    body.dataset.tick = frame.tick ?? "";
+    put("mode", frame.mode ?? "no controller");
+    put("reason", frame.reason ?? "");
+    const servos = frame.servo_fault ? `servos: ${frame.servo_fault}. ` : "";
+    put("remedy", servos + (frame.remedy ? `To clear it: ${frame.remedy}` : ""));
+    put("law", frame.law ? `${frame.law.replaceAll("_", " ")}, feedback ${frame.feedback}` : "");
+    put("armed", frame.armed === false ? "disarmed, torque off" : "");
+    put("tension-max", (frame.tension_max ?? 0).toFixed(0));
+    this.tendons(frame);
+    this.numbers(frame);
+    this.distance(frame);
+    this.scene.draw(frame.scene ? frame.scene.entities : [], frame.ghost, frame.target);
+  }
+
+  tendons({ tension = [], displacement = [], measured = [], tension_max }) {
+    const body = element("tendon-rows");
+    while (body.rows.length > tension.length) body.deleteRow(-1);
+    tension.forEach((value, k) => {
+      let row = body.rows[k];
+      if (!row) {
+        row = body.insertRow();
+        for (let cell = 0; cell < 5; cell++) row.insertCell();
+        made("i", made("div", row.cells[1])).parentElement.className = "bar";
+        row.cells[0].textContent = k;
+        row.cells[2].id = `tension-${k}`;
+      }
+      const part = value / tension_max, bar = row.cells[1].firstChild;
+      bar.className = `bar ${part > 0.98 ? "bad" : part > 0.8 ? "warn" : ""}`;
+      bar.firstChild.style.width = `${100 * Math.min(1, Math.max(0, part))}%`;
+      row.cells[2].textContent = value.toFixed(2);
+      const { displacement_min, displacement_max } = this.welcome;
+      const limit = displacement[k] >= 0 ? displacement_max : -displacement_min;
+      row.cells[3].textContent = millimetres(displacement[k]);
+      row.cells[3].className = Math.abs(displacement[k]) > 0.98 * limit ? "bad" : "";
+      row.cells[4].textContent = measured[k] === undefined ? "" : millimetres(measured[k]);
+    });
+  }
+
+  numbers(frame) {
+    const age = (one, what) => {
+      if (one.age === null) return [what, "none yet", "warn"];
+      const late = one.age > 0.5;
+      return [what, `${one.rate.toFixed(1)} Hz, ${(1000 * one.age).toFixed(0)} ms old`, late ? "bad" : ""];
+    };
+    const pose = age(frame.pose, "pose");
+    if (frame.pose.age !== null && !frame.pose.valid) pose.splice(1, 2, `${pose[1]}, hidden`, "warn");
+    const place = (p) => (p ? p.map(millimetres).join("  ") + " mm" : "none yet");
+    const rows = [
+      ["tip", place(frame.tip), ""],
+      ["target", place(frame.target), ""],
+      pose,
+      age(frame.command_stream, "command"),
+      age(frame.tendons_stream, "servos"),
+      ...(frame.rows ?? []),
+    ];
+    const body = element("rows");
+    while (body.rows.length > rows.length) body.deleteRow(-1);
+    rows.forEach(([label, value, style], k) => {
+      const row = body.rows[k] ?? body.insertRow();
+      while (row.cells.length < 2) row.insertCell();
+      row.cells[0].textContent = label;
+      row.cells[1].textContent = value;
+      row.cells[1].className = style;
+    });
+  }
+
+  // Distance over time, logarithmic from 0.1 mm: each line is a power of ten.
+  distance({ error }) {
+    put("error", error === null ? "" : `${millimetres(error)} mm`);
+    this.errors.push(error);
+    if (this.errors.length > HISTORY) this.errors.shift();
+    const canvas = element("errors"), pen = canvas.getContext("2d");
+    const [width, height] = [(canvas.width = canvas.clientWidth), (canvas.height = canvas.clientHeight)];
+    const style = getComputedStyle(document.body);
+    const level = (metres) => height * (1 - (Math.log10(Math.max(metres, 1e-4)) + 4) / 4) + 1;
+    pen.strokeStyle = style.getPropertyValue("--line");
+    pen.beginPath();
+    for (const metres of [1e-3, 1e-2, 1e-1]) {
+      pen.moveTo(0, level(metres));
+      pen.lineTo(width, level(metres));
+    }
+    pen.stroke();
+    pen.strokeStyle = style.getPropertyValue("--rod");
+    pen.lineWidth = 2;
+    pen.beginPath();
+    let down = false;
+    this.errors.forEach((one, k) => {
+      if (one !== null) pen[down ? "lineTo" : "moveTo"]((width * k) / HISTORY, level(one));
+      down = one !== null;
+    });
+    pen.stroke();
+    put("errors-range", "20 s; lines at 1, 10 and 100 mm");
+  }
+
+  // The tunable keys of the limits and of the law in use; what is being typed stays.
+  tunable(keys, law, ask) {
+    const own = Object.entries(keys).filter(([key]) => !key.startsWith("control.laws.") || key.startsWith(`control.laws.${law}.`));
+    const body = element("tunable").tBodies[0], names = own.map(([key]) => key).join();
+    if (body.dataset.names !== names) {
+      body.dataset.names = names;
+      body.replaceChildren();
+      for (const [key] of own) {
+        const row = body.insertRow();
+        const name = row.insertCell();
+        name.textContent = key.replace("control.laws.", "");
+        made("small", name);
+        const input = made("input", row.insertCell());
+        input.setAttribute("aria-label", key);
+        input.inputMode = "decimal";
+        const button = made("button", row.insertCell(), "Set");
+        button.type = "button";
+        const set = () => input.value.trim() && ask({ do: "set", settings: [`${key}=${input.value.trim()}`] });
+        button.addEventListener("click", set);
+        input.addEventListener("keydown", (event) => event.key === "Enter" && set());
+      }
+    }
+    own.forEach(([, one], k) => {
+      const row = body.rows[k], number = (value) => Number(value.toPrecision(4)).toString();
+      const moves = one.value === one.wanted ? "" : `, moves to ${number(one.wanted)}`;
+      row.cells[0].lastChild.textContent =
+        `${number(one.value)}${moves}; configured ${number(one.configured)}; ${one.allowed}; changes ${one.changes}`;
+      row.cells[1].firstChild.placeholder = number(one.value);
+    });
+  }
+}

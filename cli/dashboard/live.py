@@ -9,7 +9,7 @@ from contextlib import suppress
 
 import zenoh
 
-from tendond.cli.dashboard.frame import Frame, frame
+from tendond.cli.dashboard.frame import frame
 from tendond.cli.dashboard.ghost import Ghost
 from tendond.cli.rig.tuning import tunable_rows
 from tendond.cli.rig.watch import Listener
@@ -28,7 +28,7 @@ POLL_SECONDS = 0.2
 """Time between two questions for the status while the arm is held: the target moves, and is published each second."""
 
 SLOW_SECONDS = 1.0
-"""Time between two lists of the tunable keys."""
+"""Time between two looks at the tunable keys; each frame has the list, since a slow page gets few of the frames."""
 
 TOPICS = {topic: (kind, QUEUE) for topic, kind in KINDS.items()}
 
@@ -91,6 +91,7 @@ class Live:
         self._poll = StatusPoll(config.rig.name)
         self._listener = Listener(config, TOPICS, self._receive)
         self._source, self._slow = "", 0.0
+        self._keys: object = None
 
     def run(self, ended: threading.Event) -> None:
         """Make frames until `ended` is set."""
@@ -131,7 +132,7 @@ class Live:
         if status is not None and not shown["silent"]:
             self._scene.draw(time.time_ns())
             shown["ghost"] = self._ghost_at(status.target)
-            self._add_slow(shown, status, now)
+            shown["tunable"] = self._tunable(status, now)
         text = json.dumps(shown, allow_nan=False)
         return f'{text[:-1]}, "scene": {self._sink.shape}}}'
 
@@ -140,8 +141,7 @@ class Live:
             self._ghost_of = (target, self._ghost.shape(target))
         return self._ghost_of[1]
 
-    def _add_slow(self, shown: Frame, status: Status, now: float) -> None:
-        """Add the tunable keys, now and then."""
-        if now - self._slow >= SLOW_SECONDS:
-            self._slow = now
-            shown["tunable"] = tunable_rows(self._config, status)
+    def _tunable(self, status: Status, now: float) -> object:
+        if self._keys is None or now - self._slow >= SLOW_SECONDS:
+            self._slow, self._keys = now, tunable_rows(self._config, status)
+        return self._keys

@@ -99,7 +99,7 @@ def welcome(config: RigConfig) -> dict[str, Any]:
         "laws": list(LAWS),
         "kinds": kinds,
         "targets": TARGETS,
-        "reference": config.reference.model_dump(exclude_unset=True, exclude={"samples", "waypoints", "file"}),
+        "reference": config.reference.model_dump(exclude_defaults=True, exclude={"samples", "waypoints", "file"}),
         "length": config.rod.backbone_length,
         "gravity": config.rod.gravity,
         "speed_max": speed_max(config),

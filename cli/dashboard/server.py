@@ -7,7 +7,6 @@ import asyncio
 import json
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from tornado.httpserver import HTTPServer
@@ -17,16 +16,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from tendond.cli.dashboard.access import Access
-
-PAGE = Path(__file__).parent / "page"
-FILES = {
-    "": ("index.html", "text/html"),
-    "style.css": ("style.css", "text/css"),
-    "scene.js": ("scene.js", "text/javascript"),
-    "panels.js": ("panels.js", "text/javascript"),
-    "page.js": ("page.js", "text/javascript"),
-}
-"""Files by path: nothing else is served."""
+from tendond.cli.dashboard.files import FILES, PAGE
 
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "

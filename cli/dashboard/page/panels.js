@@ -147,8 +147,9 @@ class Panels {
     own.forEach(([, one], k) => {
       const row = body.rows[k], number = (value) => Number(value.toPrecision(4)).toString();
       const moves = one.value === one.wanted ? "" : `, moves to ${number(one.wanted)}`;
-      row.cells[0].lastChild.textContent =
-        `${number(one.value)}${moves}; configured ${number(one.configured)}; ${one.allowed}; changes ${one.changes}`;
+      const text = `${number(one.value)}${moves}; configured ${number(one.configured)}; ${one.allowed}; changes ${one.changes}`;
+      if (row.cells[0].lastChild.textContent === text) return;
+      row.cells[0].lastChild.textContent = text;
       row.cells[1].firstChild.placeholder = number(one.value);
     });
   }

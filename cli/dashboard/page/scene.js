@@ -93,8 +93,8 @@ class Scene {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, this.width, this.height);
     pen.lineCap = pen.lineJoin = "round";
-    this.scale = (this.zoom * Math.min(this.width / 1.9, this.height / 1.35)) / this.length;
-    this.centre = added([0, 0, 0.3 * this.length], scaled(this.up, 0.25 * this.length));
+    this.scale = (this.zoom * Math.min(this.width / 1.6, this.height / 1.3)) / this.length;
+    this.centre = added([0, 0, 0.35 * this.length], scaled(this.up, 0.25 * this.length));
     const style = getComputedStyle(document.body);
     this.axes(style.getPropertyValue("--dim"));
     const orange = style.getPropertyValue("--target");

@@ -95,7 +95,7 @@ def chromium(folder: Path) -> Iterator[Tab]:
     command = [
         *(CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", f"--user-data-dir={profile}"),
         *("--remote-debugging-port=0", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1"),
-        *("--disable-background-timer-throttling", "--disable-renderer-backgrounding", "--window-size=1280,900"),
+        *("--disable-background-timer-throttling", "--disable-renderer-backgrounding", "--window-size=1000,800"),
         "about:blank",
     ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

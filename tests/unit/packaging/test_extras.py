@@ -36,6 +36,7 @@ NEEDING = {
     "identify": ("matplotlib", ["identify", NORMAL, "--out", "OUT"]),
     "identify demo": ("matplotlib", ["identify", "demo", "--out", "OUT"]),
     "validate": ("matplotlib", ["validate", "armlab", "--out", "OUT"]),
+    "dashboard": ("tornado", ["dashboard", "--port", "0"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

@@ -89,11 +89,9 @@ function watch() {
     [what, why] = ["NO CONTROLLER", `Nothing is heard of rig '${rig}' at ${endpoint}. What is shown is old.`];
   }
   document.body.dataset.live = what ? "no" : "yes";
-  if (what) {
-    put("mode", what.toLowerCase());
-    put("alarm-what", what);
-    put("alarm-why", why);
-  }
+  put("alarm-what", what);
+  put("alarm-why", why);
+  if (what) put("mode", what.toLowerCase());
   document.title = `${what || frame.mode.toUpperCase()} - tendond`;
   const mode = what ? "" : frame.mode;
   const allow = (name, allowed) => (element(name).disabled = !allowed);

@@ -133,7 +133,7 @@ def test_arming_asks_first_and_the_page_shows_the_rig(shown: Shown) -> None:
 
 def test_a_gain_is_set_and_shown(shown: Shown) -> None:
     tab = shown.tab
-    tab.until("document.querySelector('[aria-label=\"limits.tension_max\"]')")
+    tab.until("document.querySelector('[aria-label=\"limits.tension_max\"]') !== null")
     tab.get("document.querySelector('[aria-label=\"limits.tension_max\"]').value = '50'")
     tab.get(
         "document.querySelector('[aria-label=\"limits.tension_max\"]').closest('tr').querySelector('button').click()"

@@ -4,6 +4,7 @@ import asyncio
 import json
 import logging
 import os
+import socket
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -42,7 +43,7 @@ async def _serve(config: RigConfig, option: str, host: str, port: int, stopped: 
     Raises:
         UsageError: the address cannot be used.
     """
-    from tendond.cli.dashboard.access import Access, is_loopback
+    from tendond.cli.dashboard.access import Access
     from tendond.cli.dashboard.live import Live
     from tendond.cli.dashboard.operator import Operator
     from tendond.cli.dashboard.server import Hub, serve
@@ -72,8 +73,8 @@ async def _serve(config: RigConfig, option: str, host: str, port: int, stopped: 
 
     thread = threading.Thread(target=follow, daemon=True, name="live")
     thread.start()
-    shown = "localhost" if is_loopback(host) else host
-    say(f"rig '{config.rig.name}' at http://{shown}:{used}/{f'#token={access.token}' if access.token else ''}")
+    token = f"#token={access.token}" if access.token else ""
+    say(f"rig '{config.rig.name}' at http://{_address(host)}:{used}/{token}")
     try:
         while not stopped() and not failed.done():
             await asyncio.sleep(POLL_SECONDS)
@@ -84,6 +85,15 @@ async def _serve(config: RigConfig, option: str, host: str, port: int, stopped: 
         ended.set()
         await asyncio.to_thread(thread.join, 1.0)
         operator.close()
+
+
+def _address(host: str) -> str:
+    """Return what to open in the browser for an address to listen on; for all of them, this computer's name."""
+    if host in ("", "0.0.0.0", "::"):
+        return socket.gethostname()
+    if host == "127.0.0.1":
+        return "localhost"
+    return f"[{host}]" if ":" in host else host
 
 
 def welcome(config: RigConfig) -> dict[str, Any]:

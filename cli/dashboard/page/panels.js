@@ -14,13 +14,13 @@ const made = (name, parent, text = "") => {
   return one;
 };
 
-const HISTORY = 400; // frames: 20 s
+const HISTORY = 20; // seconds
 
 class Panels {
   constructor(welcome) {
     this.welcome = welcome;
     this.scene = new Scene(element("scene"), welcome.length, welcome.gravity);
-    this.errors = [];
+    this.history = [];
     put("rig", welcome.rig);
   }
 
@@ -38,7 +38,7 @@ class Panels {
     put("tension-max", (frame.tension_max ?? 0).toFixed(0));
     this.tendons(frame);
     this.numbers(frame);
-    this.distance(frame);
+    this.histories(frame);
     this.scene.draw(frame.scene ? frame.scene.entities : [], frame.ghost, frame.target);
   }
 
@@ -94,32 +94,43 @@ class Panels {
     });
   }
 
-  // Distance over time, logarithmic from 0.1 mm: each line is a power of ten.
-  distance({ error }) {
+  // Distance over time, logarithmic from 0.1 mm; tensions over time, from zero to their limit.
+  histories({ now, error, tension = [], tension_max = 1 }) {
     put("error", error === null ? "" : `${millimetres(error)} mm`);
-    this.errors.push(error);
-    if (this.errors.length > HISTORY) this.errors.shift();
-    const canvas = element("errors"), pen = canvas.getContext("2d");
-    const [width, height] = [(canvas.width = canvas.clientWidth), (canvas.height = canvas.clientHeight)];
-    const style = getComputedStyle(document.body);
-    const level = (metres) => height * (1 - (Math.log10(Math.max(metres, 1e-4)) + 4) / 4) + 1;
-    pen.strokeStyle = style.getPropertyValue("--line");
-    pen.beginPath();
-    for (const metres of [1e-3, 1e-2, 1e-1]) {
-      pen.moveTo(0, level(metres));
-      pen.lineTo(width, level(metres));
-    }
-    pen.stroke();
-    pen.strokeStyle = style.getPropertyValue("--rod");
-    pen.lineWidth = 2;
-    pen.beginPath();
-    let down = false;
-    this.errors.forEach((one, k) => {
-      if (one !== null) pen[down ? "lineTo" : "moveTo"]((width * k) / HISTORY, level(one));
-      down = one !== null;
+    this.history = this.history.filter((one) => one.now <= now && one.now > now - HISTORY);
+    this.history.push({ now, error, tension });
+    const level = (metres) => (Math.log10(Math.max(metres, 1e-4)) + 4) / 4;
+    this.chart("errors", [this.history.map((one) => (one.error === null ? null : level(one.error)))], [1e-3, 1e-2, 1e-1].map(level));
+    const part = (k) => this.history.map((one) => (one.tension[k] ?? 0) / tension_max);
+    this.chart("tensions", tension.map((_, k) => part(k)), [0.5, 1]);
+  }
+
+  // Curves and level lines, each value from 0 at the bottom to 1 at the top; null: a gap.
+  chart(name, curves, lines) {
+    const canvas = element(name), ratio = devicePixelRatio || 1, pen = canvas.getContext("2d");
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const times = this.history.map(({ now }) => now), last = times.at(-1);
+    const at = (value) => 3 + (height - 6) * (1 - value), style = getComputedStyle(document.body);
+    const draw = (values, color, thick) => {
+      pen.strokeStyle = color;
+      pen.lineWidth = thick;
+      pen.beginPath();
+      values.forEach((one, k) => {
+        if (one === null) return;
+        pen[k && values[k - 1] !== null ? "lineTo" : "moveTo"](width * (1 - (last - times[k]) / HISTORY), at(one));
+      });
+      pen.stroke();
+    };
+    pen.fillStyle = style.getPropertyValue("--line");
+    for (const one of lines) pen.fillRect(0, at(one), width, 1);
+    curves.forEach((values, k) => {
+      pen.setLineDash(k % 2 ? [5, 3] : []);
+      draw(values, style.getPropertyValue(k % 4 < 2 ? "--rod" : "--target"), 2);
     });
-    pen.stroke();
-    put("errors-range", "20 s; lines at 1, 10 and 100 mm");
+    pen.setLineDash([]);
   }
 
   // The tunable keys of the limits and of the law in use; what is being typed stays.

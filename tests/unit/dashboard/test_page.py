@@ -26,13 +26,13 @@ const red = (p) => {
   return a > 0 && r > 2 * g && r > 2 * b;
 };
 document.body.dataset.noted = JSON.stringify({
-  tip: red([0.2, 0, 0.4]), force: red([0.17, 0, 0.4]), beside: red([0.2, 0, 0.3]),
+  tip: red([0.2, 0, 0.42]), force: red([0.17, 0, 0.4]), beside: red([0.2, 0, 0.3]),
   reason: element("reason").textContent, remedy: element("remedy").textContent, mode: element("mode").textContent,
   tension: element("tension-0").textContent, bar: document.querySelector(".bar").className,
   arm: element("arm").disabled, reset: element("reset").disabled, title: document.title,
 });
 </script>"""
-"""Notes colours at the tip, on the force's arrow, and beside both; and what is written."""
+"""Notes colours within the ellipsoid, on the force's arrow, and beside both; and what is written."""
 
 
 def status(mode: Mode, reason: str) -> Status:
@@ -53,8 +53,8 @@ def noted(folder: Path, mode: Mode, reason: str) -> dict[str, object]:
         seq=7, stamp_ns=1, pose_seq=None, displacement=(0.02, 0.0, 0.0, 0.0), tension=(59.5, 0.0, 0.0, 0.0), armed=True
     )
     snapshot.add(command, 1.0)
-    small = (4e-6, 0.0, 0.0, 4e-6, 0.0, 4e-6)
-    entity = filter_entity(1, TIP, (-0.5, 0.0, 0.0), small, (1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4))
+    wide = (1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4)  # 28 mm about the tip
+    entity = filter_entity(1, TIP, (-0.5, 0.0, 0.0), wide, (1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4))
     scene = {"entities": [entity.model_dump(mode="json")]}
     shown = {**frame(snapshot, CONFIG, 1.1, " --config rig.toml"), "ghost": None, "scene": scene}
     file = folder / "page.html"

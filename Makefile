@@ -43,7 +43,9 @@ figures: demo paper ## renew the pictures of the README and the documentation
 		out/figures/demo.gif docs/images/demo.gif \
 		out/paper/normal.png docs/images/paper_normal.png out/paper/normal_edge.png docs/images/paper_normal_edge.png
 	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap out/demo/watch.svg
-	@$(BIN)/python -m tendond.cli.manual.checked out/demo/demo.mcap -- out/demo/watch.svg docs/images/watch.svg
+	@$(BIN)/python -m tendond.cli.manual.pictures out/demo/demo.mcap out/demo/dashboard.png
+	@$(BIN)/python -m tendond.cli.manual.checked out/demo/demo.mcap -- out/demo/watch.svg docs/images/watch.svg \
+		out/demo/dashboard.png docs/images/dashboard.png
 
 notebooks: .venv/.dev .venv/.runtime ## run the notebooks of the documentation, and renew their pages
 	@$(BIN)/python -m tendond.cli.manual.notebooks docs/notebooks docs/notebooks docs/images

@@ -16,6 +16,7 @@ EXTRAS = {
     "mujoco": "mujoco",
     "gymnasium": "gym",
     "onnx": "onnx",
+    "tornado": "dashboard",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

@@ -19,6 +19,7 @@ EVERYDAY = {
     "reset": "rig",
     "status": "rig",
     "watch": "rig",
+    "dashboard": "rig",
     "teleop": "rig",
     "set": "rig",
     "doctor": "rig",

@@ -41,7 +41,7 @@ class Topic:
 
 
 _DRIVERS = "simulate, servo"
-_VIEWERS = "watch, view, bridge"
+_VIEWERS = "watch, view, bridge, dashboard"
 _REQUESTS = {
     ControlAction.ARM: "pretension, then track the reference",
     ControlAction.PROBE: "pull each tendon a little, compare the tip's motion with the model's, release",
@@ -53,6 +53,12 @@ _REQUESTS = {
     ControlAction.JOG: "move the target at a speed, while tracking, until the next request or a timeout",
     ControlAction.SET: "tune gains and limits; some only while idle",
 }
+
+
+def _asked_by(action: ControlAction) -> str:
+    """Name the commands that send a request."""
+    return action.value if action is ControlAction.PROBE else f"{action.value}, dashboard"
+
 
 TOPICS = (
     Topic(keys.TIP_POSE, "published", TipPose, None, "vicon, simulate", f"run, {_VIEWERS}", "pose of the tip"),
@@ -73,11 +79,13 @@ TOPICS = (
     ),
     Topic(keys.STATUS, "published", Status, None, "run", _VIEWERS, "the controller's state, each second and on change"),
     Topic(
-        keys.SIMULATOR_TRUTH, "published", SimulatorTruth, None, "simulate", "run (to log it), view",
+        keys.SIMULATOR_TRUTH, "published", SimulatorTruth, None, "simulate", "run (to log it), view, dashboard",
         "true state of the simulated rod",
     ),
     *(
-        Topic(f"{keys.CONTROL}/{action.value}", "request", ControlRequest, ControlReply, action.value, "run", meaning)
+        Topic(
+            f"{keys.CONTROL}/{action.value}", "request", ControlRequest, ControlReply, _asked_by(action), "run", meaning
+        )
         for action, meaning in _REQUESTS.items()
     ),
     Topic(

@@ -59,7 +59,20 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         UsageError: the settings are not a valid reference.
         TendondError: no controller, or it refused.
     """
-    config = load_config(config_file)
+    send(config_file, reference_request(settings, load_config(config_file)))
+
+
+def reference_request(settings: list[str], config: RigConfig, *, files: bool = True) -> ControlRequest:
+    """Build the request for another reference.
+
+    Args:
+        settings: keys of [reference] with their values, as KEY=VALUE.
+        config: of the rig, for the length of the arm.
+        files: read the file that a key names; false: refuse it.
+
+    Raises:
+        UsageError: the settings are not a valid reference.
+    """
     table: dict[str, Any] = {}
     for setting in settings:
         name, sign, value = setting.partition("=")
@@ -68,6 +81,8 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         table[name.strip()] = _value(value.strip())
     check_lengths(table, config.rod.backbone_length)
     if table.get("file"):
+        if not files:
+            raise UsageError("reference: file: is read on the command line only: tendond rig reference file=...")
         table.setdefault("kind", "samples")
         file = Path(str(table.pop("file")))
         rows = read_rows(file, str(table["kind"]))
@@ -79,7 +94,7 @@ def set_reference(settings: list[str], config_file: Path | None) -> None:
         raise UsageError("\n".join(f"reference: {line}" for line in explain(error, ReferenceSection))) from error
     if len(encode(wanted)) > LARGEST_PAYLOAD:
         raise UsageError(f"the samples exceed {LARGEST_PAYLOAD} bytes: set reference.file in the configuration instead")
-    send(config_file, wanted)
+    return wanted
 
 
 def check_lengths(table: dict[str, Any], length: float) -> None:

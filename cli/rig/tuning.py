@@ -110,7 +110,7 @@ def show_values(config_file: Path | None, *, as_json: bool) -> None:
     """
     config = load_config(config_file)
     status = status_in(request(config, ControlAction.STATUS))
-    rows = _rows(config.with_own_rates(), status)
+    rows = tunable_rows(config.with_own_rates(), status)
     if as_json:
         print(json.dumps(rows, indent=2))
         return
@@ -123,7 +123,13 @@ def show_values(config_file: Path | None, *, as_json: bool) -> None:
         print(f"'tendond set --configured{option_of(config_file)}' goes back to the configuration's values")
 
 
-def _rows(config: RigConfig, status: Status) -> dict[str, dict[str, float | str]]:
+def tunable_rows(config: RigConfig, status: Status) -> dict[str, dict[str, float | str]]:
+    """Return value, wanted value, configured value, what is allowed and how it changes, of each tunable key.
+
+    Args:
+        config: of the rig, with its own rates.
+        status: of its controller.
+    """
     from tendond.daemon.control.tuning.keys import tunable_keys
 
     rows: dict[str, dict[str, float | str]] = {}

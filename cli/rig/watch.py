@@ -1,6 +1,7 @@
 """`tendond watch`: a rig live in the terminal, over Zenoh; a client that only listens."""
 
 import time
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -44,12 +45,23 @@ class Listener:
 
     Args:
         config: the rig's configuration.
+        topics: to subscribe to, as `TOPICS`.
+        receive: takes each message beside the snapshot.
+
+    Attributes:
+        snapshot: of all that was received.
+        session: the open session; none without a controller.
     """
 
-    def __init__(self, config: RigConfig) -> None:
+    def __init__(
+        self,
+        config: RigConfig,
+        topics: Mapping[str, tuple[type[Message], int]] = TOPICS,
+        receive: Callable[[Message], None] = lambda message: None,
+    ) -> None:
         self.snapshot = BusSnapshot()
-        self._config = config
-        self._session: zenoh.Session | None = None
+        self.session: zenoh.Session | None = None
+        self._config, self._topics, self._receive = config, topics, receive
         self._subscriptions: list[Subscription[Any]] = []
         self._opened = 0.0
 
@@ -58,26 +70,27 @@ class Listener:
         now = time.monotonic()
         if self.snapshot.is_silent(now) and now - self._opened > AGAIN_SECONDS:
             self.close()
-        if self._session is None:
+        if self.session is None:
             try:
-                self._session = open_client(self._config.bus.endpoint, 0.0)
+                self.session = open_client(self._config.bus.endpoint, 0.0)
             except BusError:
                 return
             self._opened = time.monotonic()
             name = self._config.rig.name
             self._subscriptions = [
-                Subscription(self._session, key(name, topic), kind, size) for topic, (kind, size) in TOPICS.items()
+                Subscription(self.session, key(name, topic), kind, size) for topic, (kind, size) in self._topics.items()
             ]
         for subscription in self._subscriptions:
             for message in subscription:
                 self.snapshot.add(message, time.monotonic())
+                self._receive(message)
         self.snapshot.tick(time.monotonic())
 
     def close(self) -> None:
         """Close the session."""
-        if self._session is not None:
-            self._session.close()
-            self._session = None
+        if self.session is not None:
+            self.session.close()
+            self.session = None
 
 
 def run_watch(config_file: Path | None, *, once: bool) -> None:

@@ -42,6 +42,7 @@ NEEDING = {
     "config mjcf": ("mujoco", ["config", "mjcf", "--out", "OUT/robot.xml"]),
     "bench plants": ("mujoco", ["bench", "plants"]),
     "demo plant": ("mujoco", ["demo", "--plant", "mujoco", "--out", "OUT"]),
+    "dashboard": ("tornado", ["dashboard", "--port", "0"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""

@@ -1,0 +1,1 @@
+"""`tendond dashboard`: a rig in the browser."""

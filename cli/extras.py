@@ -12,6 +12,7 @@ EXTRAS = {
     "dask": "cluster",
     "distributed": "cluster",
     "motioncapture": "vicon-sdk",
+    "cv2": "apriltag",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

@@ -108,13 +108,13 @@ def inject(
 
 
 def vicon(config: Config = None) -> None:
-    """Publish tip poses from Vicon Tracker.
+    """Publish tip poses from Vicon Tracker; the older name of `tendond mocap`.
 
     Runs until Ctrl-C or SIGTERM.
 
     Example: tendond rig vicon --config rig.toml
     """
     exit_on_signals()
-    from tendond.cli.rig.vicon import run_vicon
+    from tendond.cli.rig.cameras import run_cameras
 
-    run_vicon(config)
+    run_cameras(config, "vicon")

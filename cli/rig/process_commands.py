@@ -71,7 +71,7 @@ def simulate(
         if lockstep or cycles is not None:
             raise typer.BadParameter("--wired runs on the clock, without --lockstep and --cycles")
         if profile is not None:
-            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
+            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon] or [mocap]")
         run_wired(config)
         return
     run_simulator(config, profile, lockstep=lockstep, cycles=cycles)

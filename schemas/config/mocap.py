@@ -66,7 +66,7 @@ class MocapSection(ViconSection):
 
     @model_validator(mode="after")
     def _fits(self) -> "MocapSection":
-        given = self.model_fields_set
+        given = {name for name, one in type(self).model_fields.items() if getattr(self, name) != one.default}
         if self.system == "vicon":
             self._names_fit()
         elif wrong := [name for name in OF_VICON if name in given]:

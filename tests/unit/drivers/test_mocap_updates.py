@@ -84,3 +84,8 @@ def test_a_section_vicon_stays_what_it_was() -> None:
     section = check_config({"vicon": {"port": 51002}}, "test").cameras
     assert section is not None
     assert (section.key, section.reader, section.port, section.polled_for) == ("vicon", "udp", 51002, None)
+
+
+def test_keys_of_another_system_at_their_defaults_are_no_mistake() -> None:
+    """As where the example with every key is copied, and a system chosen in it."""
+    assert mocap(system="vrpn", port=51001, interface="0.0.0.0", source="udp").cameras is not None

@@ -32,11 +32,12 @@ mocap = typer.Typer(
 
 @mocap.command("run")
 def mocap_run(config: Config = None) -> None:
-    """Publish tip poses from the cameras of [mocap]: Vicon, OptiTrack, Qualisys, VRPN, or AprilTags on a webcam.
+    """Publish tip poses from cameras.
 
+    The system is that of [mocap]: Vicon, OptiTrack, Qualisys, VRPN, or AprilTags on a webcam. `run` may be left out.
     Runs until Ctrl-C or SIGTERM.
 
-    Example: tendond mocap --config rig.toml
+    Example: tendond mocap run --config rig.toml
     """
     exit_on_signals()
     from tendond.cli.rig.cameras import run_cameras

@@ -108,7 +108,9 @@ def inject(
 
 
 def vicon(config: Config = None) -> None:
-    """Publish tip poses from Vicon Tracker; the older name of `tendond mocap`.
+    """Publish tip poses from Vicon Tracker.
+
+    The older name of `tendond mocap`.
 
     Runs until Ctrl-C or SIGTERM.
 

@@ -8,7 +8,6 @@ import typer
 from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
-from tendond.schemas.errors.explain import choose
 
 
 def control(
@@ -55,6 +54,8 @@ def control(
     for asked, known, hint in ((law, LAWS, "--law"), (task, TASKS, "--task"), (plant, PLANTS, "--plant")):
         for name in asked or ():
             if name not in known:
+                from tendond.schemas.errors.explain import choose
+
                 raise typer.BadParameter(f"'{name}': {choose(name, known)}", param_hint=hint)
     cases = [
         Case(a, b, c, observer, d, 1.0 / rate, seed)

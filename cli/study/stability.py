@@ -11,7 +11,6 @@ import typer
 from tendond.cli.completion import laws, presets
 from tendond.cli.options import Json
 from tendond.cli.signals import exit_on_signals
-from tendond.schemas.errors.explain import choose
 
 
 def stability(
@@ -55,6 +54,7 @@ def stability(
         return
     from tendond.daemon.control.laws import LAWS, StatefulLaw
     from tendond.schemas.config.rod.presets import PRESETS
+    from tendond.schemas.errors.explain import choose
 
     for name in robot or ():
         if name not in PRESETS:

@@ -19,6 +19,7 @@ from tendond.cli.identify.commands import identify
 from tendond.cli.kernel_folder import prepare_for_numba
 from tendond.cli.log.commands import log
 from tendond.cli.log.kept_commands import LIBRARY
+from tendond.cli.mocap.commands import mocap
 from tendond.cli.program import Program
 from tendond.cli.rig.commands import rig
 from tendond.cli.servo.commands import servo
@@ -66,7 +67,7 @@ study.add_typer(identify)
 study.command("control")(control)
 study.command("safety")(safety)
 study.command("stability")(stability)
-for group in (rig, log, servo, config, study, bench, bridge):
+for group in (rig, mocap, log, servo, config, study, bench, bridge):
     app.add_typer(group)
 app.command("try")(try_rig)
 app.command()(demo)

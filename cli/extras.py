@@ -17,6 +17,7 @@ EXTRAS = {
     "gymnasium": "gym",
     "onnx": "onnx",
     "tornado": "dashboard",
+    "cv2": "apriltag",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

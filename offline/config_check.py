@@ -115,7 +115,7 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
     from tendond.daemon.control.gains import lowered, mass_remark
     from tendond.daemon.runtime.bus import hub_settings
     from tendond.drivers.dynamixel.calibration import load_calibration
-    from tendond.drivers.vicon.datastream import is_installed
+    from tendond.drivers.mocap.source import missing_library
     from tendond.model import ModelError
     from tendond.model.rods.selection import model_rod
 
@@ -142,8 +142,8 @@ def remarks(config: RigConfig, file: Path | None) -> Iterator[str]:
             f"the simulated camera sends a pose each {frame * 1e3:g} ms{_frame_key(config)}, the loop runs each "
             f"{config.loop.period * 1e3:g} ms: most cycles have no new pose and rely on the model"
         )
-    if config.vicon is not None and config.vicon.source == "datastream" and not is_installed():
-        yield "vicon.source = 'datastream' needs the motioncapture package: pip install 'tendond[vicon-sdk]'"
+    if config.cameras is not None and (missing := missing_library(config.cameras)):
+        yield missing
     if config.servo is not None:
         path = (Path() if file is None else file.parent) / config.servo.calibration
         try:

@@ -61,7 +61,7 @@ def _asked_by(action: ControlAction) -> str:
 
 
 TOPICS = (
-    Topic(keys.TIP_POSE, "published", TipPose, None, "vicon, simulate", f"run, {_VIEWERS}", "pose of the tip"),
+    Topic(keys.TIP_POSE, "published", TipPose, None, "mocap, simulate", f"run, {_VIEWERS}", "pose of the tip"),
     Topic(
         keys.TENDON_COMMAND, "published", TendonCommand, None, "run", f"{_DRIVERS}, {_VIEWERS}",
         "command to the servos, every cycle, armed or not",

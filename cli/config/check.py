@@ -114,7 +114,7 @@ def _robot(config: RigConfig) -> tuple[RobotReport | None, str]:
 
 
 def _summary(config: RigConfig) -> str:
-    drivers = [name for name in ("vicon", "servo") if getattr(config, name) is not None]
+    drivers = [name for name in ("vicon", "mocap", "servo") if getattr(config, name) is not None]
     return (
         f"rig '{config.rig.name}', law {config.control.law}, {1.0 / config.loop.period:g} Hz, "
         f"{len(config.rod.tendon_positions)} tendons up to {config.limits.tension_max:g} N, "

@@ -58,9 +58,9 @@ def config_has(
 ) -> None:
     """Test whether a configuration has a section.
 
-    Included files count. Exit status 0: it has; 1: it does not; 2: the file cannot be read. Keys and values are not
-    checked. The systemd units run this before they start a driver, with --or-unreadable, so that the driver itself
-    reports an unreadable file.
+    Included files count; [mocap] counts as vicon. Exit status 0: it has; 1: it does not; 2: the file cannot be read.
+    Keys and values are not checked. The systemd units run this before they start a driver, with --or-unreadable, so
+    that the driver itself reports an unreadable file.
 
     Example: tendond config has vicon rig.toml
     """

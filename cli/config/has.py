@@ -6,6 +6,9 @@ from tendond.cli.common import say
 from tendond.cli.include import sections
 from tendond.schemas.config.rig import ConfigError
 
+NEWER = {"vicon": ("mocap",)}
+"""Newer names of a section, by the one that units ask for."""
+
 
 def run_has(section: str, file: Path, *, or_unreadable: bool) -> None:
     """Test whether a configuration has a section; see `tendond config has --help`.
@@ -15,7 +18,7 @@ def run_has(section: str, file: Path, *, or_unreadable: bool) -> None:
         SystemExit: with 1, it does not.
     """
     try:
-        found = section in sections(file)
+        found = not {section, *NEWER.get(section, ())}.isdisjoint(sections(file))
     except ConfigError as error:
         if not or_unreadable:
             raise

@@ -50,7 +50,7 @@ def poses(rig: Rig) -> CheckResult:
     activity, config = rig.activity, rig.config
     if not activity.connected:
         return warned("not checked: the controller is not running", "start it, then run this again")
-    driver = "tendond rig vicon" if config.vicon is not None else "tendond rig vicon or tendond simulate"
+    driver = "tendond mocap" if config.cameras is not None else "tendond mocap or tendond simulate"
     if activity.unreadable and not activity.poses:
         reasons = ", ".join(f"{count} {reason}" for reason, count in activity.unreadable.items())
         return failed(f"unreadable messages: {reasons}", "use the same version of tendond everywhere")

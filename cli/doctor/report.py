@@ -34,6 +34,7 @@ CHECKS: dict[str, Check] = {
     "rest": commissioning.rest,
     "pose sender": camera.sender,
     "base": camera.level,
+    "tags": camera.tags,
     "servo driver": bus.driver,
     "servo port": servos.port,
     "latency": servos.latency,
@@ -101,7 +102,7 @@ def _configuration(file: Path | None) -> tuple[RigConfig | None, CheckResult]:
             "; ".join(str(error).splitlines()), "fix it: nothing starts with it, and nothing else is checked"
         )
     servos_there = "servos" if config.servo is not None else "no servos"
-    camera = "motion capture" if config.vicon is not None else "no motion capture"
+    camera = "motion capture" if config.cameras is not None else "no motion capture"
     return config, passed(
         f"{file or 'built-in'}: rig '{config.rig.name}', {camera}, {servos_there}; tendond {__version__}"
     )

@@ -22,7 +22,7 @@ configuration are relative to the configuration's folder.
 
 | status | meaning |
 | --- | --- |
-| 0 | success; `run`, `simulate`, `vicon`, `servo`: stopped by Ctrl-C or SIGTERM, tendons released |
+| 0 | success; `run`, `simulate`, `mocap`, `servo`: stopped by Ctrl-C or SIGTERM, tendons released |
 | 1 | refused or failed, with a message: no controller, arming refused, a replay that differs, an incomplete log |
 | 2 | invalid usage, configuration or log |
 | 130 | interrupted by Ctrl-C |

@@ -74,7 +74,7 @@ def simulate(
         if lockstep or cycles is not None:
             raise typer.BadParameter("--wired runs on the clock, without --lockstep and --cycles")
         if profile is not None:
-            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon]")
+            raise typer.BadParameter("--wired needs --config, with the sections [servo] and [vicon] or [mocap]")
         run_wired(config, plant)
         return
     run_simulator(config, profile, lockstep=lockstep, cycles=cycles, plant=plant)
@@ -113,11 +113,13 @@ def inject(
 def vicon(config: Config = None) -> None:
     """Publish tip poses from Vicon Tracker.
 
+    The older name of `tendond mocap`.
+
     Runs until Ctrl-C or SIGTERM.
 
     Example: tendond rig vicon --config rig.toml
     """
     exit_on_signals()
-    from tendond.cli.rig.vicon import run_vicon
+    from tendond.cli.rig.cameras import run_cameras
 
-    run_vicon(config)
+    run_cameras(config, "vicon")

@@ -44,7 +44,9 @@ def run_wired(config_file: Path | None, plant_name: str | None = None) -> None:
     """
     config = on_plant(load_config(config_file), plant_name)
     servo = present(config.servo, "servo", config_file)
-    vicon = present(config.vicon, "vicon", config_file)
+    vicon = present(config.cameras, "vicon", config_file)
+    if vicon.connection[0] != "vicon":
+        raise ConfigError(f"mocap.system = '{vicon.connection[0]}': --wired emulates Tracker: set 'vicon' for it")
     folder = Path() if config_file is None else config_file.parent
     ids = servo.servo_ids(len(config.rod.tendon_positions))
     calibration = load_calibration(folder / servo.calibration, config.rig.name, ids)

@@ -19,12 +19,14 @@ class Senders:
     Attributes:
         only: address from which alone packets are taken; empty: that of whoever shows the robot's objects first.
         patience: silence of the kept sender after which another may take its place [s].
+        section: name of the section, for messages.
         counts: packets that were passed over, by reason.
         news: lines for people that have not been fetched.
     """
 
     only: str
     patience: float
+    section: str = "vicon"
     counts: Counter[str] = field(default_factory=Counter)
     news: list[str] = field(default_factory=list)
     _kept: Sender | None = None
@@ -39,7 +41,7 @@ class Senders:
             now: monotonic clock [s].
         """
         if self.only and sender[0] != self.only:
-            self._pass_over(sender, f"vicon.sender is {self.only}")
+            self._pass_over(sender, f"{self.section}.sender is {self.only}")
             return False
         if self._kept is None or sender == self._kept or now - self._heard > self.patience:
             return True

@@ -35,13 +35,13 @@ def listen(section: ViconSection) -> list[tuple[socket.socket, int]]:
     """
     sockets: list[tuple[socket.socket, int]] = []
     try:
-        sockets.append((_bound(section.address, section.port, shared=False), 0))
+        sockets.append((_bound(section.address, section.port, section.key, shared=False), 0))
         if section.address != EVERYWHERE and (card := _card(section.address)) is not None:
             index, broadcast = card
             for address in (broadcast, EVERYONE):
-                sockets.append((_bound(address, section.port, shared=True), index))
+                sockets.append((_bound(address, section.port, section.key, shared=True), index))
         if section.multicast:
-            sockets.append((_member(section.multicast, section.address, section.port), 0))
+            sockets.append((_member(section.multicast, section.address, section.port, section.key), 0))
     except ViconError:
         close(sockets)
         raise
@@ -54,7 +54,7 @@ def close(sockets: list[tuple[socket.socket, int]]) -> None:
         one.close()
 
 
-def _bound(address: str, port: int, *, shared: bool) -> socket.socket:
+def _bound(address: str, port: int, key: str, *, shared: bool) -> socket.socket:
     one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         if shared:
@@ -65,21 +65,21 @@ def _bound(address: str, port: int, *, shared: bool) -> socket.socket:
         one.close()
         raise ViconError(
             f"cannot listen on UDP {address}:{port}: {error.strerror}; is another driver running"
-            " there? Else fix vicon.address or vicon.port"
+            f" there? Else fix {key}.address or {key}.port"
         ) from error
     return one
 
 
-def _member(group: str, address: str, port: int) -> socket.socket:
+def _member(group: str, address: str, port: int, key: str) -> socket.socket:
     """Return a membership of a multicast group, on the card with the address."""
-    one = _bound(group, port, shared=True)
+    one = _bound(group, port, key, shared=True)
     try:
         membership = socket.inet_aton(group) + socket.inet_aton(address)
         one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
     except OSError as error:
         one.close()
         raise ViconError(
-            f"cannot join the multicast group {group} on {address}: {error.strerror}; set vicon.address to the address"
+            f"cannot join the multicast group {group} on {address}: {error.strerror}; set {key}.address to the address"
             " of the network card to which Tracker is connected"
         ) from error
     return one

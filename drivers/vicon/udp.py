@@ -7,9 +7,9 @@ import time
 
 import numpy as np
 
-from tendond.drivers.vicon.frame_clock import FrameClock
-from tendond.drivers.vicon.frames import Frame
-from tendond.drivers.vicon.geometry import Placement, rotation_from_euler
+from tendond.drivers.mocap.frame_clock import FrameClock
+from tendond.drivers.mocap.frames import POLL_SECONDS, STALE_NS, Frame
+from tendond.drivers.mocap.geometry import Placement, rotation_from_euler
 from tendond.drivers.vicon.packet import Block, ObjectReading, PacketError, parse
 from tendond.drivers.vicon.senders import Senders
 from tendond.drivers.vicon.sockets import IP_PKTINFO, close, listen
@@ -17,14 +17,11 @@ from tendond.schemas.config.vicon import EulerOrder, ViconSection
 
 MILLIMETRE = 1e-3
 LARGEST = 2048
-POLL_SECONDS = 0.2
 SO_TIMESTAMPNS = 35
 """Option of socket(7) on Linux: each packet carries the kernel's receive time; Python has no name for it."""
 
 TIMESPEC = struct.Struct("@qq")
 PKTINFO = struct.Struct("@i4s4s")
-STALE_NS = 100_000_000
-"""Waiting time after which a packet is dropped [ns]."""
 
 
 def placed(reading: ObjectReading, order: EulerOrder) -> Placement | None:
@@ -45,7 +42,7 @@ class UdpSource:
     """Listen on Tracker's port; a taken port is refused, so that one driver alone listens.
 
     Args:
-        section: [vicon].
+        section: [vicon], or [mocap] with system = 'vicon'.
 
     Raises:
         ViconError: the address cannot be listened on, or the group not be joined.
@@ -60,7 +57,7 @@ class UdpSource:
         self._wanted = {section.tip, section.base} - {""}
         self._aliases = {raw: name for name in self._wanted if (raw := _code_page(name))}
         self._neighbours: set[str] = set()
-        self._senders = Senders(section.sender, section.silence)
+        self._senders = Senders(section.sender, section.silence, section.key)
         self.counts = self._senders.counts
         self.packets = 0
         self._clock = FrameClock()

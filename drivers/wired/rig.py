@@ -16,10 +16,10 @@ from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial.models import MODELS
 from tendond.drivers.dynamixel.tools.requirements import requirements
 from tendond.drivers.host import await_controller
+from tendond.drivers.mocap.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.simulator.faults import handle_faults, listen
 from tendond.drivers.simulator.introduction import Introduction
 from tendond.drivers.simulator.plant import Plant
-from tendond.drivers.vicon.geometry import Alignment, Placement, euler_from_rotation, rotation_from_quaternion
 from tendond.drivers.vicon.packet import Block, ObjectReading, build
 from tendond.drivers.vicon.udp import MILLIMETRE
 from tendond.drivers.wired.faults import cause

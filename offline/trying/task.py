@@ -55,7 +55,7 @@ def trial(config: RigConfig, target: tuple[float, ...] | None) -> Trial:
         TendondError: no target can be chosen, or the one given does not suit the configuration.
     """
     remarks: list[str] = []
-    drivers = [f"[{name}]" for name in ("vicon", "servo") if getattr(config, name) is not None]
+    drivers = [f"[{name}]" for name in ("vicon", "mocap", "servo") if getattr(config, name) is not None]
     if drivers:
         remarks.append(
             f"{' and '.join(drivers)}: not used: the simulator takes the place of the rig's drivers, and no device or "
@@ -173,7 +173,7 @@ def _simulated(config: RigConfig) -> tuple[dict[str, Any], list[str]]:
 
     A simulator that the file says nothing of gets the delays and servos that the controller is configured for.
     """
-    tables: dict[str, Any] = {"vicon": None, "servo": None, "rig": RigSection(name=RIG).model_dump()}
+    tables: dict[str, Any] = {"vicon": None, "mocap": None, "servo": None, "rig": RigSection(name=RIG).model_dump()}
     tables["bus"] = BusSection().model_dump()
     servo, observer = config.servo, config.observer
     plain = config.simulator == SimulatorSection(rod=config.simulator.rod, period=config.simulator.period)

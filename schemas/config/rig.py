@@ -19,6 +19,7 @@ from tendond.schemas.config.control import (
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.migration.version import KEY, version_objection, without_version
+from tendond.schemas.config.mocap import MocapSection
 from tendond.schemas.config.observer import ObserverSection
 from tendond.schemas.config.rates import servo_objections, with_own_rates, with_servo_limits
 from tendond.schemas.config.reference import ReferenceSection
@@ -66,10 +67,16 @@ class RigConfig(Schema):
     simulator: SimulatorSection = SimulatorSection()
     log: LogSection = LogSection()
     vicon: ViconSection | None = None
+    mocap: MocapSection | None = Field(None, exclude_if=lambda value: value is None)
     servo: ServoSection | None = None
     sensors: tuple[SensorSection, ...] = Field((), max_length=16, exclude_if=is_empty)
     teleop: TeleopSection = Field(TeleopSection(), exclude_if=lambda value: value == TeleopSection())
     safety: SafetySection | None = Field(None, exclude_if=lambda value: value is None)
+
+    @property
+    def cameras(self) -> ViconSection | None:
+        """Section of the cameras that measure the tip: [mocap], or [vicon], its older name for Tracker alone."""
+        return self.mocap or self.vicon
 
     def with_own_rates(self) -> "RigConfig":
         """Return the configuration with derived rates in [limits] where none are given."""
@@ -98,6 +105,10 @@ class RigConfig(Schema):
             limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
         wrong = [*self._tendon_objections(), *self._servo_objections(), *self._safety_objections()]
+        if self.vicon is not None and self.mocap is not None:
+            wrong.append(
+                "[vicon] and [mocap] both name the cameras: keep one; [vicon] is [mocap] with system = 'vicon'"
+            )
         if wrong := [
             *wrong,
             *sensor_objections(self.sensors, self.rod.backbone_length, len(self.rod.tendon_positions)),

@@ -11,6 +11,9 @@ from tendond.schemas.config.ranges import Axis, Port, Positive
 
 Axes = tuple[Axis, Axis, Axis]
 EulerOrder = Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx"]
+Reader = Literal["udp", "sdk", "apriltag"]
+"""How frames are read: Tracker's UDP stream; the `motioncapture` package; tags in a camera's pictures."""
+
 NAME_BYTES = 24
 """Bytes of an object's name in Tracker's UDP stream."""
 
@@ -97,9 +100,7 @@ class ViconSection(Schema):
         if not value:
             raise ValueError("must be an IPv4 address, for instance 192.168.10.2; 0.0.0.0 means all cards")
         if IPv4Address(value).is_multicast:
-            raise ValueError(
-                "is a multicast group: set vicon.multicast to it, and vicon.address to the card's own address"
-            )
+            raise ValueError("is a multicast group: set multicast to it, and address to the card's own address")
         return value
 
     @field_validator("multicast")
@@ -119,12 +120,15 @@ class ViconSection(Schema):
 
     @model_validator(mode="after")
     def _fits(self) -> "ViconSection":
+        self._names_fit()
+        return self
+
+    def _names_fit(self) -> None:
         if self.source == "udp":  # the DataStream SDK has no such limit
             for name in ("tip", "base"):
                 size = len(getattr(self, name).encode())
                 if size > NAME_BYTES:
                     raise ValueError(f"{name}: Tracker's UDP stream has {NAME_BYTES} bytes for a name, this has {size}")
-        return self
 
     @field_validator("tip")
     @classmethod
@@ -140,3 +144,33 @@ class ViconSection(Schema):
         if a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) != 1:
             raise ValueError("must be three different axes, right-handed, for instance ['+x', '+y', '+z']")
         return value
+
+    @property
+    def key(self) -> str:
+        """Name of this section, for messages."""
+        return "vicon"
+
+    @property
+    def station(self) -> str:
+        """What sends the frames, for messages."""
+        return "Tracker"
+
+    @property
+    def reader(self) -> Reader:
+        """How frames are read."""
+        return "udp" if self.source == "udp" else "sdk"
+
+    @property
+    def connection(self) -> tuple[str, dict[str, str]]:
+        """Arguments of `motioncapture.connect`: type and settings."""
+        return "vicon", {"hostname": self.server}
+
+    @property
+    def polled_for(self) -> float | None:
+        """Time after which a body without a new measurement is occluded [s]; none where each frame is a new one."""
+        return None
+
+    @property
+    def knows_up(self) -> bool:
+        """Whether the cameras' world has a known direction up."""
+        return True

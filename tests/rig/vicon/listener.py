@@ -6,14 +6,15 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import zenoh
 
 from tendond.daemon.runtime.bus import Hub
 from tendond.drivers.host import Host
+from tendond.drivers.mocap.process import MocapDriver
 from tendond.drivers.vicon.packet import ObjectReading
-from tendond.drivers.vicon.process import ViconDriver
 from tendond.schemas.config.rig import RigConfig, check_config
 from tendond.schemas.keys import TIP_POSE, key
 from tendond.schemas.messages import TipPose
@@ -30,8 +31,8 @@ class Listener:
     """Running driver, its poses and its lines for people."""
 
     def __init__(self, config: RigConfig, session: zenoh.Session) -> None:
-        assert config.vicon is not None
-        self.config, self.section = config, config.vicon
+        assert config.cameras is not None
+        self.config, self.section = config, config.cameras
         self.said: list[str] = []
         self.poses: list[TipPose] = []
         self._subscriber = session.declare_subscriber(key(config.rig.name, TIP_POSE), zenoh.handlers.FifoChannel(10000))
@@ -61,14 +62,21 @@ def driver(**section: Any) -> Iterator[tuple[Listener, Tracker]]:
     vicon = {"address": "127.0.0.1", "port": port, "gravity_tolerance": math.pi, "silence": 0.3, **section}
     endpoint = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
     config = check_config({"rig": {"name": "rig"}, "bus": {"endpoint": endpoint}, "vicon": vicon}, "test")
+    with listening(config) as listener, Tracker(port) as tracker:
+        yield listener, tracker
+
+
+@contextmanager
+def listening(config: RigConfig, folder: Path = Path()) -> Iterator[Listener]:
+    """Run the driver of a configuration in a thread, beside a real hub."""
     ended = threading.Event()
-    with Hub(config) as hub, Tracker(port) as tracker:
+    with Hub(config) as hub:
         listener = Listener(config, hub._session)
-        one = ViconDriver(config, listener.section, Host(ended.is_set, listener.said.append))
+        one = MocapDriver(config, listener.section, Host(ended.is_set, listener.said.append), folder)
         thread = threading.Thread(target=one.run)
         thread.start()
         try:
-            yield listener, tracker
+            yield listener
         finally:
             ended.set()
             thread.join(PATIENCE_SECONDS)

@@ -8,9 +8,9 @@ import time
 import pytest
 
 from tendond.drivers.host import Host
+from tendond.drivers.mocap.process import MocapDriver
 from tendond.drivers.vicon import sockets
 from tendond.drivers.vicon.packet import Block, ObjectReading, build
-from tendond.drivers.vicon.process import ViconDriver
 from tendond.drivers.vicon.sockets import ViconError
 from tendond.drivers.vicon.udp import UdpSource
 from tendond.schemas.config.vicon import ViconSection
@@ -24,7 +24,7 @@ def test_a_second_driver_on_the_same_port_is_refused_in_one_line() -> None:
     with driver() as (listener, tracker):
         listener.heard(tracker)
         with pytest.raises(ViconError, match=r"cannot listen on UDP .*another driver running"):
-            ViconDriver(listener.config, listener.section, Host(lambda: False, print)).run()
+            MocapDriver(listener.config, listener.section, Host(lambda: False, print)).run()
 
 
 def test_other_groups_objects_cost_the_robot_no_pose_and_are_named_once() -> None:
@@ -122,10 +122,10 @@ def test_a_multicast_group_is_joined() -> None:
 def test_a_group_that_cannot_be_joined_and_a_group_for_an_address_are_refused_in_a_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with pytest.raises(ValueError, match=r"multicast group: set vicon\.multicast"):
+    with pytest.raises(ValueError, match=r"multicast group: set multicast"):
         ViconSection(address="239.255.77.1")
     join = sockets._member
-    monkeypatch.setattr(sockets, "_member", lambda group, address, port: join(group, "192.0.2.77", port))
+    monkeypatch.setattr(sockets, "_member", lambda group, address, port, key: join(group, "192.0.2.77", port, key))
     section = ViconSection(address="127.0.0.1", multicast="239.255.77.1", port=free_port(socket.SOCK_DGRAM))
     with pytest.raises(ViconError, match=r"cannot join the multicast group 239\.255\.77\.1"):
         UdpSource(section)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendond.drivers.vicon.datastream import DataStreamSource
-from tendond.drivers.vicon.frames import Frame
+from tendond.drivers.mocap.frames import Frame
+from tendond.drivers.mocap.sdk import SdkSource
 from tendond.schemas.config.vicon import ViconSection
 from tests.rig.tracker import free_port
 from tests.rig.vicon.listener import PATIENCE_SECONDS, Listener, driver
@@ -91,7 +91,7 @@ def test_a_datastream_frame_becomes_placements_of_the_robots_objects_alone(
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.syspath_prepend(tmp_path)
-    source = DataStreamSource(ViconSection(source="datastream", server="lab:801", server_timeout=PATIENCE_SECONDS))
+    source = SdkSource(ViconSection(source="datastream", server="lab:801", server_timeout=PATIENCE_SECONDS))
     try:
         deadline = time.monotonic() + PATIENCE_SECONDS
         frames: list[Frame] = []
@@ -114,7 +114,7 @@ def test_a_datastream_frame_becomes_placements_of_the_robots_objects_alone(
 def test_an_absent_datastream_server_is_reported_and_tried_again() -> None:
     pytest.importorskip("motioncapture", reason="the extra [vicon-sdk] is not installed")
     server = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
-    source = DataStreamSource(ViconSection(source="datastream", server=server, server_timeout=0.8))
+    source = SdkSource(ViconSection(source="datastream", server=server, server_timeout=0.8))
     children = {source._child}
     news: list[str] = []
     deadline = time.monotonic() + PATIENCE_SECONDS

@@ -124,7 +124,7 @@ def test_who_may_send_poses(computer: Computer, monkeypatch: pytest.MonkeyPatch)
     assert computer.outcome(camera.sender) is CheckOutcome.WARN
     computer.sections = {"vicon": {"sender": "192.168.10.1"}}
     assert computer.outcome(camera.sender) is CheckOutcome.PASS
-    monkeypatch.setattr(camera, "is_installed", lambda: False)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     computer.sections = {"vicon": {"source": "datastream"}}
     assert computer.outcome(camera.sender) is CheckOutcome.FAIL
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tendond.drivers.vicon.frame_clock import MOST_NS, FrameClock
-from tendond.drivers.vicon.frames import NUMBERS
+from tendond.drivers.mocap.frame_clock import MOST_NS, FrameClock
+from tendond.drivers.mocap.frames import NUMBERS
 
 Array = NDArray[np.float64]
 

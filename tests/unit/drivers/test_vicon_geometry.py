@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tendond.drivers.vicon.frames import Frame, Sequencer
-from tendond.drivers.vicon.geometry import (
+from tendond.drivers.mocap.frames import Frame, Sequencer
+from tendond.drivers.mocap.geometry import (
     Alignment,
     Placement,
     axes_matrix,
@@ -18,8 +18,8 @@ from tendond.drivers.vicon.geometry import (
     rotation_from_euler,
     rotation_from_quaternion,
 )
-from tendond.drivers.vicon.level import Level
-from tendond.drivers.vicon.poses import PoseBuilder
+from tendond.drivers.mocap.level import Level
+from tendond.drivers.mocap.poses import PoseBuilder
 from tendond.drivers.vicon.senders import Senders
 from tendond.schemas.base import Quaternion, Vector3
 from tendond.schemas.config.ranges import Axis

@@ -11,7 +11,7 @@ from tendond import __version__
 
 ROOT = Path(__file__).parents[3]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())
-CONDA_NAMES = {"matplotlib": "matplotlib-base"}
+CONDA_NAMES = {"matplotlib": "matplotlib-base", "opencv-python-headless": "py-opencv"}
 """Names of packages that conda-forge has under another one."""
 
 UNPACKAGED = {"vicon-sdk"}

@@ -43,9 +43,14 @@ NEEDING = {
     "bench plants": ("mujoco", ["bench", "plants"]),
     "demo plant": ("mujoco", ["demo", "--plant", "mujoco", "--out", "OUT"]),
     "dashboard": ("tornado", ["dashboard", "--port", "0"]),
+    "mocap calibrate": ("cv2", ["mocap", "calibrate", "OUT", "--square", "0.02", "--out", "OUT/camera.toml"]),
     "rig vicon": ("motioncapture", ["rig", "vicon", "--config", "CONFIG"]),
 }
 """Command by name: the library that is missing, and the arguments."""
+
+
+IMPORTED_AS = {"opencv-python-headless": "cv2"}
+"""Import name of a package, where another is not obvious."""
 
 
 def run(missing: str, *arguments: str) -> "subprocess.CompletedProcess[str]":
@@ -72,7 +77,8 @@ def test_the_extras_are_those_of_the_package() -> None:
     declared: dict[str, set[str]] = {}
     for extra, requirements in optional.items():
         for requirement in requirements if extra != "dev" else ():
-            declared.setdefault(re.split(r"[<>=]", requirement)[0].replace("-sdk", ""), set()).add(extra)
+            package = re.split(r"[<>=]", requirement)[0]
+            declared.setdefault(IMPORTED_AS.get(package, package).replace("-sdk", ""), set()).add(extra)
     named = {library.replace("-sdk", ""): extra for library, extra in EXTRAS.items()}
     assert named.keys() == declared.keys()
     assert all(extra in declared[library] for library, extra in named.items())

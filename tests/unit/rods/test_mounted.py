@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tendond.daemon.control.setup import CycleSetup
+from tendond.drivers.mocap.frames import Frame
+from tendond.drivers.mocap.geometry import Placement, placed
+from tendond.drivers.mocap.poses import PoseBuilder
 from tendond.drivers.simulator.lockstep import closed_loop
-from tendond.drivers.vicon.frames import Frame
-from tendond.drivers.vicon.geometry import Placement, placed
-from tendond.drivers.vicon.poses import PoseBuilder
 from tendond.model.rods.selection import model_rod
 from tendond.model.strain.rod import StrainRod
 from tendond.schemas.config.rig import RigConfig, check_config

@@ -1,7 +1,8 @@
-"""A process of its own around the `motioncapture` package: frames of the DataStream server as lines of JSON.
+"""A process of its own around the `motioncapture` package: frames of a server as lines of JSON.
 
-`python -m tendond.drivers.vicon.datastream_child HOST:PORT`. Each line is `{"stamp_ns": ..., "objects": {name: [x, y, z
-(m), qw, qx, qy, qz]}}`, or `{"error": text}`, the last one. It imports little, so that it is there quickly.
+`python -m tendond.drivers.mocap.sdk_child TYPE SETTINGS`: the arguments of `motioncapture.connect`, SETTINGS in JSON.
+Each line is `{"stamp_ns": ..., "objects": {name: [x, y, z (m), qw, qx, qy, qz]}}`, or `{"error": text}`, the last one.
+It imports little, so that it is there quickly.
 """
 
 import ctypes
@@ -13,14 +14,14 @@ import time
 DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
-def main(server: str) -> None:
+def main(kind: str, settings: dict[str, str]) -> None:
     """Connect, then print a line per frame until the parent ends this process."""
     ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         import motioncapture
 
-        client = motioncapture.connect("vicon", {"hostname": server})
+        client = motioncapture.connect(kind, settings)
         while True:
             client.waitForNextFrame()
             stamp_ns = time.monotonic_ns()
@@ -35,4 +36,4 @@ def main(server: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], json.loads(sys.argv[2]))

@@ -1,11 +1,10 @@
-"""Frames from the Vicon DataStream SDK through the `motioncapture` package, in a process of its own.
+"""Frames of any system that the `motioncapture` package knows, in a process of its own.
 
 The package's `connect` blocks for ever without a server, and so does its wait for a frame once the server has gone;
-neither can be interrupted. So a child process calls them (`datastream_child.py`), and one that says nothing is
+neither can be interrupted. So a child process calls them (`sdk_child.py`), and one that says nothing is
 ended and another one started.
 """
 
-import importlib.util
 import json
 import os
 import select
@@ -13,32 +12,30 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Mapping
 
 import numpy as np
 
-from tendond.drivers.vicon.frames import Frame
-from tendond.drivers.vicon.geometry import Placement, rotation_from_quaternion
+from tendond.drivers.mocap.frames import POLL_SECONDS, STALE_NS, Frame
+from tendond.drivers.mocap.geometry import Placement, rotation_from_quaternion
+from tendond.drivers.mocap.updates import Numbers, Updates
 from tendond.drivers.vicon.packet import NOT_FINITE
-from tendond.drivers.vicon.udp import POLL_SECONDS, STALE_NS
-from tendond.schemas.config.rig import ConfigError
+from tendond.schemas.config.mocap import MocapSection
 from tendond.schemas.config.vicon import ViconSection
 
 LONGEST_LINE = 65536
 RECONNECT_SECONDS = 2.0
-"""Time without a frame (or vicon.silence, if longer) after which the child counts as hung [s]."""
+"""Time without a frame (or `silence`, if longer) after which the child counts as hung [s]."""
 
 PAUSE_SECONDS = 1.0
 """Pause between the end of a child and the start of the next one [s]."""
 
 
-class DataStreamSource:
+class SdkSource:
     """A child process that is connected to the server; one that hangs or ends is replaced.
 
     Args:
-        section: [vicon].
-
-    Raises:
-        ConfigError: the package is not installed.
+        section: [mocap] or [vicon].
 
     Attributes:
         counts: lines that could not be read, by reason.
@@ -46,15 +43,14 @@ class DataStreamSource:
     """
 
     def __init__(self, section: ViconSection) -> None:
-        if not is_installed():
-            raise ConfigError(
-                "vicon.source = 'datastream' needs the motioncapture package: pip install 'tendond[vicon-sdk]', or use"
-                " vicon.source = 'udp'"
-            )
         self._section = section
+        self._server = server_of(section)
+        hold = section.polled_for
+        self._updates = None if hold is None else Updates(section.tip, {section.base} - {""}, round(1e9 * hold))
         self._wanted = {section.tip, section.base} - {""}
         self.counts: Counter[str] = Counter()
         self.packets = 0
+        self._number = 0
         self._news: list[str] = []
         self._buffer = b""
         self._heard, self._streaming = 0.0, False
@@ -90,7 +86,7 @@ class DataStreamSource:
                 return None
             data = os.read(self._child.stdout.fileno(), LONGEST_LINE)
             if not data:
-                self._replace(f"the connection to the DataStream server {self._section.server} has ended")
+                self._replace(f"the connection to {self._server} has ended")
                 return None
             self._buffer += data
         line, newline, rest = self._buffer.partition(b"\n")
@@ -105,7 +101,8 @@ class DataStreamSource:
         """Start a child."""
         self._buffer = b""
         self._heard, self._streaming = time.monotonic(), False
-        command = [sys.executable, "-m", "tendond.drivers.vicon.datastream_child", self._section.server]
+        kind, settings = self._section.connection
+        command = [sys.executable, "-m", "tendond.drivers.mocap.sdk_child", kind, json.dumps(settings)]
         self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
     def _lose_patience(self) -> None:
@@ -113,12 +110,12 @@ class DataStreamSource:
         section = self._section
         if self._streaming:
             patience = max(section.silence, RECONNECT_SECONDS)
-            reason = f"no further frame from the DataStream server {section.server} in {patience:g} s"
+            reason = f"no further frame from {self._server} in {patience:g} s"
         else:
             patience = section.server_timeout
             reason = (
-                f"no frame from the DataStream server {section.server} in {patience:g} s: is Tracker running there, and"
-                " vicon.server right?"
+                f"no frame from {self._server} in {patience:g} s: is {section.station} running there, and"
+                f" {section.key}.server right?"
             )
         if time.monotonic() - self._heard > patience:
             self._replace(reason)
@@ -134,36 +131,57 @@ class DataStreamSource:
         try:
             message = json.loads(line)
             if "error" in message:
-                self._news.append(f"DataStream: {message['error']}")
+                self._news.append(f"{self._section.station}: {message['error']}")
                 return None
             stamp_ns, objects = int(message["stamp_ns"]), message["objects"]
-            found = {name: _placement(objects[name]) for name in self._wanted & objects.keys()}
+            numbers = {name: _numbers(objects[name]) for name in self._wanted & objects.keys()}
         except (ValueError, TypeError, AttributeError, KeyError):
             self.counts["garbage"] += 1
             return None
         if time.monotonic_ns() - stamp_ns > STALE_NS:
             self.counts["stale"] += 1
             return None
-        faults = {name: one for name, one in found.items() if isinstance(one, str)}
-        placements = {name: None if isinstance(one, str) else one for name, one in found.items()}
-        return Frame(self.packets, placements, stamp_ns, faults)
+        measured: Mapping[str, Numbers | None] = numbers
+        faults: dict[str, str] = {}
+        if self._updates is not None:
+            if (taken := self._updates.take(numbers, stamp_ns)) is None:
+                return None
+            measured, faults = taken[0], dict(taken[1])
+            self._number += 1
+        else:
+            self._number = self.packets
+        placements: dict[str, Placement | None] = {}
+        for name, one in measured.items():
+            found = None if one is None else _placement(one)
+            placements[name] = None if isinstance(found, str) else found
+            if isinstance(found, str):
+                faults[name] = found
+        return Frame(self._number, placements, stamp_ns, faults)
 
 
-def is_installed() -> bool:
-    """Return true where the `motioncapture` package is installed."""
-    return importlib.util.find_spec("motioncapture") is not None
+def server_of(section: ViconSection) -> str:
+    """Name the server and its address, for people."""
+    if isinstance(section, MocapSection) and section.system != "vicon":
+        host, port = section.host_and_port
+        return f"{section.station} at {host}:{port}"
+    return f"the DataStream server {section.connection[1]['hostname']}"
 
 
-def _placement(numbers: list[float]) -> Placement | str | None:
-    """Return the placement of an object; none without a unit quaternion, if it is not tracked; else what is wrong.
+def _numbers(values: list[float]) -> Numbers:
+    """Return seven numbers as a body has them.
 
     Raises:
         ValueError, TypeError: these are not seven numbers.
     """
-    x, y, z, *q = (float(number) for number in numbers)
-    if not np.all(np.isfinite((x, y, z, *q))):
+    x, y, z, qw, qx, qy, qz = (float(number) for number in values)
+    return x, y, z, qw, qx, qy, qz
+
+
+def _placement(numbers: Numbers) -> Placement | str | None:
+    """Return the placement of an object; none without a unit quaternion, if it is not tracked; else what is wrong."""
+    x, y, z, qw, qx, qy, qz = numbers
+    if not np.all(np.isfinite(numbers)):
         return NOT_FINITE
-    qw, qx, qy, qz = q
     try:
         rotation = rotation_from_quaternion(qw, qx, qy, qz)
     except ValueError:

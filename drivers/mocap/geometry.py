@@ -1,4 +1,4 @@
-"""Pose of the tip in the rod's base frame, from two objects in the Vicon world. Pure."""
+"""Pose of the tip in the rod's base frame, from two objects in the world of the cameras. Pure."""
 
 import math
 from dataclasses import dataclass
@@ -89,28 +89,32 @@ def axes_matrix(axes: Axes) -> Array:
 class Alignment:
     """Alignment of the two objects with the rod.
 
+    Attributes:
+        key: name of the section, for messages.
+
     Args:
-        section: [vicon].
+        section: [mocap] or [vicon].
         gravity: gravity of the model, in the base frame [m/s^2].
     """
 
     def __init__(self, section: ViconSection, gravity: Vector3) -> None:
+        self.key = section.key
         self._base = Placement(np.array(section.base_offset), axes_matrix(section.base_axes))
         self._tip = Placement(np.array(section.tip_offset), axes_matrix(section.tip_axes))
         self._down = -np.array(axis_vector(section.up), dtype=np.float64)
         norm = math.hypot(*gravity)
-        self._gravity = np.array(gravity) / norm if norm > 0.0 else None
+        self._gravity = np.array(gravity) / norm if norm > 0.0 and section.knows_up else None
 
     def tip_in_base(self, tip: Placement, base: Placement) -> Placement:
-        """Return the rod's tip in the rod's base frame, from the two objects in the Vicon world."""
+        """Return the rod's tip in the rod's base frame, from the two objects in their world."""
         return tip.after(self._tip).relative_to(base.after(self._base))
 
     def gravity_error(self, base: Placement) -> float:
-        """Angle between the model's gravity and the measured one [rad]; 0 for a model without gravity."""
+        """Angle between the model's gravity and the measured one [rad]; 0 without gravity or a known direction up."""
         return self.gravity_angle(self.down(base))
 
     def down(self, base: Placement) -> Array:
-        """Unit vector along gravity in the rod's base frame, from the base object in the Vicon world, shape (3,)."""
+        """Unit vector along gravity in the rod's base frame, from the base object, shape (3,)."""
         return base.after(self._base).rotation.T @ self._down
 
     def gravity_angle(self, down: Array) -> float:

@@ -1,6 +1,6 @@
 """Times of frames by their numbers: cameras are regular, their packets come as late as a computer was busy."""
 
-from tendond.drivers.vicon.frames import FRAMES_PER_SECOND_MAX, LATE_FRAMES, NUMBERS
+from tendond.drivers.mocap.frames import FRAMES_PER_SECOND_MAX, LATE_FRAMES, NUMBERS
 
 GAIN = 0.03
 """Part of a delay by which the frames' times follow later packets: a network that has become slower is followed in a

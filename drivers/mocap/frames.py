@@ -4,16 +4,23 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tendond.drivers.vicon.geometry import Placement
+from tendond.drivers.mocap.geometry import Placement
 
 LATE_FRAMES = 20
 """Largest number of frames by which a packet can be late; beyond, Tracker was restarted."""
 
 FRAMES_PER_SECOND_MAX = 2000
-"""Rate of the fastest Vicon cameras [1/s]: a larger step of the frame number is a restart, not a gap."""
+"""Rate of the fastest cameras [1/s]: a larger step of the frame number is a restart, not a gap."""
 
 NUMBERS = 2**32
 """Number of values of Tracker's frame number, of four bytes."""
+
+
+POLL_SECONDS = 0.2
+"""Longest wait for a frame, after which a driver looks at everything else [s]."""
+
+STALE_NS = 100_000_000
+"""Waiting time after which a frame is dropped [ns]."""
 
 
 @dataclass(frozen=True)

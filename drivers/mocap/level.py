@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tendond.drivers.vicon.geometry import Alignment, Placement
+from tendond.drivers.mocap.geometry import Alignment, Placement
 from tendond.schemas.base import Vector3
 
 TILT_MAX = math.radians(2.0)
@@ -59,5 +59,5 @@ class Level:
         fits = ", ".join(f"{value + 0.0:.2f}" for value in (math.hypot(*self._gravity) * self._down).tolist())
         return (
             f"the base is turned by {math.degrees(self.tilt):.1f} degrees against gravity as rod.gravity has it: level"
-            f" it, or fix vicon.base_axes; if it is mounted so, set rod.gravity = [{fits}]"
+            f" it, or fix {self._alignment.key}.base_axes; if it is mounted so, set rod.gravity = [{fits}]"
         )

@@ -1,18 +1,17 @@
-"""Process of the Vicon driver: frames in, tip poses on the bus."""
+"""Process of a camera's driver: frames in, tip poses on the bus."""
 
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import Protocol
+from pathlib import Path
 
 from tendond.bus.client import StoppedError
 from tendond.bus.identity import new_source
 from tendond.drivers.host import Host, await_controller
-from tendond.drivers.vicon.datastream import DataStreamSource
-from tendond.drivers.vicon.frames import Frame, Sequencer
-from tendond.drivers.vicon.geometry import placed
-from tendond.drivers.vicon.poses import PoseBuilder
-from tendond.drivers.vicon.udp import UdpSource
+from tendond.drivers.mocap.frames import Sequencer
+from tendond.drivers.mocap.geometry import placed
+from tendond.drivers.mocap.poses import PoseBuilder
+from tendond.drivers.mocap.source import FrameSource, open_source
 from tendond.schemas.config.rig import RigConfig
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.keys import TIP_POSE, key
@@ -55,40 +54,21 @@ class LimitedLog:
         return True
 
 
-class FrameSource(Protocol):
-    """Source of frames."""
-
-    counts: Counter[str]
-    packets: int
-
-    def receive(self) -> Frame | None:
-        """Return the next frame; none when none came for a moment."""
-
-    def news(self) -> list[str]:
-        """Return the lines for people since the last call."""
-
-    def close(self) -> None:
-        """Close the source."""
-
-
-class ViconDriver:
-    """Poses from Vicon Tracker.
+class MocapDriver:
+    """Poses from the cameras.
 
     Args:
         config: configuration of the rig.
-        section: its [vicon].
+        section: its [mocap] or [vicon].
         host: surroundings of the process.
+        folder: of the configuration, to which names of files are relative.
     """
 
-    def __init__(
-        self,
-        config: RigConfig,
-        section: ViconSection,
-        host: Host,
-    ) -> None:
+    def __init__(self, config: RigConfig, section: ViconSection, host: Host, folder: Path = Path()) -> None:
         self._config = config
         self._section = section
         self._host = host
+        self._folder = folder
         self._log = LimitedLog(host.say)
         self._builder = PoseBuilder(section, config.rod.base_gravity, placed(config.rod.base))
         wanted = {section.tip, section.base} - {""}
@@ -105,15 +85,14 @@ class ViconDriver:
 
         Raises:
             BusError: no controller.
-            ViconError: the frames' source cannot be used.
+            ConfigError, ViconError, CameraError: the frames' source cannot be used.
         """
-        section = self._section
-        source: FrameSource = UdpSource(section) if section.source == "udp" else DataStreamSource(section)
+        source = open_source(self._section, self._folder)
         try:
             with await_controller(self._config, self._host.stopped) as session:
                 expression = key(self._config.rig.name, TIP_POSE)
                 publisher = session.declare_publisher(expression, encoding=ENCODING, express=True)
-                identity = new_source("vicon")
+                identity = new_source(self._section.key)
                 report = time.monotonic() + REPORT_SECONDS
                 self._heard = time.monotonic()
                 self._host.supervisor.ready("connected; no frame yet")
@@ -146,11 +125,12 @@ class ViconDriver:
             if source.counts != self._unheard:
                 self._unheard = source.counts.copy()
             if self._silent:
-                self._silent = not self._log("packets from Tracker again")
+                self._silent = not self._log(f"packets from {self._section.station} again")
         elif not self._silent and now - self._heard > self._section.silence:
             cause = ", ".join(f"{count} {reason}" for reason, count in (source.counts - self._unheard).items())
             self._silent = self._log(
-                f"nothing from Tracker for {self._section.silence:g} s" + (f"; other packets: {cause}" if cause else "")
+                f"nothing from {self._section.station} for {self._section.silence:g} s"
+                + (f"; other packets: {cause}" if cause else "")
             )
 
     def _report_validity(self) -> None:

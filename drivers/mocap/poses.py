@@ -2,9 +2,9 @@
 
 from collections import Counter
 
-from tendond.drivers.vicon.frames import Frame
-from tendond.drivers.vicon.geometry import WORLD, Alignment, Placement, continued
-from tendond.drivers.vicon.level import Level
+from tendond.drivers.mocap.frames import Frame
+from tendond.drivers.mocap.geometry import WORLD, Alignment, Placement, continued
+from tendond.drivers.mocap.level import Level
 from tendond.schemas.base import Vector3
 from tendond.schemas.config.vicon import ViconSection
 from tendond.schemas.messages import TipPose
@@ -18,8 +18,8 @@ class PoseBuilder:
     """One message per frame.
 
     Args:
-        section: [vicon]. gravity: of the model, in the base's frame [m/s^2].
-        base: pose of the base in the Vicon world, where no object shows it.
+        section: [mocap] or [vicon]. gravity: of the model, in the base's frame [m/s^2].
+        base: pose of the base in the cameras' world, where no object shows it.
 
     Attributes:
         objections: reasons for which the last frame gave no valid pose; empty when it did.

@@ -1,0 +1,1 @@
+"""`tendond mocap`: the cameras, and their calibration."""

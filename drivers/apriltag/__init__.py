@@ -1,0 +1,1 @@
+"""AprilTags in the pictures of one camera: pictures in, placements of the tags out."""

@@ -1,0 +1,1 @@
+"""Motion capture: frames of any camera system become poses of the tip on the bus."""

@@ -1,0 +1,1 @@
+"""Tests of `tendond mocap` on real wires."""

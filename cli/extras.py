@@ -15,6 +15,8 @@ EXTRAS = {
     "rosbags": "ros2",
     "mujoco": "mujoco",
     "gymnasium": "gym",
+    "can": "can",
+    "canopen": "can",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

@@ -16,6 +16,7 @@ from tendond.schemas.config.control import (
     LimitsSection,
     LoopSection,
 )
+from tendond.schemas.config.drives import DrivesSection, drive_objections
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.migration.version import KEY, version_objection, without_version
@@ -67,6 +68,7 @@ class RigConfig(Schema):
     log: LogSection = LogSection()
     vicon: ViconSection | None = None
     servo: ServoSection | None = None
+    drives: DrivesSection | None = Field(None, exclude_if=lambda value: value is None)
     sensors: tuple[SensorSection, ...] = Field((), max_length=16, exclude_if=is_empty)
     teleop: TeleopSection = Field(TeleopSection(), exclude_if=lambda value: value == TeleopSection())
     safety: SafetySection | None = Field(None, exclude_if=lambda value: value is None)
@@ -94,7 +96,7 @@ class RigConfig(Schema):
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
         self._suit_the_robot()
-        if self.servo is not None:
+        if self.servo is not None and self.drives is None:
             limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
         wrong = [*self._tendon_objections(), *self._servo_objections(), *self._safety_objections()]
@@ -169,7 +171,16 @@ class RigConfig(Schema):
         object.__setattr__(self, "control", control)  # frozen for everyone else
 
     def _servo_objections(self) -> list[str]:
-        """List limits that the servos cannot meet; empty without [servo]."""
+        """List limits that the servos or drives cannot meet; empty without [servo] and [drives]."""
+        if self.drives is not None:
+            bounds = self.limits
+            return drive_objections(
+                self.drives,
+                self.servo,
+                len(self.rod.tendon_positions),
+                bounds.tension_max,
+                (bounds.displacement_min, bounds.displacement_max),
+            )
         if self.servo is None:
             return []
         limits = self.limits

@@ -21,7 +21,7 @@ def run_servo(config_file: Path | None) -> None:
     """Run until a signal comes; see `tendond servo --help`.
 
     Raises:
-        TendondError: no calibration for this rig, no controller, or servos that do not meet the requirements.
+        TendondError: no calibration for this rig, no controller, or servos or drives that do not meet the requirements.
     """
     config = load_config(config_file)
     section = present(config.servo, "servo", config_file)
@@ -29,7 +29,12 @@ def run_servo(config_file: Path | None) -> None:
     host = Host(stop_on_signals(), say_to(supervisor), supervisor)
     for missing in keep_up(config.loop):
         say(f"without real-time guarantees: {missing}")
-    ServoProcess(config, section, folder_of(config_file), host).run()
+    if config.drives is None:
+        ServoProcess(config, section, folder_of(config_file), host).run()
+        return
+    from tendond.drivers.cia402.process import DriveProcess  # needs the extra
+
+    DriveProcess(config, section, config.drives, folder_of(config_file), host).run()
 
 
 def reset_servos(config_file: Path | None, with_reboot: bool) -> None:

@@ -61,6 +61,7 @@ class EmulatedDrive:
         load: torque that its tendon needs at a position [1/1000 of the rated torque].
         silent: it neither hears nor sends anything.
         stuck: it does not move.
+        behind: it reports a following error.
         state: bits of the statusword.
     """
 
@@ -68,7 +69,7 @@ class EmulatedDrive:
         self.node, self.speed, self.position = node, speed, 0.0
         self.rest: float | None = None
         self.load: Callable[[float], float] = lambda position: 0.0
-        self.silent = self.stuck = False
+        self.silent = self.stuck = self.behind = False
         self._power_up()
 
     def _power_up(self) -> None:
@@ -133,6 +134,7 @@ class EmulatedDrive:
     def _sdo(self, data: bytes) -> bytes:
         """Reply to an expedited transfer."""
         command, index, sub = struct.unpack_from("<BHB", data)
+        self._measure()
         try:
             if command == 0x40:
                 kind = self._find(index, sub)[0]
@@ -188,7 +190,7 @@ class EmulatedDrive:
             self.frames.append((self.value(0x1800, 1) & 0x7FF, struct.pack(kinds, *(self.value(*e) for e in entries))))
 
     def _measure(self) -> None:
-        self.put(0x6041, 0, self.state | (1 << 13 if self._behind > 0.0 else 0))
+        self.put(0x6041, 0, self.state | (1 << 13 if self.behind else 0))
         self.put(0x6064, 0, round(self.position))
         self.put(0x6077, 0, round(self.load(self.position)) if self.powered else 0)
 
@@ -203,9 +205,9 @@ class EmulatedDrive:
             self.state = DISABLED
         elif not word & 0x04:
             self.state = QUICK if self.powered else DISABLED
-        elif word & 0x0F == 0x0F and self.state in (ON, ENABLED):
-            self.state = ENABLED
-        elif word & 0x0F == 0x0F and self.state == QUICK and self.value(0x605A) in (5, 6, 7, 8):
+        elif (word & 0x0F == 0x0F and self.state in (ON, ENABLED)) or (
+            word & 0x0F == 0x0F and self.state == QUICK and self.value(0x605A) in (5, 6, 7, 8)
+        ):
             self.state = ENABLED
         elif word & 0x0F == 0x07 and self.state in (READY, ENABLED):
             self.state = ON

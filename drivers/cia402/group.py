@@ -105,9 +105,7 @@ class DriveGroup:
             objects.PRODUCER_HEARTBEAT: heartbeat,
             objects.ERROR_BEHAVIOUR: objects.KEEP_NMT_STATE,
             objects.ABORT_CONNECTION: objects.ABORT_QUICK_STOP,
-            objects.QUICK_STOP_OPTION: (
-                objects.STOP_AND_HOLD if drives.stop == "hold" else objects.STOP_AND_DISABLE
-            ),
+            objects.QUICK_STOP_OPTION: (objects.STOP_AND_HOLD if drives.stop == "hold" else objects.STOP_AND_DISABLE),
             objects.FAULT_REACTION: objects.REACT_AND_DISABLE,
             objects.FOLLOWING_WINDOW: math.ceil(counts),
             objects.FOLLOWING_TIME: round(PERMILLE * section.following_time),
@@ -245,9 +243,7 @@ class DriveGroup:
         """
         self._targets = {node: reading.position for node, reading in zip(self.ids, readings, strict=True)}
         received = self._exchange()
-        self._owned = {
-            node for node, (status, *_) in received.items() if state_of(status) in (*POWERED[:2],)
-        }
+        self._owned = {node for node, (status, *_) in received.items() if state_of(status) in (*POWERED[:2],)}
         for node in self.ids:
             self._words[node] = ENABLE_OPERATION if node in self._owned else DISABLE_VOLTAGE
         for _ in range(max(2, round(self._drives.enable_time / self._section.period))):

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from tendond.schemas.base import Schema
+from tendond.schemas.config.control import LimitsSection
 from tendond.schemas.config.servo import ServoSection
 
 
@@ -14,7 +15,8 @@ class DrivesSection(Schema):
     interface: str = Field("socketcan", description="python-can's name of the CAN adapter's interface")
     channel: str = Field("can0", description="channel of the adapter: a network interface, a serial port")
     bitrate: Annotated[
-        int, Field(ge=10_000, le=1_000_000, description="bit rate, where the driver sets it: not with socketcan [bit/s]")
+        int,
+        Field(ge=10_000, le=1_000_000, description="bit rate, where the driver sets it: not with socketcan [bit/s]"),
     ] = 1_000_000
     nodes: tuple[Annotated[int, Field(ge=1, le=127)], ...] = Field(
         (), description="node ids of the drives, in the order of the tendons; default: 1, 2, 3 and so on"
@@ -31,11 +33,15 @@ class DrivesSection(Schema):
     ] = 1.0
     current_max: Annotated[
         float,
-        Field(ge=0.0, le=3.0, description="Max current (0x6073), as a fraction of the rated current [-]; 0: the drive's"),
+        Field(
+            ge=0.0, le=3.0, description="Max current (0x6073), as a fraction of the rated current [-]; 0: the drive's"
+        ),
     ] = 0.0
     heartbeat: Annotated[
         float,
-        Field(ge=0.02, le=2.0, description="time without a heartbeat of the driver after which a drive stops itself [s]"),
+        Field(
+            ge=0.02, le=2.0, description="time without a heartbeat of the driver after which a drive stops itself [s]"
+        ),
     ] = 0.1
     reply_timeout: Annotated[
         float, Field(ge=0.001, le=0.1, description="time after SYNC within which all drives reply [s]")
@@ -57,6 +63,33 @@ class DrivesSection(Schema):
     def node_ids(self, tendons: int) -> tuple[int, ...]:
         """Return the node id of each tendon's drive."""
         return self.nodes or tuple(range(1, tendons + 1))
+
+
+def strongest_tension(drives: DrivesSection, servo: ServoSection) -> float:
+    """Return the largest tension of a tendon by the drives' torque and the largest load [N]."""
+    return min(drives.torque_max, servo.load_max) * drives.rated_torque / servo.spool_radius
+
+
+def with_drive_limits(
+    limits: LimitsSection, own: LimitsSection, drives: DrivesSection, servo: ServoSection
+) -> LimitsSection:
+    """Return the limits with those of the drives where none are set, and where the drives' are narrower.
+
+    Args:
+        limits: limits of the configuration.
+        own: the same, with the robot's own rates.
+        drives: [drives]. servo: [servo].
+    """
+    changes = {}
+    if limits.displacement_rate == 0.0:
+        changes["displacement_rate"] = min(own.displacement_rate, servo.displacement_rate)
+    narrower = {
+        "displacement_min": max(limits.displacement_min, servo.displacement_min),
+        "displacement_max": min(limits.displacement_max, servo.displacement_max),
+        "tension_max": min(limits.tension_max, strongest_tension(drives, servo)),
+    }
+    changes |= {name: value for name, value in narrower.items() if name not in limits.model_fields_set}
+    return limits.model_copy(update=changes)
 
 
 def drive_objections(
@@ -89,8 +122,10 @@ def drive_objections(
             f" {servo.period:g} s, or the drives stop between two cycles"
         )
     if drives.reply_timeout >= servo.period:
-        wrong.append(f"drives.reply_timeout = {drives.reply_timeout:g} s must be below servo.period = {servo.period:g} s")
-    strongest = min(drives.torque_max, servo.load_max) * drives.rated_torque / servo.spool_radius
+        wrong.append(
+            f"drives.reply_timeout = {drives.reply_timeout:g} s must be below servo.period = {servo.period:g} s"
+        )
+    strongest = strongest_tension(drives, servo)
     if tension_max > strongest:
         wrong.append(
             f"limits.tension_max = {tension_max:g} N: drives.rated_torque, with the smaller of drives.torque_max and"

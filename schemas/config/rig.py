@@ -16,7 +16,7 @@ from tendond.schemas.config.control import (
     LimitsSection,
     LoopSection,
 )
-from tendond.schemas.config.drives import DrivesSection, drive_objections
+from tendond.schemas.config.drives import DrivesSection, drive_objections, with_drive_limits
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.migration.version import KEY, version_objection, without_version
@@ -96,8 +96,12 @@ class RigConfig(Schema):
     @model_validator(mode="after")
     def _consistent(self) -> "RigConfig":
         self._suit_the_robot()
-        if self.servo is not None and self.drives is None:
-            limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
+        if self.servo is not None:
+            own = self.with_own_rates().limits
+            if self.drives is None:
+                limits = with_servo_limits(self.limits, own, self.servo)
+            else:
+                limits = with_drive_limits(self.limits, own, self.drives, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
         wrong = [*self._tendon_objections(), *self._servo_objections(), *self._safety_objections()]
         if wrong := [

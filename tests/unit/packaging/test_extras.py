@@ -70,7 +70,9 @@ def test_the_extras_are_those_of_the_package() -> None:
     declared: dict[str, set[str]] = {}
     for extra, requirements in optional.items():
         for requirement in requirements if extra != "dev" else ():
-            declared.setdefault(re.split(r"[<>=]", requirement)[0].replace("-sdk", "").removeprefix("python-"), set()).add(extra)
+            declared.setdefault(
+                re.split(r"[<>=]", requirement)[0].replace("-sdk", "").removeprefix("python-"), set()
+            ).add(extra)
     named = {library.replace("-sdk", ""): extra for library, extra in EXTRAS.items()}
     assert named.keys() == declared.keys()
     assert all(extra in declared[library] for library, extra in named.items())

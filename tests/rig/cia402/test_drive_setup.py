@@ -1,10 +1,13 @@
 """What the driver sets in a drive, which drives it refuses, and what a configuration may ask of them."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import can
 import pytest
 
+from tendond.cli.servo.servo import reboot_servos, scan_servos, set_up_servo
+from tendond.cli.servo.tendons import home_servos
 from tendond.drivers.cia402.emulator import EmulatedDrive, EmulatedDrives
 from tendond.drivers.cia402.process import drive_driver
 from tendond.drivers.cia402.states import DriveState, state_of, towards_enabled
@@ -136,3 +139,18 @@ def test_what_drives_cannot_do_is_refused_with_the_configuration(text: str, obje
     with pytest.raises(ConfigError, match=objection):
         parse_config(text, "rig.toml")
     parse_config(f"[servo]\n{DRIVES}[limits]\ntension_max = 20.0\n", "rig.toml")
+
+
+def test_the_tools_for_dynamixel_servos_refuse_drives_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "rig.toml"
+    file.write_text(f"[servo]\n{DRIVES}")
+    uses: tuple[Callable[[], object], ...] = (
+        lambda: home_servos(file, True, lambda question: "yes"),
+        lambda: scan_servos(file, None, 252),
+        lambda: set_up_servo(file, 1, None, None, True, lambda question: "yes"),
+        lambda: reboot_servos(file, [1], True, lambda question: "yes"),
+    )
+    for use in uses:
+        with pytest.raises(ConfigError, match=r"^this command is for Dynamixel servos") as error:
+            use()
+        assert "\n" not in str(error.value)

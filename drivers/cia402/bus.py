@@ -17,7 +17,7 @@ from tendond.schemas.config.drives import DrivesSection
 NMT, SYNC, EMERGENCY, TPDO, RPDO, HEARTBEAT = 0x000, 0x080, 0x080, 0x180, 0x200, 0x700
 """COB-IDs of the predefined connection set (CiA 301); those after SYNC with the node id added."""
 
-START, PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x80, 0x82
+START, PRE_OPERATIONAL = 0x01, 0x80
 """NMT commands."""
 
 OPERATIONAL = 5
@@ -68,7 +68,6 @@ class DriveBus:
         reads: number of exchanges.
         round_trips: durations of those that all drives replied to [s]; bounded.
         emergencies: newest emergency error code, by node.
-        nmt: newest state in a heartbeat, by node.
     """
 
     def __init__(self, section: DrivesSection, nodes: Iterable[int]) -> None:
@@ -77,7 +76,6 @@ class DriveBus:
         self.round_trips: deque[float] = deque(maxlen=TRIPS)
         self.transport = _Counters()
         self.emergencies: dict[int, int] = {}
-        self.nmt: dict[int, int] = {}
         self._section = section
         self._nodes = tuple(nodes)
         self._received: dict[int, bytes] = {}
@@ -99,7 +97,6 @@ class DriveBus:
         for node in self._nodes:
             self._network.subscribe(TPDO + node, self._take)
             self._network.subscribe(EMERGENCY + node, self._take_emergency)
-            self._network.subscribe(HEARTBEAT + node, self._take_heartbeat)
             self._sdo[node] = self._network.add_node(node, canopen.ObjectDictionary())
         self._network.connect()
 
@@ -124,10 +121,6 @@ class DriveBus:
     def _take_emergency(self, can_id: int, data: bytearray, _: float) -> None:
         if len(data) >= 2:
             self.emergencies[can_id - EMERGENCY] = int(struct.unpack_from("<H", data)[0])
-
-    def _take_heartbeat(self, can_id: int, data: bytearray, _: float) -> None:
-        if data:
-            self.nmt[can_id - HEARTBEAT] = data[0]
 
     def send(self, cob_id: int, data: bytes) -> None:
         """Send a frame.

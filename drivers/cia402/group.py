@@ -7,7 +7,8 @@ from contextlib import suppress
 from dataclasses import replace
 
 from tendond.drivers.cia402 import objects
-from tendond.drivers.cia402.bus import PRE_OPERATIONAL, RPDO, START, TPDO, DriveBus
+from tendond.drivers.cia402.bus import DriveBus
+from tendond.drivers.cia402.setup import set_up
 from tendond.drivers.cia402.states import (
     DISABLE_VOLTAGE,
     ENABLE_OPERATION,
@@ -24,15 +25,13 @@ from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.bus import TRIES, NoReplyError, ServoError
 from tendond.drivers.dynamixel.serial.reading import ServoReading
 from tendond.drivers.dynamixel.spool import Spool
-from tendond.drivers.dynamixel.strength import GEAR_MARGIN, load_limit
+from tendond.drivers.dynamixel.strength import load_limit
 from tendond.drivers.dynamixel.turns import Located
 from tendond.schemas.config.drives import DrivesSection
 from tendond.schemas.config.servo import ServoSection
 
 ARMED = 1
 """Stands for an armed watchdog in a reading: a drive's heartbeat consumer shows in its state."""
-
-PERMILLE = 1000
 
 
 class DriveGroup:
@@ -82,46 +81,7 @@ class DriveGroup:
         self.locate(self.read_again(), {})
 
     def _set_up(self, index: int) -> None:
-        """Configure a drive, without torque, and start its PDOs."""
-        drives, section, bus = self._drives, self._section, self._bus
-        node, tendon = self.ids[index], self._tendons[index]
-        profile = bus.read(node, objects.DEVICE_TYPE) & 0xFFFF
-        if profile != objects.PROFILE:
-            raise ServoError(f"servo {node}: has device profile {profile}, not {objects.PROFILE}: it is no drive")
-        if not bus.read(node, objects.SUPPORTED_MODES) >> (objects.CYCLIC_POSITION - 1) & 1:
-            raise ServoError(f"servo {node}: does not have the cyclic synchronous position mode, which is needed")
-        if (state := state_of(bus.read(node, objects.STATUSWORD))) in POWERED:
-            raise ServoError(
-                f"servo {node}: still holds its tendon from an earlier run, in state '{state}': support the robot and"
-                " switch the drive's power off and on"
-            )
-        bus.command(node, PRE_OPERATIONAL)
-        heartbeat = round(PERMILLE * drives.heartbeat)
-        counts = section.following_error / tendon.spool_radius / tendon.tick
-        torque = min(drives.torque_max, self.limits[index] + GEAR_MARGIN)
-        value, exponent = _period(section.period)
-        settings = {
-            objects.CONSUMER_HEARTBEAT: drives.host_node << 16 | heartbeat,
-            objects.PRODUCER_HEARTBEAT: heartbeat,
-            objects.ERROR_BEHAVIOUR: objects.KEEP_NMT_STATE,
-            objects.ABORT_CONNECTION: objects.ABORT_QUICK_STOP,
-            objects.QUICK_STOP_OPTION: (objects.STOP_AND_HOLD if drives.stop == "hold" else objects.STOP_AND_DISABLE),
-            objects.FAULT_REACTION: objects.REACT_AND_DISABLE,
-            objects.FOLLOWING_WINDOW: math.ceil(counts),
-            objects.FOLLOWING_TIME: round(PERMILLE * section.following_time),
-            objects.MAX_TORQUE: int(PERMILLE * torque),
-            objects.PERIOD_VALUE: value,
-            objects.PERIOD_INDEX: exponent,
-            objects.MODE: objects.CYCLIC_POSITION,
-        }
-        if drives.current_max:
-            settings[objects.MAX_CURRENT] = int(PERMILLE * drives.current_max)
-        for entry, setting in settings.items():
-            bus.write(node, entry, setting)
-        bus.map_objects(node, objects.RPDO_COB_ID, objects.SENT, RPDO + node)
-        bus.map_objects(node, objects.TPDO_COB_ID, objects.RECEIVED, TPDO + node)
-        bus.nmt.pop(node, None)
-        bus.command(node, START)
+        set_up(self._bus, self._drives, self._section, self._tendons[index], self.limits[index])
 
     def locate(self, readings: Sequence[ServoReading], last: Mapping[int, float]) -> None:
         """Take the places as the drives count them."""
@@ -305,9 +265,3 @@ class DriveGroup:
         return tuple(
             spool.tension(reading.load, self._motor) for spool, reading in zip(self.spools, readings, strict=True)
         )
-
-
-def _period(seconds: float) -> tuple[int, int]:
-    """Return a period as value and power of ten, of Interpolation time period."""
-    tenths = round(seconds * 1e4)
-    return (tenths, -4) if tenths <= 255 else (round(seconds * 1e3), -3)

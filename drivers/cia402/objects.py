@@ -38,7 +38,6 @@ class Entry:
 
 DEVICE_TYPE = Entry("Device type", 0x1000, 0, "I")
 CONSUMER_HEARTBEAT = Entry("Consumer heartbeat time", 0x1016, 1, "I")
-PRODUCER_HEARTBEAT = Entry("Producer heartbeat time", 0x1017, 0, "H")
 ERROR_BEHAVIOUR = Entry("Error behaviour", 0x1029, 1, "B")
 RPDO_COB_ID = Entry("RPDO communication parameter", 0x1400, 1, "I")
 RPDO_TYPE = Entry("RPDO communication parameter", 0x1400, 2, "B")
@@ -70,7 +69,7 @@ SENT = (CONTROLWORD, TARGET)
 RECEIVED = (STATUSWORD, POSITION, TORQUE)
 """Contents of TPDO 1."""
 
-OPTIONAL = frozenset({ERROR_BEHAVIOUR, FOLLOWING_TIME, FAULT_REACTION, PRODUCER_HEARTBEAT, PERIOD_VALUE, PERIOD_INDEX})
+OPTIONAL = frozenset({ERROR_BEHAVIOUR, FOLLOWING_TIME, FAULT_REACTION, PERIOD_VALUE, PERIOD_INDEX})
 """Objects without which the driver works: the rest of what a drive does without them is the same or is safer."""
 
 PROFILE = 402

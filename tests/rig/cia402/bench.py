@@ -7,7 +7,8 @@ from typing import Any
 
 import can
 
-from tendond.drivers.cia402.emulator import EmulatedDrive, EmulatedDrives
+from tendond.drivers.cia402.emulated_bus import EmulatedDrives
+from tendond.drivers.cia402.emulator import EmulatedDrive
 from tendond.drivers.cia402.process import drive_driver
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.spool import Spool

@@ -23,12 +23,16 @@ HASTY = ServoSection(release_time=1.0)
 """Where a drive is silent, and each of its reads costs the whole timeout."""
 
 
+def phase(bench: DriveBench) -> DriverPhase:
+    return bench.driver.phase
+
+
 def pull(bench: DriveBench) -> None:
     """Pull two tendons against their springs."""
     bench.cycle(ZERO, armed=False, count=3)
     assert bench.driver.report == ""
     bench.cycle(PULLED, count=40)
-    assert bench.driver.phase is DriverPhase.ON, bench.driver.report
+    assert phase(bench) is DriverPhase.ON, bench.driver.report
     assert bench.driver.displacement == pytest.approx(PULLED, abs=1e-5)
     assert bench.powered == [True] * 4
 
@@ -46,7 +50,7 @@ def test_tendons_follow_within_the_rate_and_report_their_tension() -> None:
         assert bench.driver.displacement == pytest.approx(PULLED, abs=1e-5)
         assert bench.driver.tension == pytest.approx((7.2, 0.0, 4.8, 0.0), abs=0.1)
         bench.cycle(PULLED, armed=False, count=60)
-        assert bench.driver.phase is DriverPhase.OFF
+        assert phase(bench) is DriverPhase.OFF
         assert bench.driver.report == ""
         assert bench.powered == [False] * 4
 
@@ -143,18 +147,18 @@ def test_whatever_happens_to_a_drive_stops_all_tendons_and_releases_them(
         wanted = (0.03, 0.0, 0.03, 0.0)
         for _ in range(100):
             bench.cycle(wanted)
-            if bench.driver.phase is not DriverPhase.ON:
+            if phase(bench) is not DriverPhase.ON:
                 break
-        assert bench.driver.phase in (DriverPhase.STOPPED, DriverPhase.RELEASING)
+        assert phase(bench) in (DriverPhase.STOPPED, DriverPhase.RELEASING)
         assert "servo 3" in bench.driver.fault
         assert fault in bench.driver.fault
         goals = []
-        while bench.driver.phase in (DriverPhase.STOPPED, DriverPhase.RELEASING):
+        while phase(bench) in (DriverPhase.STOPPED, DriverPhase.RELEASING):
             goals.append(bench.driver.session.goals[0])
             bench.cycle(wanted)
         assert all(after <= before + 1e-9 for before, after in itertools.pairwise(goals))
         bench.cycle(wanted, count=5)
-        assert bench.driver.phase is DriverPhase.OFF
+        assert phase(bench) is DriverPhase.OFF
         assert [bench.powered[i] for i in (0, 1, 3)] == [False] * 3
         assert bench.driver.session.servos.spools[0].displacement(round(bench.each[0].position)) < 1e-3
 
@@ -176,16 +180,16 @@ def test_without_commands_the_goals_are_held_then_the_drives_stop_themselves() -
     with drive_bench() as bench:
         pull(bench)
         bench.cycle(None, count=15)
-        assert bench.driver.phase is DriverPhase.HOLDING
+        assert phase(bench) is DriverPhase.HOLDING
         assert bench.driver.displacement == pytest.approx(PULLED, abs=1e-5)
         bench.cycle(None, count=120)
-        assert bench.driver.phase is DriverPhase.SILENT
+        assert phase(bench) is DriverPhase.SILENT
         bench.drives.wait(0.5 * bench.section.heartbeat)
         assert bench.powered == [True] * 4, "the heartbeat is younger than its time"
         bench.drives.wait(bench.section.heartbeat)
         assert bench.powered == [False] * 4
         bench.cycle(PULLED, count=10)
-        assert bench.driver.phase is DriverPhase.SILENT, "a fault lasts until it is reset"
+        assert phase(bench) is DriverPhase.SILENT, "a fault lasts until it is reset"
         assert bench.driver.reset(bench.now) == "the drives reply again, they have no torque"
         bench.cycle(ZERO, count=5)
         assert bench.powered == [False] * 4, "armed all along"
@@ -198,15 +202,15 @@ def test_drives_that_hold_after_their_quick_stop_are_released_by_the_reset() -> 
     with drive_bench(stop="hold") as bench:
         pull(bench)
         bench.cycle(None, count=140)
-        assert bench.driver.phase is DriverPhase.SILENT
+        assert phase(bench) is DriverPhase.SILENT
         bench.drives.wait(1.5 * bench.section.heartbeat)
         assert {drive.state for drive in bench.each} == {0x07}, "quick stop active"
         held = bench.driver.displacement
         bench.driver.reset(bench.now)
-        assert bench.driver.phase is DriverPhase.RELEASING
+        assert phase(bench) is DriverPhase.RELEASING
         assert bench.driver.displacement == pytest.approx(held, abs=1e-5)
         bench.cycle(ZERO, count=80)
-        assert bench.driver.phase is DriverPhase.OFF
+        assert phase(bench) is DriverPhase.OFF
         assert bench.powered == [False] * 4
         assert bench.driver.displacement == pytest.approx(ZERO, abs=1e-3)
 
@@ -216,7 +220,7 @@ def test_a_driver_that_was_too_late_finds_the_fault_and_does_not_go_on() -> None
         pull(bench)
         bench.drives.wait(1.5 * bench.section.heartbeat)
         bench.cycle(PULLED, count=3)
-        assert bench.driver.phase in (DriverPhase.STOPPED, DriverPhase.RELEASING)
+        assert phase(bench) in (DriverPhase.STOPPED, DriverPhase.RELEASING)
         assert "servo 1: fault" not in bench.driver.fault
         assert "by itself" in bench.driver.fault
         assert bench.powered == [False] * 4
@@ -231,10 +235,10 @@ def test_a_bus_off_controller_is_a_lost_port_and_the_drives_stop_themselves() ->
         bus.send(can.Message(arbitration_id=BUS_OFF, is_error_frame=True, is_extended_id=True, dlc=8, data=bytes(8)))
         bus.shutdown()
         deadline = time.monotonic() + 10.0
-        while bench.driver.phase is DriverPhase.ON and time.monotonic() < deadline:
+        while phase(bench) is DriverPhase.ON and time.monotonic() < deadline:
             bench.cycle(PULLED)
             time.sleep(0.01)
-        assert bench.driver.phase is DriverPhase.LOST
+        assert phase(bench) is DriverPhase.LOST
         assert "bus-off" in bench.driver.fault
         bench.drives.wait(1.5 * bench.section.heartbeat)
         assert bench.powered == [False] * 4
@@ -250,7 +254,7 @@ def released(bench: DriveBench) -> None:
     """Cycle until the fault is over."""
     for _ in range(600):
         bench.cycle(ZERO)
-        if bench.driver.phase is DriverPhase.OFF:
+        if phase(bench) is DriverPhase.OFF:
             return
     raise AssertionError(bench.driver.phase)
 

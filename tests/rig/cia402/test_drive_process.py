@@ -15,7 +15,8 @@ import pytest
 
 from tendond.daemon.runtime.arrivals import Arrivals
 from tendond.daemon.runtime.bus import Hub
-from tendond.drivers.cia402.emulator import EmulatedDrive, EmulatedDrives
+from tendond.drivers.cia402.emulated_bus import EmulatedDrives
+from tendond.drivers.cia402.emulator import EmulatedDrive
 from tendond.drivers.dynamixel.calibration import save_calibration
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.schemas.config.presets import WIRED
@@ -69,16 +70,17 @@ def test_killed_the_driver_is_missed_by_the_drives_and_ended_it_releases_the_ten
     with wire() as (ours, theirs):
         text = f"""{WIRED}
 [servo]
-period = 0.02
-silent_reads = 50
+period = 0.05
+silent_reads = 20
+following_time = 2.0
 command_timeout = 1.0
 [drives]
 interface = "slcan"
 channel = "{theirs}"
 counts_per_turn = {COUNTS}
 rated_torque = {RATED}
-heartbeat = 1.0
-reply_timeout = 0.015
+heartbeat = 2.0
+reply_timeout = 0.045
 """
         bus = can.Bus(interface="slcan", channel=ours, sleep_after_open=0.0, ignore_config=True)
         with EmulatedDrives(bus, drives) as emulated, rig(tmp_path, text) as one:

@@ -8,7 +8,8 @@ import pytest
 
 from tendond.cli.servo.servo import reboot_servos, scan_servos, set_up_servo
 from tendond.cli.servo.tendons import home_servos
-from tendond.drivers.cia402.emulator import EmulatedDrive, EmulatedDrives
+from tendond.drivers.cia402.emulated_bus import EmulatedDrives
+from tendond.drivers.cia402.emulator import EmulatedDrive
 from tendond.drivers.cia402.process import drive_driver
 from tendond.drivers.cia402.states import DriveState, state_of, towards_enabled
 from tendond.drivers.dynamixel.serial.bus import PortLostError, ServoError

@@ -1,16 +1,9 @@
 """`tendond servo` as a process on a serial CAN adapter, a real pseudo-terminal: it is killed, and ended in order."""
 
-import os
-import selectors
 import signal
-import threading
 import time
-import tty
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import can
 import pytest
 
 from tendond.daemon.runtime.arrivals import Arrivals
@@ -23,40 +16,13 @@ from tendond.schemas.config.presets import WIRED
 from tendond.schemas.config.rig import parse_config
 from tendond.schemas.messages import TendonCommand
 from tests.rig.cia402.bench import COUNTS, RATED, drive_calibration, emulated_drives
+from tests.rig.cia402.serial_adapter import SerialAdapter
 from tests.sil.rig import rig
 
 pytestmark = [pytest.mark.rig, pytest.mark.sil]
 
 PATIENCE_SECONDS = 40.0
 PULLED = 0.02
-
-
-@contextmanager
-def wire() -> Iterator[tuple[str, str]]:
-    """Yield the two ends of a serial line, each of which an adapter's driver opens."""
-    pairs = [os.openpty() for _ in range(2)]
-    for _, end in pairs:
-        tty.setraw(end)
-    masters, ended = [master for master, _ in pairs], threading.Event()
-
-    def pass_on() -> None:
-        with selectors.DefaultSelector() as selector:
-            for here, there in zip(masters, reversed(masters), strict=True):
-                selector.register(here, selectors.EVENT_READ, there)
-            while not ended.is_set():
-                for found, _ in selector.select(0.05):
-                    os.write(found.data, os.read(found.fd, 4096))
-
-    thread = threading.Thread(target=pass_on)
-    thread.start()
-    try:
-        yield os.ttyname(pairs[0][1]), os.ttyname(pairs[1][1])
-    finally:
-        ended.set()
-        thread.join()
-        for one in (descriptor for pair in pairs for descriptor in pair):
-            with suppress(OSError):
-                os.close(one)
 
 
 def places(drives: list[EmulatedDrive]) -> list[float]:
@@ -67,7 +33,7 @@ def places(drives: list[EmulatedDrive]) -> list[float]:
 def test_killed_the_driver_is_missed_by_the_drives_and_ended_it_releases_the_tendons(tmp_path: Path) -> None:
     made = drive_calibration("sil")
     drives = emulated_drives(made)
-    with wire() as (ours, theirs):
+    with SerialAdapter() as adapter:
         text = f"""{WIRED}
 [servo]
 period = 0.05
@@ -76,14 +42,13 @@ following_time = 2.0
 command_timeout = 1.0
 [drives]
 interface = "slcan"
-channel = "{theirs}"
+channel = "{adapter.port}"
 counts_per_turn = {COUNTS}
 rated_torque = {RATED}
 heartbeat = 2.0
 reply_timeout = 0.045
 """
-        bus = can.Bus(interface="slcan", channel=ours, sleep_after_open=0.0, ignore_config=True)
-        with EmulatedDrives(bus, drives) as emulated, rig(tmp_path, text) as one:
+        with EmulatedDrives(adapter, drives) as emulated, rig(tmp_path, text) as one:
             save_calibration(tmp_path / "calibration.json", made)
             config = parse_config(one.config.read_text(), "rig.toml")
             with Hub(config) as hub:
@@ -110,6 +75,7 @@ reply_timeout = 0.045
                     deadline = time.monotonic() + PATIENCE_SECONDS
                     arrivals.tendon_state = None
                     while arrivals.tendon_state is None or arrivals.tendon_state.fault:
+                        assert driver.poll() is None, driver.communicate()
                         assert time.monotonic() < deadline, arrivals.tendon_state
                         command(0.0, armed=False)
                     while abs(arrivals.tendon_state.displacement[0] - PULLED) > 1e-3:

@@ -4,13 +4,14 @@ import struct
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import can
 import canopen
 
 from tendond.drivers.cia402.objects import INVALID, OPTIONAL, RECEIVED, SENT, Entry
-from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoError
+from tendond.drivers.dynamixel.serial.bus import TRIES, NoReplyError, PortLostError, ServoError
 from tendond.drivers.dynamixel.serial.late import LateReplies
 from tendond.schemas.config.drives import DrivesSection
 
@@ -29,6 +30,7 @@ BUS_OFF = 0x40
 FRAME_BITS = 135
 """Longest frame with 8 bytes of data and its stuff bits [bit]."""
 
+T = TypeVar("T")
 TRIPS = 1000
 DOES_NOT_EXIST = (0x06020000, 0x06090011)
 """SDO abort codes: no such object, no such subindex."""
@@ -146,15 +148,11 @@ class DriveBus:
             ServoError: the drive refuses or does not reply.
         """
         try:
-            self._sdo[node].sdo.download(entry.index, entry.subindex, entry.pack(value))
+            self._transfer(node, lambda sdo: sdo.download(entry.index, entry.subindex, entry.pack(value)))
         except canopen.SdoAbortedError as error:
             if entry in OPTIONAL and error.code in DOES_NOT_EXIST:
                 return
             raise ServoError(f"servo {node}: refuses {value} for {entry}: {error}") from error
-        except canopen.SdoCommunicationError as error:
-            raise NoReplyError(self._silent(node)) from error
-        except (can.CanError, OSError, RuntimeError) as error:
-            raise PortLostError(f"{self.port}: the CAN adapter fails: {error}") from error
 
     def read(self, node: int, entry: Entry) -> int:
         """Read an object by SDO.
@@ -163,13 +161,20 @@ class DriveBus:
             ServoError: the drive refuses or does not reply.
         """
         try:
-            return entry.unpack(self._sdo[node].sdo.upload(entry.index, entry.subindex))
+            return entry.unpack(self._transfer(node, lambda sdo: sdo.upload(entry.index, entry.subindex)))
         except canopen.SdoAbortedError as error:
             raise ServoError(f"servo {node}: does not have {entry}: {error}") from error
-        except canopen.SdoCommunicationError as error:
-            raise NoReplyError(self._silent(node)) from error
-        except (can.CanError, OSError, RuntimeError) as error:
-            raise PortLostError(f"{self.port}: the CAN adapter fails: {error}") from error
+
+    def _transfer(self, node: int, use: Callable[[Any], T]) -> T:
+        """Use the SDO client of a node, again where a reply is lost: writing a value twice does no harm."""
+        for _ in range(TRIES):
+            try:
+                return use(self._sdo[node].sdo)
+            except canopen.SdoCommunicationError:
+                continue
+            except (can.CanError, OSError, RuntimeError) as error:
+                raise PortLostError(f"{self.port}: the CAN adapter fails: {error}") from error
+        raise NoReplyError(self._silent(node))
 
     def _silent(self, node: int) -> str:
         return f"{self.port}: no reply from servo {node}: is it powered, are its node id and bit rate right?"

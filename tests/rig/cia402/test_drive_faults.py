@@ -19,7 +19,7 @@ pytestmark = pytest.mark.rig
 
 ZERO = (0.0,) * 4
 PULLED = (0.012, 0.0, 0.008, 0.0)
-HASTY = ServoSection(release_time=1.0)
+HASTY = ServoSection(release_time=0.3, fault_hold=0.1)
 """Where a drive is silent, and each of its reads costs the whole timeout."""
 
 
@@ -141,7 +141,7 @@ def stops(bench: DriveBench) -> None:
 def test_whatever_happens_to_a_drive_stops_all_tendons_and_releases_them(
     cause: Callable[[DriveBench], None], fault: str
 ) -> None:
-    with drive_bench(HASTY, reply_timeout=0.02, enable_time=0.2) as bench:
+    with drive_bench(HASTY, enable_time=0.05) as bench:
         pull(bench)
         bench.drives.apply(lambda: cause(bench))
         wanted = (0.03, 0.0, 0.03, 0.0)
@@ -273,7 +273,7 @@ def test_the_fault_of_a_drive_is_reset_only_on_request_and_only_once_its_cause_i
 
 
 def test_a_drive_that_lost_its_power_is_set_up_again_by_the_reset() -> None:
-    with drive_bench(HASTY, reply_timeout=0.02, enable_time=0.2) as bench:
+    with drive_bench(HASTY, enable_time=0.05) as bench:
         pull(bench)
         bench.drives.apply(bench.each[2].reboot)
         released(bench)

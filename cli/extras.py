@@ -18,6 +18,8 @@ EXTRAS = {
     "onnx": "onnx",
     "tornado": "dashboard",
     "cv2": "apriltag",
+    "can": "can",
+    "canopen": "can",
 }
 """Extra by the import name of a library that it brings; the test compares them with pyproject.toml."""
 

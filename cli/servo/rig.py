@@ -7,6 +7,8 @@ from tendond.cli.common import load_config, present, say
 from tendond.daemon.errors import DaemonError
 from tendond.drivers.dynamixel.tools.calibrate import Ask
 from tendond.drivers.dynamixel.tools.rig import ServoRig
+from tendond.schemas.config.rig import ConfigError, RigConfig
+from tendond.schemas.config.servo import ServoSection
 
 
 class RefusedByOperatorError(DaemonError):
@@ -17,10 +19,35 @@ def servo_rig(config_file: Path | None) -> ServoRig:
     """Load the rig of a configuration.
 
     Raises:
-        ConfigError: it cannot be read, or has no [servo].
+        ConfigError: it cannot be read, has no [servo], or has drives.
     """
     config = load_config(config_file)
+    refuse_drives(config)
     return ServoRig(config, present(config.servo, "servo", config_file), folder_of(config_file), say)
+
+
+def servo_section(config_file: Path | None) -> ServoSection:
+    """Return [servo] of a configuration, or its defaults without one.
+
+    Raises:
+        ConfigError: it cannot be read, or has drives.
+    """
+    config = load_config(config_file)
+    refuse_drives(config)
+    return config.servo or ServoSection()
+
+
+def refuse_drives(config: RigConfig) -> None:
+    """Refuse a configuration whose motors are no Dynamixel servos.
+
+    Raises:
+        ConfigError: it has [drives].
+    """
+    if config.drives is not None:
+        raise ConfigError(
+            "this command is for Dynamixel servos, and the configuration has [drives]: set drives up with their maker's"
+            " program; docs/howto/cia402.md has their calibration"
+        )
 
 
 def folder_of(config_file: Path | None) -> Path:

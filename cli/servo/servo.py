@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tendond.bus.systemd import Supervisor
 from tendond.cli.common import load_config, present, say, say_to, stop_on_signals
-from tendond.cli.servo.rig import confirm, folder_of
+from tendond.cli.servo.rig import confirm, folder_of, servo_section
 from tendond.daemon.errors import DaemonError
 from tendond.daemon.runtime.realtime import keep_up
 from tendond.drivers.dynamixel.process import ServoProcess, request_reset
@@ -14,14 +14,14 @@ from tendond.drivers.dynamixel.tools.rig import open_bus
 from tendond.drivers.dynamixel.tools.scan import GARBLED, PATIENCE, ports, scan
 from tendond.drivers.dynamixel.tools.setup import reboot, set_up
 from tendond.drivers.host import Host
-from tendond.schemas.config.servo import BAUD_RATES, ServoSection
+from tendond.schemas.config.servo import BAUD_RATES
 
 
 def run_servo(config_file: Path | None) -> None:
     """Run until a signal comes; see `tendond servo --help`.
 
     Raises:
-        TendondError: no calibration for this rig, no controller, or servos that do not meet the requirements.
+        TendondError: no calibration for this rig, no controller, or servos or drives that do not meet the requirements.
     """
     config = load_config(config_file)
     section = present(config.servo, "servo", config_file)
@@ -29,7 +29,12 @@ def run_servo(config_file: Path | None) -> None:
     host = Host(stop_on_signals(), say_to(supervisor), supervisor)
     for missing in keep_up(config.loop):
         say(f"without real-time guarantees: {missing}")
-    ServoProcess(config, section, folder_of(config_file), host).run()
+    if config.drives is None:
+        ServoProcess(config, section, folder_of(config_file), host).run()
+        return
+    from tendond.drivers.cia402.process import DriveProcess  # needs the extra
+
+    DriveProcess(config, section, config.drives, folder_of(config_file), host).run()
 
 
 def reset_servos(config_file: Path | None, with_reboot: bool) -> None:
@@ -50,7 +55,7 @@ def scan_servos(config_file: Path | None, port: str | None, last_id: int, patien
     Raises:
         DaemonError: none does.
     """
-    section = load_config(config_file).servo or ServoSection()
+    section = servo_section(config_file)
     names = [port] if port else ports() or [section.port]
     heard: list[str] = []
 
@@ -82,7 +87,7 @@ def set_up_servo(config_file: Path | None, old: int, new: int | None, at: int | 
     Raises:
         TendondError: see `set_up`; or the operator did not confirm.
     """
-    section = load_config(config_file).servo or ServoSection()
+    section = servo_section(config_file)
     with open_bus(section, at) as bus:
         target = old if new is None else new
         question = (
@@ -100,7 +105,7 @@ def reboot_servos(config_file: Path | None, ids: list[int], yes: bool, ask: Ask)
     Raises:
         TendondError: a servo does not reply, before or afterwards; or the operator did not confirm.
     """
-    section = load_config(config_file).servo or ServoSection()
+    section = servo_section(config_file)
     with open_bus(section) as bus:
         which = ", ".join(map(str, ids))
         confirm(f"Reboot servo {which}? Their torque goes off: a bent robot straightens. Support it.", yes, ask)

@@ -12,7 +12,7 @@ from tendond.bus.followed import FollowedController
 from tendond.bus.identity import new_source
 from tendond.bus.query import Queryable, replies, reply_to_next
 from tendond.bus.subscription import Subscription
-from tendond.drivers.dynamixel.calibration import load_calibration
+from tendond.drivers.dynamixel.calibration import Calibration, load_calibration
 from tendond.drivers.dynamixel.driver.driver import ServoDriver
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.pace import CommandPace
@@ -49,6 +49,9 @@ class ServoProcess:
         host: surroundings of the process.
     """
 
+    awaits_commands = True
+    """A cycle begins as soon as a command has come."""
+
     def __init__(
         self,
         config: RigConfig,
@@ -73,12 +76,8 @@ class ServoProcess:
             ServoError: the servos are not set up, or may still have torque.
         """
         section = self._section
-        ids = section.servo_ids(len(self._config.rod.tendon_positions))
+        ids = self._ids(len(self._config.rod.tendon_positions))
         calibration = load_calibration(self._folder / section.calibration, self._config.rig.name, ids)
-
-        def open_bus() -> ServoBus:
-            return ServoBus(section.port, section.baudrate, section.reply_timeout, MODELS[section.model])
-
         try:
             session = await_controller(self._config, self._host.stopped)
         except StoppedError:
@@ -86,10 +85,9 @@ class ServoProcess:
         file = places_file(self._folder, section)
         last = read_places(file, calibration)
         with session, PlaceKeeper(file, calibration, self._host.say) as keeper:
-            driver = ServoDriver(section, calibration, open_bus, last, self._config.limits.tension_max)
-            if warning := latency_warning(section.port):
-                self._host.say(warning)
-            ready = f"rig '{self._config.rig.name}': {len(calibration.tendons)} servos on {section.port} are ready, off"
+            driver = self._driver(calibration, last)
+            motors = f"{len(calibration.tendons)} {self._motors}"
+            ready = f"rig '{self._config.rig.name}': {motors} are ready, off"
             self._host.say(ready)
             self._host.supervisor.ready(ready)
             try:
@@ -99,6 +97,32 @@ class ServoProcess:
                 driver.close(time.monotonic, time.sleep)
                 keeper.keep(driver.places)
                 self._host.say(f"stopped; {driver.final_state}")
+
+    def _ids(self, tendons: int) -> tuple[int, ...]:
+        """Return the id of each tendon's servo."""
+        return self._section.servo_ids(tendons)
+
+    def _driver(self, calibration: Calibration, last: dict[int, float]) -> ServoDriver:
+        """Open the servos.
+
+        Args:
+            calibration: complete.
+            last: last known displacement of each tendon, by servo id [m].
+        """
+        section = self._section
+
+        def open_bus() -> ServoBus:
+            return ServoBus(section.port, section.baudrate, section.reply_timeout, MODELS[section.model])
+
+        driver = ServoDriver(section, calibration, open_bus, last, self._config.limits.tension_max)
+        if warning := latency_warning(section.port):
+            self._host.say(warning)
+        return driver
+
+    @property
+    def _motors(self) -> str:
+        """The motors and where they are, in words."""
+        return f"servos on {self._section.port}"
 
     def _run(self, session: zenoh.Session, driver: ServoDriver, keeper: PlaceKeeper) -> None:
         name = self._config.rig.name
@@ -135,7 +159,7 @@ class ServoProcess:
             if driver.phase is not phase:
                 phase = driver.phase
                 self._host.say(f"servos: {phase.value}")
-            pace.wait(awaited=driver.phase is DriverPhase.ON)
+            pace.wait(awaited=self.awaits_commands and driver.phase is DriverPhase.ON)
         counts = driver.commands.counts + Counter({"reads without a reply": driver.lost_reads})
         if counts:
             self._host.say(", ".join(f"{count} {reason}" for reason, count in counts.items()))

@@ -25,15 +25,18 @@ SPEED_LOAD = 2.0 / 3.0
 the default servo.tension_margin."""
 
 
-def load_limit(section: ServoSection, tension_max: float, spool_radius: float) -> float:
+def load_limit(
+    section: ServoSection, tension_max: float, spool_radius: float, full_torque: float | None = None
+) -> float:
     """Return the largest load of a servo, as a fraction of its stall torque [-].
 
     Args:
         section: [servo].
         tension_max: limits.tension_max [N].
         spool_radius: spool radius of the tendon's spool [m].
+        full_torque: torque that loads are fractions of, of a motor that is no Dynamixel [N m].
     """
-    allowed = section.tension_margin * tension_max * spool_radius / section.motor.stall_torque
+    allowed = section.tension_margin * tension_max * spool_radius / (full_torque or section.motor.stall_torque)
     return min(section.load_max, max(allowed, SENSED_LOAD * section.pretension_load))
 
 

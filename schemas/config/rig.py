@@ -16,6 +16,7 @@ from tendond.schemas.config.control import (
     LimitsSection,
     LoopSection,
 )
+from tendond.schemas.config.drives import DrivesSection, drive_objections, with_drive_limits
 from tendond.schemas.config.given import by_default
 from tendond.schemas.config.machine import BusSection, LogSection, RigSection
 from tendond.schemas.config.migration.version import KEY, version_objection, without_version
@@ -69,6 +70,7 @@ class RigConfig(Schema):
     vicon: ViconSection | None = None
     mocap: MocapSection | None = Field(None, exclude_if=lambda value: value is None)
     servo: ServoSection | None = None
+    drives: DrivesSection | None = Field(None, exclude_if=lambda value: value is None)
     sensors: tuple[SensorSection, ...] = Field((), max_length=16, exclude_if=is_empty)
     teleop: TeleopSection = Field(TeleopSection(), exclude_if=lambda value: value == TeleopSection())
     safety: SafetySection | None = Field(None, exclude_if=lambda value: value is None)
@@ -102,7 +104,11 @@ class RigConfig(Schema):
     def _consistent(self) -> "RigConfig":
         self._suit_the_robot()
         if self.servo is not None:
-            limits = with_servo_limits(self.limits, self.with_own_rates().limits, self.servo)
+            own = self.with_own_rates().limits
+            if self.drives is None:
+                limits = with_servo_limits(self.limits, own, self.servo)
+            else:
+                limits = with_drive_limits(self.limits, own, self.drives, self.servo)
             object.__setattr__(self, "limits", limits)  # frozen for everyone else
         wrong = [*self._tendon_objections(), *self._servo_objections(), *self._safety_objections()]
         if self.vicon is not None and self.mocap is not None:
@@ -180,7 +186,16 @@ class RigConfig(Schema):
         object.__setattr__(self, "control", control)  # frozen for everyone else
 
     def _servo_objections(self) -> list[str]:
-        """List limits that the servos cannot meet; empty without [servo]."""
+        """List limits that the servos or drives cannot meet; empty without [servo] and [drives]."""
+        if self.drives is not None:
+            bounds = self.limits
+            return drive_objections(
+                self.drives,
+                self.servo,
+                len(self.rod.tendon_positions),
+                bounds.tension_max,
+                (bounds.displacement_min, bounds.displacement_max),
+            )
         if self.servo is None:
             return []
         limits = self.limits

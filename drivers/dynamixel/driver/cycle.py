@@ -10,10 +10,12 @@ from collections.abc import Callable, Mapping
 from tendond.drivers.dynamixel.calibration import Calibration
 from tendond.drivers.dynamixel.driver.commands import CommandStream
 from tendond.drivers.dynamixel.driver.guard import limited
+from tendond.drivers.dynamixel.driver.motors import GroupMaker, MotorBus
 from tendond.drivers.dynamixel.driver.phase import DriverPhase, next_phase
 from tendond.drivers.dynamixel.driver.readings import BusHealth, bus_health
 from tendond.drivers.dynamixel.driver.session import ServoSession
-from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import NoReplyError, PortLostError, ServoError
+from tendond.drivers.dynamixel.servos import ServoGroup
 from tendond.schemas.config.servo import ServoSection
 from tendond.schemas.messages import TendonCommand
 
@@ -24,9 +26,10 @@ class ServoCycle:
     Args:
         section: [servo].
         calibration: complete.
-        open_bus: opens the port.
+        open_bus: opens the port, or the bus of other motors.
         last: last known displacement of each tendon, by servo id [m].
         tension_max: limits.tension_max [N]; limits loads and motor output.
+        make_group: makes the servos of the bus, or other motors.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up.
@@ -45,10 +48,12 @@ class ServoCycle:
         self,
         section: ServoSection,
         calibration: Calibration,
-        open_bus: Callable[[], ServoBus],
+        open_bus: Callable[[], MotorBus],
         last: Mapping[int, float] | None = None,
         tension_max: float = math.inf,
+        make_group: GroupMaker = ServoGroup,
     ) -> None:
+        self._make_group = make_group
         self._section = section
         self._tension_max = tension_max
         self._calibration = calibration
@@ -67,7 +72,9 @@ class ServoCycle:
         self._connect()
 
     def _connect(self) -> None:
-        self.session = ServoSession(self._section, self._calibration, self._open_bus, self.places, self._tension_max)
+        self.session = ServoSession(
+            self._section, self._calibration, self._open_bus, self.places, self._tension_max, self._make_group
+        )
         self.phase = DriverPhase.OFF
         self._lost_in_a_row = 0
         if self.session.holds:

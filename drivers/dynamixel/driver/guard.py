@@ -79,6 +79,8 @@ def standing_fault(section: ServoSection, spools: Sequence[Spool], readings: Seq
     """Return the fault of servos with or without torque, in words; empty without one."""
     for spool, reading in zip(spools, readings, strict=True):
         servo = spool.calibration.servo
+        if reading.trouble:
+            return f"servo {servo}: {reading.trouble}"
         if reading.hardware_error:
             return f"servo {servo}: {', '.join(table.hardware_errors(reading.hardware_error))}"
         if reading.alert:

@@ -3,10 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from tendond.drivers.dynamixel.driver.motors import MotorBus, MotorGroup
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import ServoBus
 from tendond.drivers.dynamixel.serial.reading import ServoReading
-from tendond.drivers.dynamixel.servos import ServoGroup
 from tendond.drivers.dynamixel.turns import TURN_MARGIN, Located
 
 
@@ -40,7 +39,7 @@ class TendonReadings:
         rise: increase of each servo's load between the two newest readings, as a fraction of its stall torque [-].
     """
 
-    def __init__(self, servos: ServoGroup, places: dict[int, float]) -> None:
+    def __init__(self, servos: MotorGroup, places: dict[int, float]) -> None:
         self._servos = servos
         self._places = places
         self._time: float | None = None
@@ -111,7 +110,7 @@ class TendonReadings:
         return abs(place - last) > TURN_MARGIN * one.turn
 
 
-def bus_health(bus: ServoBus, lost: int, readings: TendonReadings) -> BusHealth:
+def bus_health(bus: MotorBus, lost: int, readings: TendonReadings) -> BusHealth:
     """Summarise the serial bus; round trips are those since the last call.
 
     Args:

@@ -11,10 +11,11 @@ from tendond.drivers.dynamixel.driver.guard import (
     release_step,
     standing_fault,
 )
+from tendond.drivers.dynamixel.driver.motors import GroupMaker, MotorBus
 from tendond.drivers.dynamixel.driver.output import OutputRates
 from tendond.drivers.dynamixel.driver.readings import TendonReadings
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
+from tendond.drivers.dynamixel.serial.bus import ServoError
 from tendond.drivers.dynamixel.servos import ServoGroup
 from tendond.drivers.dynamixel.strength import range_margin, speed_share
 from tendond.schemas.config.servo import ServoSection
@@ -29,6 +30,7 @@ class ServoSession:
         open_bus: opens the port.
         places: last known displacement of each tendon, by servo id [m]; kept up to date.
         tension_max: limits.tension_max [N]; limits loads and motor output.
+        make_group: makes the servos of the bus, or other motors.
 
     Raises:
         ServoError: the port cannot be opened, or the servos are not set up; the port is closed.
@@ -45,14 +47,15 @@ class ServoSession:
         self,
         section: ServoSection,
         calibration: Calibration,
-        open_bus: Callable[[], ServoBus],
+        open_bus: Callable[[], MotorBus],
         places: dict[int, float],
         tension_max: float,
+        make_group: GroupMaker = ServoGroup,
     ) -> None:
         self._section = section
         self.bus = open_bus()
         try:
-            self.servos = ServoGroup(section, calibration, self.bus, places, tension_max)
+            self.servos = make_group(section, calibration, self.bus, places, tension_max)
             self.readings = TendonReadings(self.servos, places)
         except ServoError:
             self.bus.close()

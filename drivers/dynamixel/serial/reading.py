@@ -14,7 +14,8 @@ ALERT = 0x80
 class ServoReading:
     """State of a servo, in units of its registers; `alert`: it has a hardware error.
 
-    `load` is in `table.LOAD_UNIT` on every model, that of one that measures its current from its current.
+    `load` is in `table.LOAD_UNIT` on every model, that of one that measures its current from its current. `trouble`: a
+    fault in words, of a motor that is no Dynamixel.
     """
 
     torque: int
@@ -28,6 +29,7 @@ class ServoReading:
     alert: bool
     goal_pwm: int = table.FULL_PWM
     goal_current: int = 0
+    trouble: str = ""
 
 
 def reading_from(question: ReadRequest, data: bytes, error: int) -> ServoReading:

@@ -8,7 +8,7 @@ import pytest
 from tendond.drivers.dynamixel.driver.phase import DriverPhase
 from tendond.drivers.dynamixel.emulator.servo import EmulatedServo
 from tendond.drivers.dynamixel.serial import table
-from tendond.drivers.dynamixel.serial.bus import ServoError
+from tendond.drivers.dynamixel.serial.bus import ServoBus, ServoError
 from tendond.drivers.dynamixel.serial.models import MODELS, model_of
 from tendond.drivers.dynamixel.spool import Spool
 from tendond.drivers.dynamixel.strength import GEAR_MARGIN
@@ -118,8 +118,10 @@ def test_without_packets_the_watchdog_of_any_kind_stops_the_servo_and_refuses_go
     servo.advance(0.2 * bench.section.watchdog)
     assert servo.value(table.BUS_WATCHDOG) == table.WATCHDOG_TRIPPED
     before = servo.value(table.GOAL_POSITION)
+    bus = bench.driver.session.bus
+    assert isinstance(bus, ServoBus)
     with pytest.raises(ServoError, match="write Goal Position"):
-        bench.driver.session.bus.write(1, table.GOAL_POSITION, before + 100)
+        bus.write(1, table.GOAL_POSITION, before + 100)
     assert servo.value(table.GOAL_POSITION) == before
     assert servo.energised
 

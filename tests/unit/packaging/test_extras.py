@@ -49,7 +49,7 @@ NEEDING = {
 """Command by name: the library that is missing, and the arguments."""
 
 
-IMPORTED_AS = {"opencv-python-headless": "cv2"}
+IMPORTED_AS = {"opencv-python-headless": "cv2", "python-can": "can"}
 """Import name of a package, where another is not obvious."""
 
 

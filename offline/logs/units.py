@@ -15,6 +15,7 @@ UNITS = {
     "force_covariance": "N^2",
     "force_deviation": "N",
     "innovation": "m",
+    "jog": "m/s",
     "last_place": "m",
     "lateness_us": "us",
     "measured": "m",

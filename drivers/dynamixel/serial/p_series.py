@@ -6,7 +6,9 @@ none here.
 """
 
 import math
+from typing import Any
 
+from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.model import ServoModel
 from tendond.drivers.dynamixel.serial.register import Register
 from tendond.drivers.dynamixel.serial.x_series import indirect
@@ -26,22 +28,11 @@ ACCELERATION_UNIT = 2.0 * math.pi / 3600.0
 MILLIAMPERE = 1e-3
 """Unit of currents [A]."""
 
-BAUD_CODES = {
-    9600: 0,
-    57600: 1,
-    115200: 2,
-    1_000_000: 3,
-    2_000_000: 4,
-    3_000_000: 5,
-    4_000_000: 6,
-    4_500_000: 7,
-    6_000_000: 8,
-    10_500_000: 9,
-}
+BAUD_CODES = table.BAUD_CODES | {6_000_000: 8, 10_500_000: 9}
 
 
-def _eeprom(name: str, address: int, size: int, low: int, high: int, initial: int = 0, **more: object) -> Register:
-    return Register(name, address, size, low, high, initial, eeprom=True, **more)  # type: ignore[arg-type]  # flags
+def _eeprom(name: str, address: int, size: int, low: int, high: int, initial: int = 0, **more: Any) -> Register:
+    return Register(name, address, size, low, high, initial, eeprom=True, **more)
 
 
 def _read(name: str, address: int, size: int, low: int, high: int, initial: int = 0) -> Register:

@@ -7,6 +7,7 @@ Velocity and Position Gains, limits and units where they differ.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 from tendond.drivers.dynamixel.serial import table
 from tendond.drivers.dynamixel.serial.model import ServoModel
@@ -36,7 +37,7 @@ def indirect(blocks: tuple[tuple[int, int, int, int], ...], lowest: int, highest
     return tuple(registers)
 
 
-def _registers(changes: Mapping[str, Mapping[str, object]], current: int, small: bool) -> Iterator[Register]:
+def _registers(changes: Mapping[str, Mapping[str, Any]], current: int, small: bool) -> Iterator[Register]:
     """Yield a model's registers: those of the XL430 with other figures, and those of its current.
 
     Args:
@@ -50,12 +51,12 @@ def _registers(changes: Mapping[str, Mapping[str, object]], current: int, small:
         if register == table.PRESENT_LOAD and current:
             yield table.PRESENT_CURRENT
             continue
-        yield replace(register, **changes.get(register.name, {}))  # type: ignore[arg-type]  # figures of any register
+        yield replace(register, **changes.get(register.name, {}))
     if current:
         yield replace(table.CURRENT_LIMIT, maximum=current, initial=current)
         yield replace(table.GOAL_CURRENT, minimum=-current, maximum=current, initial=current)
     if small:
-        yield replace(table.PWM_SLOPE, **changes.get("PWM Slope", {}))  # type: ignore[arg-type]  # as above
+        yield replace(table.PWM_SLOPE, **changes.get("PWM Slope", {}))
         yield from indirect(INDIRECT_330, 64, 227)
 
 

@@ -176,7 +176,7 @@ def test_calls_without_a_controller_say_so_and_do_not_hang(bus: Bus) -> None:
     assert words.startswith("no controller of rig 'sil' replies")
 
 
-GOAL_FAULTS = {
+GOAL_FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "old": ({"age": 5.0}, "5.0 s old"),
     "unstamped": ({"stamp": 0}, "has no stamp"),
     "future": ({"age": -5.0}, "ahead of this host's clock"),
@@ -202,7 +202,7 @@ def test_a_wrong_goal_is_refused_with_its_reason_and_asks_nothing_of_the_control
     heard = bus.peer.echo("/diagnostics", DIAGNOSTICS)
     with bus.session.declare_queryable("sil/control/*", lambda query: asked.append(str(query.key_expr))):
         change, words = GOAL_FAULTS.get(name, ({}, "is malformed"))
-        payload = b"{}" if name == "malformed" else goal(bus.peer, **change)  # type: ignore[arg-type]  # of several types
+        payload = b"{}" if name == "malformed" else goal(bus.peer, **change)
         bus.peer.publish("/sil/goal_point", POINT, payload[:-9] if name == "cut" else payload)
         until(lambda: any(words in reason for reason in reasons(heard)))
     assert not asked

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -169,8 +170,8 @@ def mixed(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Open a driver of XL430s on a line whose second servo reports another model."""
     plain = EmulatedServo.__init__
 
-    def other(self: EmulatedServo, identifier: int, *args: object, **more: object) -> None:
-        plain(self, identifier, *args, **more)  # type: ignore[arg-type]  # whatever the bench gives
+    def other(self: EmulatedServo, identifier: int, *args: Any, **more: Any) -> None:
+        plain(self, identifier, *args, **more)
         if identifier == 2:
             self._store(table.MODEL, number)
 
@@ -247,9 +248,9 @@ def test_addresses_and_initial_values_are_those_of_the_manual() -> None:
         assert found == values, name
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=lambda one: one.name)
-def test_the_table_of_a_model_is_consistent_and_its_own(model: object) -> None:
-    one = MODELS[model.name]  # type: ignore[attr-defined]  # the parametrisation's type is lost
+@pytest.mark.parametrize("name", MODELS)
+def test_the_table_of_a_model_is_consistent_and_its_own(name: str) -> None:
+    one = MODELS[name]
     spans = sorted((register.address, register.size) for register in one.registers)
     assert all(a + size <= b for (a, size), (b, _) in itertools.pairwise(spans))
     assert len({register.name for register in one.registers}) == len(one.registers)

@@ -49,5 +49,5 @@ def jog(setup: CycleSetup, state: CycleState, inputs: CycleInputs, reply: Reply)
         reply = Reply(True, "at the end of the workspace" if at_end else "moving" if motion.wanted else "holding")
     motion = motion.advance(bounds, setup.config.loop.period)
     moved = moved_reference(reference, motion, bounds, now)
-    task = replace(state.selection.task, reference=moved)  # type: ignore[type-var]  # each task is a dataclass
+    task = replace(state.selection.task, reference=moved)
     return changed(state, jog=motion, selection=replace(state.selection, task=task)), reply

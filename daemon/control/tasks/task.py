@@ -1,7 +1,7 @@
 """The protocol of tasks: a task turns what is known of the tip into a law's observation and runs the law on it."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,9 @@ Decide = Callable[[Any], Decision]
 
 
 class Task(Protocol):
-    """A reference, and the tendons with which a law is to follow it."""
+    """A reference, and the tendons with which a law is to follow it: a dataclass, whose reference may be replaced."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @property
     def reference(self) -> Reference:
